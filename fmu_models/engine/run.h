@@ -1,0 +1,80 @@
+/*
+ * One run of a model: its whole state as plain data (no pointers, so that a copy of the struct is a copy of
+ * the run), and what can be done with it. The FMI faces and the native face are thin layers over these calls.
+ */
+#ifndef STICKSLIP_RUN_H
+#define STICKSLIP_RUN_H
+
+#include "model.h"
+
+/* every tolerance of the engine, with its reason; all are relative and without unit */
+typedef struct {
+    double step;        /* local error of a Taylor step, relative to the size of each state over the step */
+    double time;        /* events closer than this fraction of the step are one event; roots are located to it */
+    double slip;        /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
+    double margin;      /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
+    double importer;    /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
+                           positive right after an event and an importer that lands on zero does not see a second one */
+    int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
+    int max_steps;      /* steps accepted without progress beyond rounding of time */
+} Tolerances;
+
+typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2 } RunStatus;
+
+/* a change of contact state */
+typedef struct {
+    double time;
+    int contact;
+    int before, after; /* ContactState */
+} ContactEvent;
+
+typedef struct {
+    Tolerances tolerances;
+    double time;
+    double p[MODEL_ROOM(MODEL_NP)];
+    double d[MODEL_ROOM(MODEL_ND)];
+    double u[MODEL_ROOM(MODEL_NU)];
+    double du[MODEL_ROOM(MODEL_NU)];                    /* rates of the inputs, constant over a step */
+    double x[MODEL_ROOM(MODEL_NX)];
+    signed char state[MODEL_ROOM(MODEL_NC)];            /* ContactState */
+    signed char known[MODEL_ROOM(MODEL_NC)];            /* leading coefficients of the indicator known to be zero */
+    /* the Taylor step in use: valid on [segment_start, segment_end] when segment_valid */
+    int segment_valid, segment_order, segment_event;    /* segment_event: an event waits at segment_end */
+    double segment_start, segment_end;
+    Jets jets;
+    /* events not yet fetched, and counts */
+    long steps, events, evaluations;
+    char message[256];                                  /* reason of the last RUN_ERROR */
+} Run;
+
+extern const Tolerances run_default_tolerances;
+
+/* everything back to start values */
+void run_reset(Run *r);
+/* after any write to p, u, du, x or time: forget the step in use (p: derive the constants anew) */
+void run_parameters_changed(Run *r);
+void run_touched(Run *r);
+
+/* choose the contact states for the state x at r->time from scratch; RUN_ERROR with message if p or x is unusable */
+RunStatus run_initialize(Run *r);
+/* inputs may have jumped: choose again for contacts at zero slip or with a violated stick; changed (may be NULL): x moved */
+RunStatus run_reconsider(Run *r, int *changed);
+
+/*
+ * Move to time t with events handled inside. With stop_at_event, return RUN_EVENT right after the first change of a
+ * contact state; r->time says where. sink (may be NULL) gets every change of contact state.
+ */
+typedef void (*EventSink)(void *context, const ContactEvent *event);
+RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context);
+
+/* Model Exchange face, at (r->time, r->u, r->x) in the present contact states */
+RunStatus run_derivatives(Run *r, double *dx);              /* MODEL_NX */
+RunStatus run_indicators(Run *r, double *z);                /* MODEL_NC */
+/* resolve the event an importer has located; changed: continuous states were moved */
+RunStatus run_event(Run *r, int *changed);
+
+/* outputs and their directional derivatives along (xdot, udot); any result pointer may be NULL */
+RunStatus run_outputs(Run *r, double *y);                   /* MODEL_NY */
+RunStatus run_directional(Run *r, const double *xdot, const double *udot, double *dxdot, double *ydot);
+
+#endif

@@ -1,0 +1,23 @@
+"""The one error a user is meant to read, and the hint that goes with a misspelt name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class StickslipError(Exception):
+    """Something the user can mend: says what was found, what was expected and what to do."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Sentence with the known name closest to a misspelt one, or all of them where none is close.
+
+    >>> nearest("dics_rig", ["disc_rig", "block_on_belt"])
+    " Did you mean 'disc_rig'?"
+    """
+    choices = list(known)
+    close = difflib.get_close_matches(name, choices, n=1, cutoff=0.5)
+    if close:
+        return f" Did you mean '{close[0]}'?"
+    return f" Known are: {', '.join(choices)}." if choices else ""

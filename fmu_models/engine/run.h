@@ -10,16 +10,21 @@
 /* every tolerance of the engine, with its reason; all are relative and without unit */
 typedef struct {
     double step;        /* local error of a Taylor step, relative to the size of each state over the step */
-    double time;        /* events closer than this fraction of the step are one event; roots are located to it */
     double slip;        /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
     double margin;      /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
     double importer;    /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
                            positive right after an event and an importer that lands on zero does not see a second one */
     int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
-    int max_steps;      /* steps accepted without progress beyond rounding of time */
 } Tolerances;
 
 typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2 } RunStatus;
+
+/* the sticking contacts of a step and the matrix that gives their forces (contact.c, equation 1) */
+typedef struct {
+    int count;
+    int contact[MODEL_ROOM(MODEL_NC)];
+    double inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
+} Sticking;
 
 /* a change of contact state */
 typedef struct {
@@ -31,6 +36,7 @@ typedef struct {
 typedef struct {
     Tolerances tolerances;
     double time;
+    double horizon;                                     /* no step reaches beyond: the next knot of an input, or infinity */
     double p[MODEL_ROOM(MODEL_NP)];
     double d[MODEL_ROOM(MODEL_ND)];
     double u[MODEL_ROOM(MODEL_NU)];
@@ -38,12 +44,16 @@ typedef struct {
     double x[MODEL_ROOM(MODEL_NX)];
     signed char state[MODEL_ROOM(MODEL_NC)];            /* ContactState */
     signed char known[MODEL_ROOM(MODEL_NC)];            /* leading coefficients of the indicator known to be zero */
-    /* the Taylor step in use: valid on [segment_start, segment_end] when segment_valid */
-    int segment_valid, segment_order, segment_event;    /* segment_event: an event waits at segment_end */
-    double segment_start, segment_end;
-    Jets jets;
-    /* events not yet fetched, and counts */
-    long steps, events, evaluations;
+    Sticking sticking;
+    /* the Taylor step in use: valid on [start, start + length] */
+    int segment_valid, segment_order;
+    int segment_event;                                  /* an event waits at its end */
+    signed char falling[MODEL_ROOM(MODEL_NC)];          /* the contacts it belongs to */
+    double segment_start, segment_length;
+    Jets jets;                                          /* of the step */
+    Jets scratch;                                       /* of evaluations at one instant */
+    long steps, events, evaluations;                    /* evaluations: orders of the series computed, plus single evaluations */
+    int stalled;                                        /* events since time last moved */
     char message[256];                                  /* reason of the last RUN_ERROR */
 } Run;
 

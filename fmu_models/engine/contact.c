@@ -1,0 +1,266 @@
+/*
+ * Forces of the contacts at one order of the Taylor series. Slipping contacts have a law; sticking ones share
+ * whatever keeps their slip at rest:
+ *
+ *     G_ss lambda_s = -(slip_rate_s + G_sl lambda_l)                                             (1)
+ *
+ * Where several sticking contacts constrain the same motion (two discs of one speed) G_ss is singular and (1) has
+ * many solutions; the one with the smallest sum of (lambda/capacity)^2 is taken. For contacts in parallel it loads
+ * all to the same share of their capacity, so that they let go together, at the sum of the capacities.
+ */
+#include "engine.h"
+
+#include <float.h>
+#include <math.h>
+
+/* pivoted Cholesky S = L L^T of a symmetric positive semidefinite matrix; returns the rank */
+static int cholesky(double S[NC][NC], int n, double L[NC][NC])
+{
+    double diagonal[NC];
+    int used[NC] = {0};
+    double largest = 0.0;
+    for (int i = 0; i < n; i++) {
+        diagonal[i] = S[i][i];
+        largest = fmax(largest, S[i][i]);
+    }
+    for (int r = 0; r < n; r++) {
+        int pivot = -1;
+        for (int i = 0; i < n; i++) {
+            if (!used[i] && (pivot < 0 || diagonal[i] > diagonal[pivot])) {
+                pivot = i;
+            }
+        }
+        if (!(diagonal[pivot] > 64.0 * n * DBL_EPSILON * largest)) {
+            return r;
+        }
+        used[pivot] = 1;
+        const double root = sqrt(diagonal[pivot]);
+        for (int i = 0; i < n; i++) {
+            double s = S[i][pivot];
+            for (int k = 0; k < r; k++) {
+                s -= L[i][k] * L[pivot][k];
+            }
+            L[i][r] = i == pivot ? root : (used[i] ? 0.0 : s / root);
+            diagonal[i] -= L[i][r] * L[i][r];
+        }
+    }
+    return n;
+}
+
+/* solve A x = b for a small symmetric positive definite A, b overwritten */
+static void solve_definite(double A[NC][NC], int n, double *b)
+{
+    for (int k = 0; k < n; k++) {
+        for (int i = k + 1; i < n; i++) {
+            const double f = A[i][k] / A[k][k];
+            for (int j = k; j < n; j++) {
+                A[i][j] -= f * A[k][j];
+            }
+            b[i] -= f * b[k];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++) {
+            b[i] -= A[i][j] * b[j];
+        }
+        b[i] /= A[i][i];
+    }
+}
+
+/* column e of D S^+ D, the least-norm solution operator of (1), from the factor of S = D G D */
+static void solve_column(double L[NC][NC], int n, int rank, const double *D, int e, double *column)
+{
+    double y[NC];
+    for (int k = 0; k < rank; k++) {
+        y[k] = L[e][k] * D[e];
+    }
+    /* S^+ = L (L^T L)^-2 L^T */
+    for (int pass = 0; pass < 2; pass++) {
+        double A[NC][NC];
+        for (int i = 0; i < rank; i++) {
+            for (int j = 0; j < rank; j++) {
+                A[i][j] = 0.0;
+                for (int c = 0; c < n; c++) {
+                    A[i][j] += L[c][i] * L[c][j];
+                }
+            }
+        }
+        solve_definite(A, rank, y);
+    }
+    for (int c = 0; c < n; c++) {
+        column[c] = 0.0;
+        for (int k = 0; k < rank; k++) {
+            column[c] += D[c] * L[c][k] * y[k];
+        }
+    }
+}
+
+/* the same where S is regular: D S^-1 D */
+static void solve_regular_column(double S[NC][NC], int n, const double *D, int e, double *column)
+{
+    double A[NC][NC];
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++) {
+            A[i][k] = S[i][k];
+        }
+        column[i] = i == e ? D[e] : 0.0;
+    }
+    solve_definite(A, n, column);
+    for (int i = 0; i < n; i++) {
+        column[i] *= D[i];
+    }
+}
+
+void contact_factor(const Jets *j, const signed char *member, Sticking *s)
+{
+    s->count = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (member[c]) {
+            s->contact[s->count++] = c;
+        }
+    }
+    if (s->count == 1) {
+        const int c = s->contact[0];
+        s->inverse[0][0] = 1.0 / j->G[c][c][0];
+        return;
+    }
+    double S[NC][NC];
+    double L[NC][NC];
+    double D[NC];
+    for (int i = 0; i < s->count; i++) {
+        const double capacity = j->capacity[s->contact[i]][0];
+        D[i] = capacity > 0.0 ? capacity : 1.0;
+    }
+    for (int i = 0; i < s->count; i++) {
+        for (int k = 0; k < s->count; k++) {
+            S[i][k] = D[i] * j->G[s->contact[i]][s->contact[k]][0] * D[k];
+        }
+    }
+    const int rank = cholesky(S, s->count, L);
+    for (int e = 0; e < s->count; e++) {
+        double column[NC];
+        if (rank == s->count) {
+            solve_regular_column(S, s->count, D, e, column);
+        } else {
+            solve_column(L, s->count, rank, D, e, column);
+        }
+        for (int i = 0; i < s->count; i++) {
+            s->inverse[i][e] = column[i];
+        }
+    }
+}
+
+/* order k of the product of two series */
+static double product(const double *a, const double *b, int k)
+{
+    double sum = 0.0;
+    for (int i = 0; i <= k; i++) {
+        sum += a[i] * b[k - i];
+    }
+    return sum;
+}
+
+/* order k of G lambda for row c, the unknown lambda[k] of sticking contacts left out */
+static double transmitted(const Run *r, const Jets *j, int c, int k)
+{
+    double sum = 0.0;
+    for (int e = 0; e < MODEL_NC; e++) {
+        const int sticks = r->state[e] == CONTACT_STICK;
+        if (r->state[e] == CONTACT_AWAY || (MODEL_CONSTANT_INERTIA && sticks)) {
+            continue;
+        }
+        if (MODEL_CONSTANT_INERTIA) {
+            sum += j->G[c][e][0] * j->force[e][k];
+        } else {
+            sum += product(j->G[c][e], j->force[e], k) - (sticks ? j->G[c][e][0] * j->force[e][k] : 0.0);
+        }
+    }
+    return sum;
+}
+
+void contact_forces(Run *r, Jets *j, int k)
+{
+    int sticking = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        switch (r->state[c]) {
+        case CONTACT_STICK:
+            model_stick(r->p, r->d, j, k, c);
+            j->force[c][k] = 0.0;
+            sticking = 1;
+            break;
+        case CONTACT_AWAY:
+            j->force[c][k] = 0.0;
+            break;
+        default:
+            model_law(r->p, r->d, j, k, c);
+        }
+    }
+    if (!sticking) {
+        return;
+    }
+    Sticking *s = &r->sticking;
+    if (k == 0) {
+        signed char member[NC];
+        for (int c = 0; c < MODEL_NC; c++) {
+            member[c] = r->state[c] == CONTACT_STICK;
+        }
+        contact_factor(j, member, s);
+    }
+    double rest[NC];
+    for (int i = 0; i < s->count; i++) {
+        const int c = s->contact[i];
+        rest[i] = j->slip_rate[c][k] + transmitted(r, j, c, k);
+    }
+    for (int i = 0; i < s->count; i++) {
+        double force = 0.0;
+        for (int e = 0; e < s->count; e++) {
+            force -= s->inverse[i][e] * rest[e];
+        }
+        j->force[s->contact[i]][k] = force;
+    }
+}
+
+double contact_acceleration(const Jets *j, int i, int k)
+{
+    double sum = j->a[i][k];
+    for (int c = 0; c < MODEL_NC; c++) {
+        sum += MODEL_CONSTANT_INERTIA ? j->W[i][c][0] * j->force[c][k] : product(j->W[i][c], j->force[c], k);
+    }
+    return sum;
+}
+
+double contact_slip_acceleration(const Run *r, Jets *j, int c, double *magnitude)
+{
+    if (r->state[c] != CONTACT_STICK) {
+        model_stick(r->p, r->d, j, 0, c);
+    }
+    double sum = j->slip_rate[c][0];
+    *magnitude = fabs(sum);
+    for (int e = 0; e < MODEL_NC; e++) {
+        const double term = j->G[c][e][0] * j->force[e][0];
+        sum += term;
+        *magnitude += fabs(term);
+    }
+    return sum;
+}
+
+int contact_project(Run *r, const signed char *member)
+{
+    Jets *j = &r->scratch;
+    Sticking s;
+    contact_factor(j, member, &s);
+    int moved = 0;
+    for (int i = 0; i < s.count; i++) {
+        double impulse = 0.0;
+        for (int e = 0; e < s.count; e++) {
+            impulse -= s.inverse[i][e] * j->slip[s.contact[e]][0];
+        }
+        if (impulse != 0.0) {
+            moved = 1;
+            for (int q = 0; q < MODEL_NQ; q++) {
+                r->x[MODEL_NQ + q] += j->W[q][s.contact[i]][0] * impulse;
+            }
+        }
+    }
+    return moved;
+}

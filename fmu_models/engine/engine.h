@@ -1,0 +1,44 @@
+/* What the parts of the engine share among themselves; the faces see run.h only. */
+#ifndef STICKSLIP_ENGINE_H
+#define STICKSLIP_ENGINE_H
+
+#include "roots.h"
+#include "run.h"
+
+enum { NC = MODEL_ROOM(MODEL_NC) };
+
+/* contact.c */
+void contact_factor(const Jets *j, const signed char *member, Sticking *s);
+/* force series at order k of every contact in its present state */
+void contact_forces(Run *r, Jets *j, int k);
+/* order k of the acceleration of coordinate i, contact forces included */
+double contact_acceleration(const Jets *j, int i, int k);
+/* rate of the slip speed at order 0, contact forces included, and the sum of the magnitudes of its terms */
+double contact_slip_acceleration(const Run *r, Jets *j, int c, double *magnitude);
+/* move the velocities by the impulses of the member contacts that bring their slip speed (scratch, order 0) to zero */
+int contact_project(Run *r, const signed char *member);
+
+/* taylor.c */
+/* fill order k of all series from orders 0..k of t, u, x */
+void taylor_field(Run *r, Jets *j, int k);
+/* the series of x up to the order given, from r; stops early where the terms vanish within limit; returns the order reached */
+int taylor_series(Run *r, Jets *j, int order, double limit);
+/* length over which a series of this order keeps the step tolerance */
+double taylor_length(const Run *r, const Jets *j, int order);
+/* order that the step tolerance asks for */
+int taylor_order(const Run *r);
+/* the next step from r, cut at the first fall of an indicator */
+RunStatus taylor_step(Run *r, double limit);
+/* load r's instant into order 0 of a set of series */
+void taylor_load(const Run *r, Jets *j);
+
+/* events.c */
+/* the contacts marked may change state: choose, set their known zeros, project; moved: x changed; -1 on failure */
+int events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
+/* resolve the event that waits at r's instant */
+RunStatus events_resolve(Run *r, EventSink sink, void *context);
+
+/* run.c */
+RunStatus run_fail(Run *r, const char *format, ...);
+
+#endif

@@ -1,0 +1,250 @@
+/*
+ * What happens at an event.
+ *
+ *     candidates: the contacts whose indicator falls to zero now, those at zero slip within rounding, and all that
+ *                 stick (another contact's change can tear them loose)
+ *     choose:     of all assignments {stick, slip+, slip-} to the candidates, most sticking first, the first in which
+ *                     every sticking candidate    has margin = capacity - |force| > 0, and its slip stays at rest
+ *                     every slipping candidate    has sign * (rate of slip) > 0
+ *                 a quantity that is zero within its tolerance is a tie: it is decided by the first coefficient of its
+ *                 Taylor series that is not. That number of zeros is remembered, so that the search for the next event
+ *                 does not find the one just resolved (a release has zero slip and zero rate of slip).
+ *     project:    velocities onto zero slip of the contacts that stick, or that leave zero slip on its wrong side
+ *
+ * No assignment fits only if rounding decides; then every candidate keeps its state. Changes at one instant are
+ * bounded; beyond the bound the run stops and names the contact.
+ */
+#include "engine.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { TIE_ORDER = 8, MAX_CANDIDATES = 7 };
+
+typedef struct {
+    int count;
+    int contact[NC];
+    const signed char *at_limit; /* sticking contacts whose margin is zero by construction, whatever rounding says */
+    int series_order;            /* orders of the trial's series in r->scratch, 0 if only order 0 is there */
+    double length;
+    signed char zeros[NC];       /* leading zeros of the indicator of each candidate in this trial */
+} Trial;
+
+/* the sign of the first coefficient of c[from..] that stands out over length, 0 if none; from moves to it */
+static int first_sign(const double *c, int order, double length, double scale, double tolerance, int *from)
+{
+    double power = pow(length, *from);
+    for (int k = *from; k <= order; k++) {
+        const double size = fabs(c[k]) * power;
+        scale = fmax(scale, size);
+        power *= length;
+    }
+    power = pow(length, *from);
+    for (int k = *from; k <= order; k++) {
+        if (fabs(c[k]) * power > tolerance * scale) {
+            *from = k;
+            return c[k] > 0.0 ? 1 : -1;
+        }
+        power *= length;
+    }
+    return 0;
+}
+
+/* the trial's series to a few orders, for ties */
+static void expand(Run *r, Trial *trial)
+{
+    if (trial->series_order == 0) {
+        taylor_series(r, &r->scratch, TIE_ORDER, INFINITY);
+        trial->series_order = TIE_ORDER;
+        trial->length = taylor_length(r, &r->scratch, TIE_ORDER);
+        if (!isfinite(trial->length)) {
+            trial->length = 1.0;
+        }
+    }
+}
+
+static int stick_holds(Run *r, Trial *trial, int c)
+{
+    Jets *j = &r->scratch;
+    const double capacity = j->capacity[c][0];
+    const double tolerance = r->tolerances.margin;
+    double magnitude;
+    trial->zeros[c] = 0;
+    if (!(capacity > 0.0)) {
+        return 0;
+    }
+    /* contacts that constrain the same motion in different ways cannot all stick */
+    if (fabs(contact_slip_acceleration(r, j, c, &magnitude)) > tolerance * magnitude) {
+        return 0;
+    }
+    const double margin = capacity - fabs(j->force[c][0]);
+    if (!trial->at_limit[c] && fabs(margin) > tolerance * capacity) {
+        return margin > 0.0;
+    }
+    expand(r, trial);
+    const double side = j->force[c][0] > 0.0 ? 1.0 : -1.0;
+    double series[TIE_ORDER];
+    for (int k = 0; k < TIE_ORDER; k++) {
+        series[k] = j->capacity[c][k] - side * j->force[c][k];
+    }
+    int zeros = 1;
+    const int sign = first_sign(series, TIE_ORDER - 1, trial->length, capacity, tolerance, &zeros);
+    trial->zeros[c] = (signed char)zeros;
+    return sign >= 0;
+}
+
+static int slip_holds(Run *r, Trial *trial, int c)
+{
+    Jets *j = &r->scratch;
+    const double sign = j->sign[c];
+    double magnitude;
+    const double rate = sign * contact_slip_acceleration(r, j, c, &magnitude);
+    trial->zeros[c] = 1;
+    if (fabs(rate) > r->tolerances.margin * magnitude) {
+        return rate > 0.0;
+    }
+    expand(r, trial);
+    double series[TIE_ORDER + 1];
+    for (int k = 0; k <= TIE_ORDER; k++) {
+        series[k] = sign * j->slip[c][k];
+    }
+    int zeros = 2;
+    const int leaves = first_sign(series, TIE_ORDER, trial->length, 0.0, r->tolerances.margin, &zeros);
+    trial->zeros[c] = (signed char)zeros;
+    return leaves > 0;
+}
+
+/* whether the states now in r are consistent for every candidate */
+static int holds(Run *r, Trial *trial)
+{
+    Jets *j = &r->scratch;
+    trial->series_order = 0;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int i = 0; i < trial->count; i++) {
+        const int c = trial->contact[i];
+        if (!(r->state[c] == CONTACT_STICK ? stick_holds(r, trial, c) : slip_holds(r, trial, c))) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* write assignment number code into r's states; the number of contacts that stick, or -1 where the law forbids it */
+static int assign(Run *r, const Trial *trial, int code)
+{
+    static const signed char states[] = {CONTACT_STICK, CONTACT_SLIP_PLUS, CONTACT_SLIP_MINUS};
+    int sticking = 0;
+    for (int i = 0; i < trial->count; i++) {
+        const int c = trial->contact[i];
+        const int state = states[code % 3];
+        code /= 3;
+        if (state == CONTACT_STICK) {
+            if (!model_contact_sticks[c]) {
+                return -1;
+            }
+            sticking++;
+        }
+        r->state[c] = (signed char)state;
+    }
+    return sticking;
+}
+
+static int search(Run *r, Trial *trial)
+{
+    int codes = 1;
+    for (int i = 0; i < trial->count; i++) {
+        codes *= 3;
+    }
+    for (int sticking = trial->count; sticking >= 0; sticking--) {
+        for (int code = 0; code < codes; code++) {
+            if (assign(r, trial, code) == sticking && holds(r, trial)) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* sticking candidates, and those on the wrong side of zero slip, are moved to it */
+static int project(Run *r, const Trial *trial)
+{
+    signed char member[NC] = {0};
+    int any = 0;
+    taylor_load(r, &r->scratch);
+    taylor_field(r, &r->scratch, 0);
+    for (int i = 0; i < trial->count; i++) {
+        const int c = trial->contact[i];
+        const double slip = r->scratch.slip[c][0];
+        member[c] = r->state[c] == CONTACT_STICK || r->scratch.sign[c] * slip < 0.0;
+        any |= member[c];
+        if (r->state[c] != CONTACT_STICK) {
+            r->scratch.capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+        }
+    }
+    return any && contact_project(r, member);
+}
+
+int events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
+{
+    Trial trial = {.count = 0, .at_limit = at_limit};
+    signed char before[NC];
+    memcpy(before, r->state, sizeof before);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (candidate[c] && trial.count < MAX_CANDIDATES) {
+            trial.contact[trial.count++] = c;
+        }
+    }
+    if (trial.count == 0) {
+        return 0;
+    }
+    if (!search(r, &trial)) {
+        memcpy(r->state, before, sizeof before);
+        for (int i = 0; i < trial.count; i++) {
+            trial.zeros[trial.contact[i]] = 1;
+        }
+    }
+    for (int i = 0; i < trial.count; i++) {
+        r->known[trial.contact[i]] = trial.zeros[trial.contact[i]];
+    }
+    *moved |= project(r, &trial);
+    return trial.count;
+}
+
+RunStatus events_resolve(Run *r, EventSink sink, void *context)
+{
+    signed char candidate[NC];
+    signed char at_limit[NC];
+    signed char before[NC];
+    int moved = 0;
+    memcpy(before, r->state, sizeof before);
+    taylor_load(r, &r->scratch);
+    model_slip(r->p, r->d, &r->scratch, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int sticks = before[c] == CONTACT_STICK;
+        const double slip = fabs(r->scratch.slip[c][0]);
+        at_limit[c] = sticks && r->falling[c];
+        candidate[c] = before[c] != CONTACT_AWAY
+                       && (sticks || r->falling[c]
+                           || slip <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, &r->scratch, c));
+        r->known[c] = 0;
+    }
+    events_choose(r, candidate, at_limit, &moved);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->state[c] == before[c]) {
+            continue;
+        }
+        r->events++;
+        r->stalled++;
+        if (sink) {
+            const ContactEvent event = {r->time, c, before[c], r->state[c]};
+            sink(context, &event);
+        }
+        if (r->stalled > r->tolerances.max_iterations) {
+            return run_fail(r, "contact '%s' keeps changing between slip and stick at t = %.17g: after %d changes without "
+                               "progress the motion there is not determined by the model",
+                            model_contact_names[c], r->time, r->stalled);
+        }
+    }
+    return RUN_OK;
+}

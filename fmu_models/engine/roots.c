@@ -1,0 +1,165 @@
+/*
+ * First fall of a polynomial to zero, found for certain: Bernstein coefficients bound the polynomial on an
+ * interval, their sign changes bound the number of its roots (Descartes), bisection separates the roots.
+ *
+ *     first_fall(c, n, h): the smallest s in (0, h] with c(s) <= 0 and c > 0 before, or -1
+ *         nothing to do if the sum of the positive lower bounds of the terms is positive
+ *         intervals, left first:
+ *             no sign change            -> no root here
+ *             one change, + to -        -> bracket, refine by Newton kept inside the bracket
+ *             narrower than resolution  -> the polynomial touches zero without being seen to cross: no fall
+ *             otherwise                 -> halve (de Casteljau)
+ */
+#include "roots.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { HALVINGS = 50 };
+
+/* value and slope at s, by Horner */
+static double value_and_slope(const double *c, int n, double s, double *slope)
+{
+    double value = c[n];
+    double derivative = 0.0;
+    for (int k = n - 1; k >= 0; k--) {
+        derivative = derivative * s + value;
+        value = value * s + c[k];
+    }
+    *slope = derivative;
+    return value;
+}
+
+double polynomial_value(const double *c, int n, double s)
+{
+    double value = c[n];
+    for (int k = n - 1; k >= 0; k--) {
+        value = value * s + c[k];
+    }
+    return value;
+}
+
+/* the root in a bracket with c(low) > 0 >= c(high) */
+static double refine(const double *c, int n, double low, double high)
+{
+    double s = 0.5 * (low + high);
+    for (int i = 0; i < 100; i++) {
+        double slope;
+        const double value = value_and_slope(c, n, s, &slope);
+        if (value > 0.0) {
+            low = s;
+        } else {
+            high = s;
+        }
+        double next = s - value / slope;
+        if (!(next > low && next < high)) {
+            next = 0.5 * (low + high);
+        }
+        if (fabs(next - s) <= DBL_EPSILON * s) {
+            return next;
+        }
+        s = next;
+    }
+    return high;
+}
+
+/* Bernstein coefficients on [0, 1] of the polynomial with power coefficients b */
+static void to_bernstein(const double *b, int n, double *beta)
+{
+    double binomial = 1.0;
+    for (int k = 0; k <= n; k++) {
+        beta[k] = b[k] / binomial;
+        binomial = binomial * (n - k) / (k + 1);
+    }
+    for (int k = 1; k <= n; k++) {
+        for (int i = n; i >= k; i--) {
+            beta[i] += beta[i - 1];
+        }
+    }
+}
+
+/* halves at the middle: beta becomes the right half, left gets the left one */
+static void halve(double *beta, int n, double *left)
+{
+    left[0] = beta[0];
+    for (int k = 1; k <= n; k++) {
+        for (int i = 0; i <= n - k; i++) {
+            beta[i] = 0.5 * (beta[i] + beta[i + 1]);
+        }
+        left[k] = beta[0];
+    }
+}
+
+/* sign changes, a zero counted as negative: a touch at the very end of an interval is a fall */
+static int sign_changes(const double *beta, int n)
+{
+    int changes = 0;
+    for (int i = 1; i <= n; i++) {
+        changes += (beta[i] > 0.0) != (beta[i - 1] > 0.0);
+    }
+    return changes;
+}
+
+static int certainly_positive(const double *b, int n)
+{
+    double bound = b[0];
+    for (int k = 1; k <= n; k++) {
+        bound += b[k] < 0.0 ? b[k] : 0.0;
+    }
+    return bound > 0.0;
+}
+
+double first_fall(const double *c, int n, double h)
+{
+    double b[POLYNOMIAL_TERMS];
+    double power = h;
+    b[0] = c[0];
+    for (int k = 1; k <= n; k++) {
+        b[k] = c[k] * power;
+        power *= h;
+    }
+    if (certainly_positive(b, n)) {
+        return -1.0;
+    }
+    if (b[0] <= 0.0) {
+        return 0.0;
+    }
+    /* a stack of intervals still to be searched, the leftmost on top */
+    double stack[HALVINGS + 1][POLYNOMIAL_TERMS];
+    double start[HALVINGS + 1];
+    int depth[HALVINGS + 1];
+    int top = 0;
+    to_bernstein(b, n, stack[0]);
+    start[0] = 0.0;
+    depth[0] = 0;
+    while (top >= 0) {
+        double *beta = stack[top];
+        const double width = ldexp(1.0, -depth[top]);
+        const int changes = sign_changes(beta, n);
+        if (changes == 1 && beta[0] > 0.0) {
+            return h * refine(b, n, start[top], start[top] + width);
+        }
+        if (beta[0] <= 0.0) {
+            return h * start[top];
+        }
+        if (depth[top] >= HALVINGS && changes % 2 == 1) {
+            return h * (start[top] + width);
+        }
+        if (changes == 0 || depth[top] >= HALVINGS) {
+            top--;
+            continue;
+        }
+        double left[POLYNOMIAL_TERMS];
+        halve(beta, n, left);
+        const double from = start[top];
+        depth[top]++;
+        start[top] = from + 0.5 * width;
+        top++;
+        for (int i = 0; i <= n; i++) {
+            stack[top][i] = left[i];
+        }
+        start[top] = from;
+        depth[top] = depth[top - 1];
+    }
+    return -1.0;
+}

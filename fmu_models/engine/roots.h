@@ -1,0 +1,13 @@
+/* First fall of a polynomial to zero on an interval. */
+#ifndef STICKSLIP_ROOTS_H
+#define STICKSLIP_ROOTS_H
+
+enum { POLYNOMIAL_TERMS = 33 };
+
+/* c[0] + c[1] s + ... + c[n] s^n */
+double polynomial_value(const double *c, int n, double s);
+
+/* smallest s in (0, h] at which the polynomial, positive before, falls to zero; 0 if it starts at or below zero; -1 if none */
+double first_fall(const double *c, int n, double h);
+
+#endif

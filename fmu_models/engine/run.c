@@ -1,0 +1,259 @@
+/*
+ * A run: advance from event to event on Taylor segments, and evaluate single instants for importers that integrate
+ * by themselves.
+ *
+ *     advance(t):  until the present segment covers t: go to its end; resolve the event that waits there; next segment
+ *                  then evaluate the segment at t and keep it, so that many short calls cost no more than one long one
+ *     An event at t itself is resolved: segments are half-open, (start, end].
+ */
+#include "engine.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* a segment may reach this many times beyond the time asked for, so that short calls share it */
+static const double LOOK_AHEAD = 1024.0;
+
+const Tolerances run_default_tolerances = {
+    .step = 1e-12,
+    .slip = 1e-13,
+    .margin = 1e-10,
+    .importer = 1e-10,
+    .max_iterations = 1000,
+};
+
+RunStatus run_fail(Run *r, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(r->message, sizeof r->message, format, arguments);
+    va_end(arguments);
+    return RUN_ERROR;
+}
+
+void run_touched(Run *r)
+{
+    r->segment_valid = 0;
+    memset(r->known, 0, sizeof r->known);
+}
+
+void run_parameters_changed(Run *r)
+{
+    run_touched(r);
+    model_prepare(r->p, r->d);
+    model_inertia(r->p, r->d, &r->jets, 0);
+    model_inertia(r->p, r->d, &r->scratch, 0);
+}
+
+void run_reset(Run *r)
+{
+    memset(r, 0, sizeof *r);
+    r->tolerances = run_default_tolerances;
+    r->horizon = INFINITY;
+    memcpy(r->p, model_start_parameters, sizeof r->p);
+    memcpy(r->u, model_start_inputs, sizeof r->u);
+    memcpy(r->x, model_start_states, sizeof r->x);
+    run_parameters_changed(r);
+}
+
+static RunStatus check_finite(Run *r, const char *what, const double *values, int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (!isfinite(values[i])) {
+            return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->time);
+        }
+    }
+    return RUN_OK;
+}
+
+/* slip speeds at r's instant, in scratch */
+static void load_slip(Run *r)
+{
+    taylor_load(r, &r->scratch);
+    model_slip(r->p, r->d, &r->scratch, 0);
+}
+
+static int at_zero_slip(const Run *r, int c)
+{
+    return fabs(r->scratch.slip[c][0])
+           <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, &r->scratch, c);
+}
+
+RunStatus run_initialize(Run *r)
+{
+    run_parameters_changed(r);
+    r->stalled = 0;
+    const char *violation = model_violation(r->p);
+    if (violation) {
+        return run_fail(r, "%s", violation);
+    }
+    if (check_finite(r, "start value of state", r->x, MODEL_NX) || check_finite(r, "input", r->u, MODEL_NU)
+        || check_finite(r, "rate of input", r->du, MODEL_NU)) {
+        return RUN_ERROR;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        r->state[c] = CONTACT_SLIP_PLUS;
+    }
+    return run_reconsider(r, NULL);
+}
+
+RunStatus run_reconsider(Run *r, int *changed)
+{
+    signed char candidate[NC];
+    const signed char at_limit[NC] = {0};
+    int moved = 0;
+    run_touched(r);
+    load_slip(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        candidate[c] = r->state[c] != CONTACT_AWAY && at_zero_slip(r, c);
+        if (r->state[c] != CONTACT_AWAY && !candidate[c]) {
+            r->state[c] = r->scratch.slip[c][0] > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
+        }
+    }
+    events_choose(r, candidate, at_limit, &moved);
+    if (changed) {
+        *changed = moved;
+    }
+    return RUN_OK;
+}
+
+/* states at a time inside the present segment; the end itself uses the located length, free of the rounding of time */
+static void evaluate_segment(Run *r, double time, double since_start)
+{
+    for (int i = 0; i < MODEL_NX; i++) {
+        r->x[i] = polynomial_value(r->jets.x[i], r->segment_order, since_start);
+    }
+    r->time = time;
+}
+
+RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
+{
+    if (!(t >= r->time)) {
+        return run_fail(r, "time cannot go back from %.17g to %.17g", r->time, t);
+    }
+    while (r->time < t || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= t)) {
+        if (!r->segment_valid) {
+            const double limit = fmin(LOOK_AHEAD * (t - r->time), r->horizon - r->time);
+            if (taylor_step(r, limit) == RUN_ERROR) {
+                return RUN_ERROR;
+            }
+        }
+        const double end = r->segment_start + r->segment_length;
+        if (end > t) {
+            evaluate_segment(r, t, t - r->segment_start);
+            break;
+        }
+        if (end > r->time) {
+            r->stalled = 0;
+        }
+        evaluate_segment(r, end, r->segment_length);
+        r->segment_valid = 0;
+        if (!r->segment_event) {
+            memset(r->known, 0, sizeof r->known);
+            continue;
+        }
+        r->segment_event = 0;
+        const long events = r->events;
+        if (events_resolve(r, sink, context) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
+        if (stop_at_event && r->events > events) {
+            return RUN_EVENT;
+        }
+    }
+    return check_finite(r, "state", r->x, MODEL_NX);
+}
+
+RunStatus run_derivatives(Run *r, double *dx)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int i = 0; i < MODEL_NQ; i++) {
+        dx[i] = j->x[MODEL_NQ + i][0];
+        dx[MODEL_NQ + i] = contact_acceleration(j, i, 0);
+    }
+    for (int i = 0; i < MODEL_NZ; i++) {
+        dx[2 * MODEL_NQ + i] = j->zrate[i][0];
+    }
+    return check_finite(r, "derivative of state", dx, MODEL_NX);
+}
+
+RunStatus run_indicators(Run *r, double *z)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->state[c] == CONTACT_STICK) {
+            z[c] = j->capacity[c][0] * (1.0 + r->tolerances.importer) - fabs(j->force[c][0]);
+        } else {
+            z[c] = j->sign[c] * j->slip[c][0]
+                   + r->tolerances.importer * model_slip_magnitude(r->p, r->d, j, c);
+        }
+    }
+    return check_finite(r, "event indicator", z, MODEL_NC);
+}
+
+RunStatus run_event(Run *r, int *changed)
+{
+    Jets *j = &r->scratch;
+    signed char candidate[NC];
+    signed char at_limit[NC];
+    int moved = 0;
+    run_touched(r);
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int sticks = r->state[c] == CONTACT_STICK;
+        at_limit[c] = 0;
+        candidate[c] = r->state[c] != CONTACT_AWAY && (sticks || at_zero_slip(r, c) || j->sign[c] * j->slip[c][0] <= 0.0);
+    }
+    events_choose(r, candidate, at_limit, &moved);
+    *changed = moved;
+    return RUN_OK;
+}
+
+RunStatus run_outputs(Run *r, double *y)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    model_outputs(r->p, r->d, j, 0);
+    for (int i = 0; i < MODEL_NY; i++) {
+        y[i] = j->y[i][0];
+    }
+    return RUN_OK;
+}
+
+RunStatus run_directional(Run *r, const double *xdot, const double *udot, double *dxdot, double *ydot)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    model_outputs(r->p, r->d, j, 0);
+    /* order 1 along the imposed direction instead of along time; the rates of the inputs do not change along it */
+    j->t[1] = 0.0;
+    for (int i = 0; i < MODEL_NU; i++) {
+        j->u[i][1] = udot ? udot[i] : 0.0;
+        j->u[i][2] = 0.0;
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        j->x[i][1] = xdot ? xdot[i] : 0.0;
+    }
+    taylor_field(r, j, 1);
+    model_outputs(r->p, r->d, j, 1);
+    for (int i = 0; dxdot && i < MODEL_NQ; i++) {
+        dxdot[i] = j->x[MODEL_NQ + i][1];
+        dxdot[MODEL_NQ + i] = contact_acceleration(j, i, 1);
+    }
+    for (int i = 0; dxdot && i < MODEL_NZ; i++) {
+        dxdot[2 * MODEL_NQ + i] = j->zrate[i][1];
+    }
+    for (int i = 0; ydot && i < MODEL_NY; i++) {
+        ydot[i] = j->y[i][1];
+    }
+    return RUN_OK;
+}

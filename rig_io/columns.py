@@ -1,0 +1,41 @@
+"""The columns a rig log may hold: name, unit and meaning, once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column; ``whole``: its cells are whole numbers (counts)."""
+
+    name: str
+    unit: str
+    description: str
+    whole: bool = False
+
+
+def _drive(disc: int) -> tuple[Column, ...]:
+    return (
+        Column(
+            f"drive{disc}_count", "1", f"edges of the encoder on drive {disc}, signed sum up to the tick", whole=True
+        ),
+        Column(f"drive{disc}_edge_time", "s", f"clock time of the last edge of drive {disc} at or before the tick"),
+        Column(f"drive{disc}_speed", "rad/s", f"angular speed of driving disc {disc}, already converted"),
+    )
+
+
+TIME = Column("time", "s", "time of the tick")
+COLUMNS: dict[str, Column] = {
+    column.name: column
+    for column in (
+        TIME,
+        Column("laser", "V", "laser telemeter on the disc's border"),
+        Column("encoder_count", "1", "edges of the encoder on the disc, signed sum up to the tick", whole=True),
+        Column("encoder_edge_time", "s", "clock time of the encoder's last edge at or before the tick"),
+        *_drive(0),
+        *_drive(1),
+        Column("angle", "rad", "angle of the disc, already converted"),
+    )
+}
+ANGLE_SOURCES = ("laser", "encoder_count", "angle")

@@ -1,0 +1,252 @@
+"""A rig log: what the bench recorded, raw, with the constants of the rig and the calibration of its instruments.
+
+A log is a CSV file plus its entry in ``datapackage.json`` beside it (Frictionless data package, a ``unit`` for every
+column). Raw volts, counts and edge times are kept; `rig_io.sensors` turns them into angles and speeds.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
+
+from fmu_models.errors import StickslipError, nearest
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Kind = Literal["stick-slip", "free-decay"]
+
+
+class StickslipWarning(UserWarning):
+    """Something in the data that was mended and that the user should know of."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number, its unit, and its standard uncertainty (one standard deviation, in the same unit)."""
+
+    value: float
+    unit: str
+    standard_uncertainty: float = 0.0
+
+
+@dataclass(frozen=True)
+class RigConstants:
+    """Constants of the rig in SI units; None where nobody measured them.
+
+    J kg*m^2: moment of inertia of the disc; k N*m/rad: rotational stiffness; c N*m*s/rad: damping; R m: radius of the
+    disc; r m: radius of the driving discs; N0, N1 N: normal force of each driving disc.
+    """
+
+    J: Quantity | None = None
+    k: Quantity | None = None
+    c: Quantity | None = None
+    R: Quantity | None = None
+    r: Quantity | None = None
+    N0: Quantity | None = None
+    N1: Quantity | None = None
+
+    def value(self, name: str) -> float:
+        """Value of one constant in its SI unit.
+
+        Raises:
+            StickslipError: no such constant, or it is not given in this log.
+        """
+        return self.quantity(name).value
+
+    def quantity(self, name: str) -> Quantity:
+        """One constant with unit and uncertainty; errors as in `value`."""
+        known = [f.name for f in fields(self)]
+        if name not in known:
+            raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, known)}")
+        found = getattr(self, name)
+        if found is None:
+            unit = RIG_UNITS[name]
+            raise StickslipError(
+                f'The rig constant {name} [{unit}] is needed but not given. Add it under "rig" in datapackage.json: '
+                f'"{name}": {{"value": ..., "unit": "{unit}", "standard_uncertainty": ...}}.'
+            )
+        return found
+
+
+RIG_UNITS: Mapping[str, str] = MappingProxyType(
+    {"J": "kg*m^2", "k": "N*m/rad", "c": "N*m*s/rad", "R": "m", "r": "m", "N0": "N", "N1": "N"}
+)
+
+
+@dataclass(frozen=True)
+class LaserCalibration:
+    """Laser telemeter: displacement of the disc's border d = gain*(laser - zero) = R sin(angle), seen ``latency`` ago.
+
+    gain: m/V; zero: V; latency: s; noise: m rms; lowest, highest: V, the range within which the reading is valid.
+    """
+
+    gain: float
+    zero: float = 0.0
+    latency: float = 0.0
+    noise: float = 0.0
+    lowest: float = -float("inf")
+    highest: float = float("inf")
+
+
+@dataclass(frozen=True)
+class EncoderCalibration:
+    """Incremental encoder: an edge is ``2 pi / edges_per_revolution`` from the next.
+
+    pulses_per_revolution: of one track; quadrature: whether all four edges of the two tracks are counted;
+    clock: s, resolution of the edge times.
+    """
+
+    pulses_per_revolution: int
+    quadrature: bool = False
+    clock: float = 1e-6
+
+    @property
+    def edges_per_revolution(self) -> int:
+        """Counted edges in one revolution."""
+        return self.pulses_per_revolution * (4 if self.quadrature else 1)
+
+    @property
+    def pitch(self) -> float:
+        """Angle between counted edges, rad."""
+        return 2.0 * 3.141592653589793 / self.edges_per_revolution
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Calibration of each instrument in the log; None where the rig has none."""
+
+    laser: LaserCalibration | None = None
+    encoder: EncoderCalibration | None = None
+    drive0: EncoderCalibration | None = None
+    drive1: EncoderCalibration | None = None
+
+    def need(self, instrument: str) -> Any:
+        """Calibration of one instrument.
+
+        Raises:
+            StickslipError: the log states none.
+        """
+        found = getattr(self, instrument)
+        if found is None:
+            example = '{"gain": ..., "zero": ...}' if instrument == "laser" else '{"pulses_per_revolution": ...}'
+            raise StickslipError(
+                f"The log has a column of '{instrument}' but no calibration for it. Add to its resource in "
+                f'datapackage.json: "calibration": {{"{instrument}": {example}}}.'
+            )
+        return found
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What was done: kind, discs in contact, their materials and nominal speeds (rad/s).
+
+    ``emulation`` holds the truth behind an emulated log (friction law, seed ...) for comparison; no estimator reads it.
+    """
+
+    kind: Kind = "stick-slip"
+    contacts: tuple[str, ...] = ("disc0",)
+    materials: tuple[str, ...] = ()
+    drive_speed: tuple[float, ...] = ()
+    emulation: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class RigLog:
+    """One log.
+
+    time: (n_samples,) s, increasing. columns: raw columns by name, each (n_samples,) float64, without ``time``; names
+    and units as in `rig_io.columns`. units: unit of each column (and of time).
+    """
+
+    name: str
+    time: np.ndarray
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    rig: RigConstants
+    calibration: Calibration
+    experiment: Experiment
+    path: Path | None = None
+
+    @property
+    def kind(self) -> Kind:
+        """ "stick-slip" or "free-decay"."""
+        return self.experiment.kind
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the discs in contact."""
+        return self.experiment.contacts
+
+    @property
+    def duration(self) -> float:
+        """Seconds between the first and the last sample."""
+        return float(self.time[-1] - self.time[0])
+
+    def has(self, column: str) -> bool:
+        """Whether the log holds this column."""
+        return column in self.columns
+
+    def column(self, name: str) -> np.ndarray:
+        """One raw column, (n_samples,).
+
+        Raises:
+            StickslipError: the log has no such column.
+        """
+        if name not in self.columns:
+            raise StickslipError(f"Log '{self.name}' has no column '{name}'.{nearest(name, self.columns)}")
+        return self.columns[name]
+
+
+def read_log(
+    path: str | os.PathLike[str],
+    *,
+    rig: RigConstants | None = None,
+    calibration: Calibration | None = None,
+    experiment: Experiment | None = None,
+) -> RigLog:
+    """Read one log and its entry in the ``datapackage.json`` beside it.
+
+    What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
+    needs no sidecar.
+
+    Raises:
+        StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
+    """
+    from rig_io.datapackage import load_log
+
+    return load_log(Path(path), rig, calibration, experiment)
+
+
+def read_package(path: str | os.PathLike[str]) -> list[RigLog]:
+    """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
+
+    Raises:
+        StickslipError: as in `read_log`.
+    """
+    from rig_io.datapackage import load_package
+
+    return load_package(Path(path))
+
+
+def write_package(
+    folder: str | os.PathLike[str],
+    logs: Iterable[RigLog],
+    *,
+    title: str = "",
+    description: str = "",
+    overwrite: bool = False,
+) -> Path:
+    """Write logs as CSV files with ``datapackage.json``, whole or not at all; returns the folder.
+
+    Raises:
+        StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, the logs
+            carry different rigs, or two have one name.
+    """
+    from rig_io.datapackage import save_package
+
+    return save_package(Path(folder), list(logs), title, description, overwrite)

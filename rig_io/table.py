@@ -1,0 +1,136 @@
+"""A table as a reader found it, and the checks all formats share: units, finite numbers, whole counts, rising time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+from rig_io.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
+
+SHORTEST = 10  # samples; fewer cannot show a single movement
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers as read. columns: name -> (n_rows,) float64 (NaN where a cell holds no number).
+
+    units: those the file itself states; first_line: line of the first row in the file, for messages.
+    """
+
+    source: str
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    first_line: int
+
+
+def checked(table: Table, stated_units: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """The known columns of a table in their expected units, ``time`` first; unknown columns are left out.
+
+    stated_units: from the sidecar; where it is silent the file's own units count.
+
+    Raises:
+        StickslipError: a needed column or unit is missing, a unit has another dimension, a cell is not a finite number,
+            a count is not whole, time does not rise, there are fewer than `SHORTEST` rows.
+    """
+    if TIME.name not in table.columns:
+        raise _missing(table, TIME.name)
+    if not any(name in table.columns for name in ANGLE_SOURCES):
+        raise _missing(table, "laser", "one source of the disc's angle ('laser', 'encoder_count' or 'angle')")
+    for name in table.columns:
+        count = name.removesuffix("_edge_time") + "_count"
+        if name in COLUMNS and name.endswith("_edge_time") and count not in table.columns:
+            raise _missing(table, count, f"'{count}', without which the edge times say nothing of the angle,")
+    rows = len(table.columns[TIME.name])
+    if rows < SHORTEST:
+        raise StickslipError(
+            f"{table.source} is too short: {rows} rows, at least {SHORTEST} are needed. Record a longer log."
+        )
+    found: dict[str, np.ndarray] = {}
+    for name, column in COLUMNS.items():
+        if name not in table.columns:
+            continue
+        values = _numbers(table, column)
+        found[name] = _in_unit(table, column, values, stated_units.get(name, table.units.get(name)))
+    _check_time(table, found[TIME.name])
+    return found
+
+
+def _missing(table: Table, name: str, what: str = "") -> StickslipError:
+    hint = nearest(name, table.columns)
+    return StickslipError(
+        f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(table.columns)}."
+        f"{hint if 'Did' in hint else ''} Rename the column in the header (names as in data/README.md)."
+    )
+
+
+def _numbers(table: Table, column: Column) -> np.ndarray:
+    values = table.columns[column.name]
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise StickslipError(
+            f"{table.source}: column '{column.name}' has {bad.size} cells without a finite number, the first on line "
+            f"{table.first_line + bad[0]}. Cut the log before or after them, or repair them at the source."
+        )
+    if column.whole:
+        broken = np.flatnonzero(values != np.round(values))
+        if broken.size:
+            raise StickslipError(
+                f"{table.source}: column '{column.name}' counts edges, but line {table.first_line + broken[0]} holds "
+                f"{values[broken[0]]:g}. Log the raw count; an angle belongs in a column 'angle' [rad]."
+            )
+    return values
+
+
+def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None) -> np.ndarray:
+    """Values in the column's unit; pint is loaded only when the stated unit is not that very string."""
+    if unit is None:
+        raise StickslipError(
+            f'{table.source}: column \'{column.name}\' has no unit. Add "unit": "{column.unit}" to its field in '
+            f"datapackage.json, or write the header as '{column.name} [{column.unit}]'."
+        )
+    if unit == column.unit or (column.unit == "1" and unit in ("", "count", "counts", "pulses")):
+        return values
+    return values * conversion(unit, column.unit, f"{table.source}: column '{column.name}'")
+
+
+def conversion(unit: str, expected: str, where: str) -> float:
+    """Factor from one unit to another.
+
+    Raises:
+        StickslipError: the unit is unknown or has another dimension; the message begins with ``where``.
+    """
+    if unit == expected:
+        return 1.0
+    import pint
+
+    registry = pint.get_application_registry()
+    try:
+        return float(registry.Quantity(1.0, unit).to(expected).magnitude)
+    except pint.DimensionalityError as error:
+        raise StickslipError(
+            f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "
+            "mixed up."
+        ) from error
+    except Exception as error:  # pint hands an ill-formed unit to Python's tokenizer and lets any of its errors through
+        raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expected} or a multiple of it.") from error
+
+
+def _check_time(table: Table, time: np.ndarray) -> None:
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0)
+    if back.size:
+        line = table.first_line + back[0] + 1
+        raise StickslipError(
+            f"{table.source}: time falls from {time[back[0]]:.9g} s to {time[back[0] + 1]:.9g} s on line {line} "
+            f"({back.size} such steps). Sort the rows by time, or split the file where the clock was reset."
+        )
+    same = np.flatnonzero(steps == 0)
+    if same.size:
+        line = table.first_line + same[0] + 1
+        raise StickslipError(
+            f"{table.source}: line {line} repeats the time {time[same[0]]:.9g} s ({same.size} repeats). "
+            "Remove doubled rows, or write time with nine digits after the point."
+        )

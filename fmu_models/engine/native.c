@@ -1,0 +1,128 @@
+/*
+ * The native face: a whole run in one call, for a program that has opened the FMU as Co-Simulation and left its
+ * initialization mode (fmu_models/simulation/system.py). Nothing is allocated while stepping.
+ *
+ *     repeat   at a knot: set the inputs and their rates, choose contact states again
+ *              advance to the next knot or output time, note every change of contact state
+ *              at an output time: record the values asked for (after the changes at that very time)
+ *     until    all output times are done, the event buffer could overflow, or the allowance of steps is used up
+ *
+ * In the last two cases it returns NATIVE_MORE; the caller empties the event buffer and calls again with the same request.
+ */
+#include <math.h>
+
+#include "instance.h"
+
+#if defined(_WIN32)
+#define NATIVE_EXPORT __declspec(dllexport)
+#elif defined(__GNUC__)
+#define NATIVE_EXPORT __attribute__((visibility("default")))
+#else
+#define NATIVE_EXPORT
+#endif
+
+enum { NATIVE_DONE = 0, NATIVE_MORE = 1, NATIVE_ERROR = 2 };
+
+/* mirrored by simulation/native.py; NATIVE_VERSION changes with it */
+enum { NATIVE_VERSION = 1 };
+
+typedef struct {
+    /* what to record: value references, ascending times, and values[row * n_values + column] */
+    int64_t n_times, n_values;
+    const double *times;
+    const uint32_t *references;
+    double *values;
+    /* inputs from knot k on: knot_values[k * n_inputs + i] + knot_rates[k * n_inputs + i] * (time - knot_times[k]) */
+    int64_t n_knots, n_inputs;
+    const double *knot_times;
+    const uint32_t *inputs;
+    const double *knot_values, *knot_rates;
+    /* buffer of changes of contact state */
+    int64_t event_capacity, n_events;
+    ContactEvent *events;
+    /* steps of the engine after which to return for a while */
+    int64_t allowance;
+    /* progress, zero at the first call */
+    int64_t next_time, next_knot;
+    /* counters of the engine since the instance was reset */
+    int64_t steps, n_changes, evaluations;
+} NativeRun;
+
+static void note(void *context, const ContactEvent *event) {
+    NativeRun *run = context;
+    if (run->n_events < run->event_capacity) run->events[run->n_events] = *event;
+    run->n_events++;
+}
+
+/* inputs of the next knot; nothing to choose again where they go on as before */
+static Status pass_knot(Instance *m, NativeRun *run) {
+    const double *values = run->knot_values + run->next_knot * run->n_inputs;
+    const double *rates = run->knot_rates + run->next_knot * run->n_inputs;
+    for (int64_t i = 0; i < run->n_inputs; i++) {
+        uint32_t rate = instance_rate_of(run->inputs[i]);
+        if (!rate) return instance_refuse(m, "%s: value reference %u is not an input", __func__, (unsigned)run->inputs[i]);
+        if (instance_set(m, __func__, &run->inputs[i], 1, &values[i])) return STATUS_ERROR;
+        if (instance_set(m, __func__, &rate, 1, &rates[i])) return STATUS_ERROR;
+    }
+    run->next_knot++;
+    m->core.run.horizon = run->next_knot < run->n_knots ? run->knot_times[run->next_knot] : INFINITY;
+    return STATUS_OK;
+}
+
+static Status record(Instance *m, NativeRun *run) {
+    Evaluation e = {0};
+    double *row = run->values + run->next_time * run->n_values;
+    for (int64_t k = 0; k < run->n_values; k++)
+        if (!instance_value(m, run->references[k], &e, &row[k]))
+            return instance_refuse(m, "%s: value reference %u cannot be read at time %g", __func__,
+                                   (unsigned)run->references[k], m->core.run.time);
+    run->next_time++;
+    return STATUS_OK;
+}
+
+static int proceed(Instance *m, NativeRun *run) {
+    Run *r = &m->core.run;
+    /* an instant may change every contact as often as the engine iterates */
+    int64_t reserve = (int64_t)r->tolerances.max_iterations * MODEL_NC;
+    long last_step = r->steps + (long)run->allowance;
+    if (run->event_capacity <= reserve) {
+        instance_refuse(m, "%s: room for %lld events, at least %lld needed", __func__, (long long)run->event_capacity,
+                        (long long)reserve + 1);
+        return NATIVE_ERROR;
+    }
+    while (run->next_time < run->n_times) {
+        if (run->n_events >= run->event_capacity - reserve || r->steps > last_step) return NATIVE_MORE;
+        while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->time)
+            if (pass_knot(m, run)) return NATIVE_ERROR;
+        if (instance_settle(m, __func__, NULL)) return NATIVE_ERROR;
+        double end = run->times[run->next_time];
+        int knot_first = run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= end;
+        if (knot_first) end = run->knot_times[run->next_knot];
+        if (r->time < end) {
+            RunStatus status = run_advance(r, end, 1, note, run);
+            if (status == RUN_ERROR) {
+                m->core.phase = PHASE_FAILED;
+                instance_refuse(m, "at time %.10g: %s", r->time, r->message);
+                return NATIVE_ERROR;
+            }
+            if (status == RUN_EVENT && r->time < end) continue;
+        }
+        if (!knot_first && record(m, run)) return NATIVE_ERROR;
+    }
+    return NATIVE_DONE;
+}
+
+NATIVE_EXPORT int stickslip_native_version(void);
+NATIVE_EXPORT int stickslip_simulate(void *instance, NativeRun *run);
+
+int stickslip_native_version(void) { return NATIVE_VERSION; }
+
+int stickslip_simulate(void *instance, NativeRun *run) {
+    Instance *m = instance;
+    if (!run || instance_enter(m, PHASE_STEP, __func__)) return NATIVE_ERROR;
+    int status = proceed(m, run);
+    run->steps = m->core.run.steps;
+    run->n_changes = m->core.run.events;
+    run->evaluations = m->core.run.evaluations;
+    return status;
+}

@@ -1,0 +1,58 @@
+"""The drive of a disc: a geared motor that turns almost evenly.
+
+speed(t) = nominal (1 + once sin(phi + a) + eighth sin(8 phi + b) + n(t)),   phi' = speed
+
+n(t): Gaussian with exponential correlation (first-order autoregression on the knots), cut at two standard deviations,
+so that the whole stays within 0.8 % with the default amplitudes. All amplitudes are assumptions: the paper says only
+that speed varied by less than 1 %.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+KNOT = 1e-3  # s
+PASSES = 4  # of the fixed point phi -> speed -> phi; each gains the factor 8*eighth + once
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """Unevenness, relative to the nominal speed: two amplitudes locked to the angle of the drive, and rms noise.
+
+    correlation_time: s, of the noise.
+    """
+
+    once: float = 0.004
+    eighth: float = 0.001
+    noise: float = 0.0015
+    correlation_time: float = 0.1
+
+    def speed(
+        self, nominal: float, duration: float, specimen: np.random.Generator, noise: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Knots (n,) in s from 0 to ``duration`` and speeds (n,) in rad/s; the speed is linear between knots.
+
+        specimen draws the phases of the two harmonics, noise the rest.
+        """
+        time = KNOT * np.arange(int(np.ceil(duration / KNOT - 1e-9)) + 1)
+        coloured = np.clip(self._coloured(len(time), noise), -2.0 * self.noise, 2.0 * self.noise)
+        first, second = 2.0 * np.pi * specimen.random(2)
+        start = 2.0 * np.pi * noise.random()  # the angle at which the log happens to begin
+        speed = np.full(len(time), nominal)
+        for _ in range(PASSES):
+            angle = start + np.concatenate([[0.0], np.cumsum(0.5 * KNOT * (speed[1:] + speed[:-1]))])
+            ripple = self.once * np.sin(angle + first) + self.eighth * np.sin(8.0 * angle + second)
+            speed = nominal * (1.0 + ripple + coloured)
+        return time, speed
+
+    def _coloured(self, samples: int, noise: np.random.Generator) -> np.ndarray:
+        """First-order autoregression on the knots (samples,), begun in its stationary state."""
+        memory = float(np.exp(-KNOT / self.correlation_time))
+        fresh = self.noise * noise.standard_normal(samples)
+        now, values = float(fresh[0]), [float(fresh[0])]
+        for kick in (fresh[1:] * np.sqrt(1.0 - memory**2)).tolist():
+            now = memory * now + kick
+            values.append(now)
+        return np.array(values)

@@ -1,0 +1,87 @@
+"""Laser telemeter on the disc's border: d = R sin(angle), seen late, with gain error, noise, limits and resolution.
+
+laser [V] = zero + rounded(clip((1 + gain_error) R sin(angle(t - latency)) + noise)) / gain
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from rig_io.log import LaserCalibration, RigLog
+from rig_io.motion import Motion
+
+
+@dataclass(frozen=True)
+class Laser:
+    """A laser telemeter to be emulated; lengths in m.
+
+    noise: rms; resolution: step of the reading; gain_error: standard deviation over specimens, unknown to the user;
+    latency: s; range: largest displacement either way; gain: m/V; zero: V at no displacement.
+    """
+
+    noise: float = 20e-6
+    resolution: float = 10e-6
+    gain_error: float = 0.002
+    latency: float = 0.0
+    range: float = 0.05
+    gain: float = 0.01
+    zero: float = 5.0
+
+    @property
+    def calibration(self) -> LaserCalibration:
+        """What its user knows."""
+        reach = self.range / abs(self.gain)
+        return LaserCalibration(self.gain, self.zero, self.latency, self.noise, self.zero - reach, self.zero + reach)
+
+    def read(
+        self,
+        motion: Motion,
+        ticks: np.ndarray,
+        radius: float,
+        specimen: np.random.Generator,
+        noise: np.random.Generator,
+    ) -> np.ndarray:
+        """Volts (n,) at the ticks (n,). radius: m; specimen draws the gain error, noise the noise."""
+        gain_error = self.gain_error * float(specimen.standard_normal())
+        shown = (1.0 + gain_error) * radius * np.sin(motion.angle_at(ticks - self.latency))
+        shown = np.clip(shown + self.noise * noise.standard_normal(len(ticks)), -self.range, self.range)
+        if self.resolution > 0:
+            shown = np.round(shown / self.resolution) * self.resolution
+        return np.round(self.zero + shown / self.gain, 9)
+
+
+def laser_displacement(log: RigLog) -> np.ndarray:
+    """Displacement (n_samples,) of the disc's border in m, gain*(laser - zero).
+
+    Raises:
+        StickslipError: no laser in the log, or no calibration for it.
+    """
+    calibration: LaserCalibration = log.calibration.need("laser")
+    return calibration.gain * (log.column("laser") - calibration.zero)
+
+
+def laser_clipped(log: RigLog) -> np.ndarray:
+    """Where (n_samples,) the laser stands at the end of its range; errors as in `laser_displacement`."""
+    calibration: LaserCalibration = log.calibration.need("laser")
+    volts = log.column("laser")
+    slack = 1e-9 * max(1.0, abs(calibration.zero))
+    return (volts <= calibration.lowest + slack) | (volts >= calibration.highest - slack)
+
+
+def laser_angle(log: RigLog) -> np.ndarray:
+    """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``.
+
+    Raises:
+        StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R.
+    """
+    ratio = laser_displacement(log) / log.rig.value("R")
+    beyond = np.flatnonzero(np.abs(ratio) > 1.0)
+    if beyond.size:
+        raise StickslipError(
+            f"Log '{log.name}': the laser's displacement exceeds the radius R = {log.rig.value('R'):g} m in "
+            f"{beyond.size} samples, first at {log.time[beyond[0]]:g} s. Check gain (m/V), zero (V) and R."
+        )
+    return np.arcsin(ratio)

@@ -1,0 +1,81 @@
+"""Speed from an encoder, three ways.
+
+count:         (count(t) - count(t - window)) pitch / window, on the ticks; coarse at the rig's speeds
+real time:     pitch over the last interval between edges, held until the next edge, on the ticks; late by more than
+               half an interval, which ruins any friction law drawn from it (what a data-acquisition system shows)
+mid-interval:  pitch over each interval between edges, dated at its middle; offline, exact to second order
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from rig_io.log import RigLog
+from rig_io.sensors.encoder import Edges, edges
+
+WINDOW = 0.010  # s
+
+
+def velocity_by_count(log: RigLog, instrument: str = "encoder", window: float = WINDOW) -> np.ndarray:
+    """Speed (n_samples,) in rad/s from the counts of the last ``window`` seconds; NaN in the first window.
+
+    Raises:
+        StickslipError: no such encoder in the log, or the window is shorter than a sample or longer than the log.
+    """
+    count = log.column(f"{instrument}_count")
+    pitch = log.calibration.need(instrument).pitch
+    samples = round(window / float(np.median(np.diff(log.time))))
+    if not 1 <= samples < len(count):
+        raise StickslipError(f"A window of {window:g} s holds {samples} samples of log '{log.name}'. Choose another.")
+    speed = np.full(len(count), np.nan)
+    speed[samples:] = pitch * (count[samples:] - count[:-samples]) / (log.time[samples:] - log.time[:-samples])
+    return speed
+
+
+def velocity_real_time_period(log: RigLog, instrument: str = "encoder") -> np.ndarray:
+    """Speed (n_samples,) in rad/s of the last interval between edges, held; 0 before it and across a reversal.
+
+    Raises:
+        StickslipError: no such encoder in the log.
+    """
+    found = edges(log, instrument)
+    pitch = log.calibration.need(instrument).pitch
+    # across a reversal both edges are the same line: no distance, no speed
+    moved = np.round(np.diff(found.angle) / pitch) * pitch
+    speed = np.concatenate([[0.0, 0.0], moved / np.diff(found.time)]) if len(found.time) else np.zeros(1)
+    return speed[np.searchsorted(found.time, log.time, side="right")]
+
+
+def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
+    """Times (m,) in s and speeds (m,) in rad/s at the middle of each interval between edges passed in one direction.
+
+    Raises:
+        StickslipError: no such encoder in the log.
+    """
+    found = edges(log, instrument)
+    same = _joined(found)
+    time, angle = found.time, found.angle
+    return 0.5 * (time[1:] + time[:-1])[same], (np.diff(angle)[same]) / np.diff(time)[same]
+
+
+def _joined(found: Edges) -> np.ndarray:
+    """Which intervals (m - 1,) between successive edges hold no reversal."""
+    return (found.direction[1:] == found.direction[:-1]) & (found.run[1:] == found.run[:-1]) & (np.diff(found.time) > 0)
+
+
+def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Times (m,) in s and speeds (m,) in rad/s of a driving disc: its column of speed, else its encoder, mid-interval.
+
+    Raises:
+        StickslipError: the log holds neither.
+    """
+    name = f"drive{disc}"
+    if log.has(f"{name}_speed"):
+        return log.time, log.column(f"{name}_speed")
+    if not log.has(f"{name}_count"):
+        raise StickslipError(
+            f"Log '{log.name}' does not say how disc {disc} turned: it needs '{name}_count' and '{name}_edge_time', or "
+            f"'{name}_speed' [rad/s]."
+        )
+    return velocity_mid_interval(log, name)

@@ -1,0 +1,251 @@
+"""The C of one model: ``model.c`` and ``model_sizes.h``, which implement engine/model.h for a HybridSystem.
+
+The text depends on the declaration alone: it is the same, byte for byte, in every process.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+
+import sympy
+
+from fmu_models.codegen.c_expression import c_expression, c_number, c_string
+from fmu_models.codegen.jets import Constants, Recurrences, Slots
+from fmu_models.language.quantities import TIME, Quantity
+from fmu_models.language.values import bound_sentences
+from fmu_models.lowering.hybrid_system import HybridSystem
+
+_NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
+_HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
+_ARGUMENTS = "const double *p, const double *d, Jets *j, int k"
+_UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
+
+
+def sources(system: HybridSystem) -> dict[str, str]:
+    """Text of ``model.c`` and ``model_sizes.h``, by file name.
+
+    Raises:
+        StickslipError: an expression of the model cannot be turned into Taylor recurrences.
+    """
+    return dict(_sources(system)[0])
+
+
+def instantiation_token(system: HybridSystem) -> str:
+    """Identifies model and variables: FMI 2 guid, FMI 3 instantiationToken; the MODEL_TOKEN of ``model_sizes.h``."""
+    return _sources(system)[1]
+
+
+@lru_cache(maxsize=8)
+def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
+    names = _Names(system)
+    functions = _functions(system, names)
+    facts = _facts(system)
+    guards = [_violation(system, names), _magnitude(system, names)]
+    prepare = _prepare(names)
+    head = (
+        _HEAD.format(name=system.name)
+        + _legend(system)
+        + '#include "jets.h"\n#include "model.h"\n\n#include <stddef.h>\n'
+    )
+    model = "\n".join([head, *facts, prepare, *functions, *guards])
+    sizes = _sizes(system, names)
+    variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))
+    token = f"{{{uuid.uuid5(_NAMESPACE, model + sizes + variables)}}}"
+    return {"model.c": model, "model_sizes.h": sizes.replace("@TOKEN@", token)}, token
+
+
+class _Names:
+    """What every quantity of the model is called in C."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.parameters: dict[sympy.Basic, str] = {q: f"p[{i}]" for i, q in enumerate(system.parameters)}
+        self.inputs: dict[sympy.Basic, str] = {q: f"j->u[{i}]" for i, q in enumerate(system.inputs)}
+        self.states: dict[sympy.Basic, str] = {q: f"j->x[{i}]" for i, q in enumerate(system.states)}
+        self.free = {TIME: "j->t", **self.inputs, **self.states}
+        self.rates: dict[sympy.Basic, str] = {q.rate: f"j->u[{i}]" for i, q in enumerate(system.inputs)}
+        self.accelerations: dict[sympy.Basic, str] = {q.a: f"j->a[{i}]" for i, q in enumerate(system.coordinates)}
+        signs = {c.sign_symbol: f"j->sign[{i}]" for i, c in enumerate(system.contacts)}
+        self.slips: dict[sympy.Basic, str] = {}
+        for i, c in enumerate(system.contacts):
+            self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
+        self.forces: dict[sympy.Basic, str] = {c.force_symbol: f"j->force[{i}]" for i, c in enumerate(system.contacts)}
+        self.constants = Constants(self.parameters, signs)
+        self.slots = Slots()
+
+    def recurrences(self, *series: Mapping[sympy.Basic, str]) -> Recurrences:
+        """A function body that may read these series besides time, inputs and states."""
+        known = dict(self.free)
+        for more in series:
+            known |= more
+        return Recurrences(known, self.rates, self.constants, self.slots)
+
+
+def _functions(system: HybridSystem, names: _Names) -> list[str]:
+    """The functions of model.h that work on series."""
+    slip = names.recurrences()
+    for i, contact in enumerate(system.contacts):
+        slip.assign(f"j->slip[{i}]", contact.slip)
+    acceleration = names.recurrences()
+    for i, a in enumerate(system.acceleration):
+        acceleration.assign(f"j->a[{i}]", a)
+    inertia = names.recurrences()
+    for matrix, letter in ((system.W, "W"), (system.G, "G")):
+        for row in range(matrix.rows):
+            for column in range(matrix.cols):
+                inertia.assign(f"j->{letter}[{row}][{column}]", matrix[row, column])
+    laws, sticks = [], []
+    for i, contact in enumerate(system.contacts):
+        law = names.recurrences(names.slips)
+        law.assign(f"j->force[{i}]", contact.force)
+        laws.append(law)
+        stick = names.recurrences(names.slips, names.accelerations)
+        stick.assign(f"j->slip_rate[{i}]", contact.slip_rate)
+        stick.assign(f"j->capacity[{i}]", contact.capacity)
+        sticks.append(stick)
+    internal = names.recurrences(names.slips)
+    for i, rate in enumerate(system.internal_rates):
+        internal.assign(f"j->zrate[{i}]", rate)
+    return [
+        _function("slip", slip.lines),
+        _function("acceleration", acceleration.lines),
+        _function("inertia", inertia.lines),
+        _by_contact("law", [law.lines for law in laws]),
+        _by_contact("stick", [stick.lines for stick in sticks]),
+        _function("internal", internal.lines),
+        _function("outputs", _outputs(system, names).lines),
+    ]
+
+
+def _outputs(system: HybridSystem, names: _Names) -> Recurrences:
+    """Outputs, with every acceleration written as what it is without and with contact forces."""
+    free = {q.a: sympy.Dummy(f"{q.a.name}_free", real=True) for q in system.coordinates}
+    matrix = {} if system.constant_inertia else _matrix_symbols(system)
+    full = {}
+    for i, q in enumerate(system.coordinates):
+        by_forces = [
+            matrix.get((i, k), system.W[i, k]) * contact.force_symbol for k, contact in enumerate(system.contacts)
+        ]
+        full[q.a] = sympy.Add(free[q.a], *by_forces)
+    known = {free[a]: name for a, name in names.accelerations.items()}
+    entries = {symbol: f"j->W[{i}][{k}]" for (i, k), symbol in matrix.items()}
+    outputs = names.recurrences(names.slips, names.forces, known, entries)
+    for i, output in enumerate(system.outputs):
+        outputs.assign(f"j->y[{i}]", sympy.sympify(output.expression).xreplace(full))
+    return outputs
+
+
+def _matrix_symbols(system: HybridSystem) -> dict[tuple[int, int], sympy.Basic]:
+    shape = [(i, k) for i in range(system.W.rows) for k in range(system.W.cols)]
+    return {(i, k): sympy.Dummy(f"W_{i}_{k}", real=True) for i, k in shape}
+
+
+def _function(name: str, lines: Iterable[str]) -> str:
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"void model_{name}({_ARGUMENTS})\n{{\n{_UNUSED}\n{body}\n}}\n".replace("\n\n}", "\n}")
+
+
+def _by_contact(name: str, bodies: list[list[str]]) -> str:
+    """One static function per contact, and the one of model.h that chooses among them."""
+    texts = []
+    for i, lines in enumerate(bodies):
+        texts.append("static " + _function(f"{name}_{i}", lines))
+    cases = "".join(f"    case {i}: model_{name}_{i}(p, d, j, k); break;\n" for i in range(len(bodies)))
+    choice = f"    switch (c) {{\n{cases}    default: break;\n    }}\n" if bodies else "    (void)c;\n"
+    texts.append(f"void model_{name}({_ARGUMENTS}, int c)\n{{\n{_UNUSED}\n{choice}}}\n")
+    return "\n".join(texts)
+
+
+def _prepare(names: _Names) -> str:
+    derived = names.constants.derived
+    lines = [f"    {name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
+    body = "\n".join(["    (void)p, (void)d;", *lines])
+    return f"void model_prepare(const double *p, double *d)\n{{\n{body}\n}}\n"
+
+
+def _violation(system: HybridSystem, names: _Names) -> str:
+    """Comparisons are written so that NaN violates them."""
+    tests = []
+    for parameter, name in zip(system.parameters, names.parameters.values(), strict=True):
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        finite = f"{parameter.name} must be a finite number ({parameter.description})"
+        tests.append((f"isfinite({name})", finite))
+        for relation, bound in bound_sentences(parameter):
+            sentence = f"{parameter.name} must be {relation} {bound:g}{unit} ({parameter.description})"
+            tests.append((f"{name} {relation} {c_number(bound)}", sentence))
+    for requirement in system.all_requirements:
+        relation = ">" if requirement.strict else ">="
+        value = c_expression(sympy.sympify(requirement.expression), names.parameters)
+        tests.append((f"{value} {relation} 0.0", requirement.sentence))
+    lines = [f"    if (!({test})) {{\n        return {c_string(sentence)};\n    }}" for test, sentence in tests]
+    body = "\n".join(["    (void)p;", *lines, "    return NULL;"])
+    return f"const char *model_violation(const double *p)\n{{\n{body}\n}}\n"
+
+
+def _magnitude(system: HybridSystem, names: _Names) -> str:
+    values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
+    cases = []
+    for i, contact in enumerate(system.contacts):
+        terms = " + ".join(f"fabs({c_expression(term, values)})" for term in contact.slip_terms)
+        cases.append(f"    case {i}: return {terms};\n")
+    head = "double model_slip_magnitude(const double *p, const double *d, const Jets *j, int c)"
+    choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
+    return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+
+
+def _facts(system: HybridSystem) -> list[str]:
+    def numbers(name: str, size: str, values: Iterable[float]) -> str:
+        text = ", ".join(c_number(value) for value in values) or "0.0"
+        return f"const double model_start_{name}[MODEL_ROOM({size})] = {{{text}}};"
+
+    contact_names = ", ".join(c_string(c.name) for c in system.contacts) or '""'
+    sticks = ", ".join(str(int(c.sticks)) for c in system.contacts) or "0"
+    return [
+        numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
+        numbers("inputs", "MODEL_NU", (q.value for q in system.inputs)),
+        numbers("states", "MODEL_NX", (q.start for q in system.states)),
+        f"const char *const model_contact_names[MODEL_ROOM(MODEL_NC)] = {{{contact_names}}};",
+        f"const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)] = {{{sticks}}};\n",
+    ]
+
+
+def _sizes(system: HybridSystem, names: _Names) -> str:
+    sizes = {
+        "NQ": len(system.coordinates),
+        "NZ": len(system.internal_states),
+        "NC": len(system.contacts),
+        "NP": len(system.parameters),
+        "NU": len(system.inputs),
+        "NY": len(system.outputs),
+        "ND": len(names.constants.derived),
+        "NW": names.slots.used,
+        "CONSTANT_INERTIA": int(system.constant_inertia),
+    }
+    states = len(system.states)
+    blocks = {"P": sizes["NP"], "U": sizes["NU"], "DU": sizes["NU"], "X": states, "DX": states, "Y": sizes["NY"]}
+    lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
+    lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]
+    lines.append("\n/* first value references; 0 is the time */")
+    reference = 1
+    for name, count in blocks.items():
+        lines.append(f"#define VR_{name} {reference}")
+        reference += count
+    lines.append(f"#define VR_S {reference}")
+    body = "\n".join(lines)
+    guard = "STICKSLIP_MODEL_SIZES_H"
+    return f"{_HEAD.format(name=system.name)}#ifndef {guard}\n#define {guard}\n\n{body}\n\n#endif\n"
+
+
+def _legend(system: HybridSystem) -> str:
+    """A comment that says which quantity is which index."""
+    rows = {"p": system.parameters, "u": system.inputs, "x": system.states, "y": system.outputs}
+    lines = [
+        f" * {letter}: " + ", ".join(q.name for q in quantities) for letter, quantities in rows.items() if quantities
+    ]
+    lines += [f" * slip of {c.name}: {c.slip}" for c in system.contacts]
+    return "\n".join(["/*", *lines, " */", ""])
+
+
+def _variables(system: HybridSystem) -> list[Quantity]:
+    return [*system.parameters, *system.inputs, *system.states, *system.outputs]

@@ -1,0 +1,127 @@
+/*
+ * Taylor recurrences: coefficient k of a function of series from the coefficients 0..k of its arguments and, where the
+ * recurrence needs them, 0..k-1 of its own result and of its companions (passed as series, coefficient k not yet set).
+ *
+ * With y = f(a), differentiate and compare coefficients: k y[k] = sum_{i=1..k} i a[i] (df/da)[k-i].
+ *
+ * Sources: Jorba and Zou, Experimental Mathematics 14 (2005), section 2.2; Griewank and Walther, Evaluating Derivatives
+ * (2008), chapter 13. Where a function is not analytic (a division by zero, the root of zero) they give inf or nan.
+ */
+#ifndef STICKSLIP_JETS_H
+#define STICKSLIP_JETS_H
+
+#include <math.h>
+
+/* sum of a[i] b[k-i] over first <= i <= last */
+static inline double jet_convolution(const double *a, const double *b, int k, int first, int last)
+{
+    double sum = 0.0;
+    for (int i = first; i <= last; i++) {
+        sum += a[i] * b[k - i];
+    }
+    return sum;
+}
+
+/* 1/k times the sum of i a[i] b[k-i] over 1 <= i <= last: what a' b adds to the integral of the product */
+static inline double jet_integral(const double *a, const double *b, int k, int last)
+{
+    double sum = 0.0;
+    for (int i = 1; i <= last; i++) {
+        sum += i * a[i] * b[k - i];
+    }
+    return sum / k;
+}
+
+/* a b */
+static inline double jet_product(const double *a, const double *b, int k)
+{
+    return jet_convolution(a, b, k, 0, k);
+}
+
+/* a a, with the symmetric terms added once */
+static inline double jet_square(const double *a, int k)
+{
+    const double pairs = 2.0 * jet_convolution(a, a, k, 0, (k + 1) / 2 - 1);
+    return k % 2 == 0 ? pairs + a[k / 2] * a[k / 2] : pairs;
+}
+
+/* q = 1/(b0 + b1 b) */
+static inline double jet_reciprocal(double b0, double b1, const double *b, const double *q, int k)
+{
+    return k == 0 ? 1.0 / (b0 + b1 * b[0]) : -b1 * q[0] * jet_convolution(b, q, k, 1, k);
+}
+
+/* q = a/(b0 + b1 b) */
+static inline double jet_quotient(const double *a, double b0, double b1, const double *b, const double *q, int k)
+{
+    return (a[k] - b1 * jet_convolution(b, q, k, 1, k)) / (b0 + b1 * b[0]);
+}
+
+/* y = sqrt(a) */
+static inline double jet_sqrt(const double *a, const double *y, int k)
+{
+    return k == 0 ? sqrt(a[0]) : (a[k] - jet_convolution(y, y, k, 1, k - 1)) / (2.0 * y[0]);
+}
+
+/* y = a^e for a constant exponent: a y' = e a' y */
+static inline double jet_power(const double *a, double e, const double *y, int k)
+{
+    if (k == 0) {
+        return pow(a[0], e);
+    }
+    double sum = 0.0;
+    for (int i = 1; i <= k; i++) {
+        sum += ((e + 1.0) * i - k) * a[i] * y[k - i];
+    }
+    return sum / (k * a[0]);
+}
+
+/* y = exp(a) */
+static inline double jet_exp(const double *a, const double *y, int k)
+{
+    return k == 0 ? exp(a[0]) : jet_integral(a, y, k, k);
+}
+
+/* y = log(a): a y' = a' */
+static inline double jet_log(const double *a, const double *y, int k)
+{
+    return k == 0 ? log(a[0]) : (a[k] - jet_integral(y, a, k, k - 1)) / a[0];
+}
+
+/* y = sin(a), c = cos(a) */
+static inline double jet_sin(const double *a, const double *c, int k)
+{
+    return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k);
+}
+
+/* y = cos(a), s = sin(a) */
+static inline double jet_cos(const double *a, const double *s, int k)
+{
+    return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k);
+}
+
+/* y = sinh(a), c = cosh(a) */
+static inline double jet_sinh(const double *a, const double *c, int k)
+{
+    return k == 0 ? sinh(a[0]) : jet_integral(a, c, k, k);
+}
+
+/* y = cosh(a), s = sinh(a) */
+static inline double jet_cosh(const double *a, const double *s, int k)
+{
+    return k == 0 ? cosh(a[0]) : jet_integral(a, s, k, k);
+}
+
+/* y = tanh(a), y2 = y y: y' = (1 - y2) a' */
+static inline double jet_tanh(const double *a, const double *y2, int k)
+{
+    return k == 0 ? tanh(a[0]) : a[k] - jet_integral(a, y2, k, k);
+}
+
+/* y = atan(a), a2 = a a: (1 + a2) y' = a' */
+static inline double jet_atan(const double *a, const double *a2, const double *y, int k)
+{
+    return k == 0 ? atan(a[0]) : (a[k] - jet_integral(y, a2, k, k - 1)) / (1.0 + a2[0]);
+}
+
+#endif

@@ -1,0 +1,55 @@
+"""Conti's friction law.
+
+    lambda = -N mu(|v|) sgn(v),    mu(|v|) = (mu_s - mu_k)/(1 + p |v|) + mu_k
+
+v slip speed, lambda friction force along positive slip, N normal force, mu_s and mu_k static and kinetic friction
+coefficients, p steepness of the descent from one to the other. In stick |lambda| < N mu_s.
+
+Source: Casini, Giannini, Vestroni, Experimental evidence of non-standard bifurcations in non-smooth oscillator
+dynamics, Nonlinear Dynamics 46 (2006), equation (2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy
+
+from fmu_models.language.contacts import Requirement
+from fmu_models.language.quantities import InternalState
+
+
+@dataclass(frozen=True)
+class Conti:
+    """Friction that falls hyperbolically from N mu_s at rest to N mu_k at high slip speed."""
+
+    N: sympy.Expr
+    mu_s: sympy.Expr
+    mu_k: sympy.Expr
+    p: sympy.Expr
+    sticks: ClassVar[bool] = True
+    states: ClassVar[tuple[InternalState, ...]] = ()
+
+    def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
+        """N mu(speed), N, for a slip speed without sign, m/s."""
+        return self.N * ((self.mu_s - self.mu_k) / (1 + self.p * speed) + self.mu_k)
+
+    @property
+    def capacity(self) -> sympy.Expr:
+        """Largest force in stick, N."""
+        return self.N * self.mu_s
+
+    def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
+        """Friction force along positive slip, N."""
+        return -sign * self.magnitude(sign * slip)
+
+    def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
+        """No internal states."""
+        return ()
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Friction falls with the slip speed: with mu_k > mu_s a contact could neither stick nor slip."""
+        sentence = f"{self.mu_k} exceeds {self.mu_s}: Conti's law needs mu_s >= mu_k"
+        return (Requirement(self.mu_s - self.mu_k, sentence),)

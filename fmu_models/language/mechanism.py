@@ -1,0 +1,164 @@
+"""A body with its contacts, declared by its energies.
+
+    d/dt dT/dv - dT/dq = -dU/dq - dD/dv + Q + sum_c (d slip_c/dv)^T lambda_c
+
+T kinetic energy, U potential energy, D dissipation (Rayleigh: c v^2/2 for a dashpot), Q applied generalised forces.
+The equations of motion are derived from this (lowering), never typed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import sympy
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.language.checks import check_mechanism
+from fmu_models.language.contacts import Friction, Law, Requirement
+from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
+
+Q = TypeVar("Q", bound=Quantity)
+
+
+@dataclass(frozen=True, eq=False)
+class Output:
+    """A quantity to be shown: ``expression`` may use coordinates, velocities, accelerations, inputs, slips and forces."""
+
+    name: str
+    expression: sympy.Expr
+    unit: str
+    description: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mechanism:
+    """A declared oscillator; see the module for its equation.
+
+    Attributes:
+        name: identifier, also of the FMU.
+        title: one line for people.
+        source: where the model comes from.
+        coordinates: generalised coordinates.
+        kinetic_energy: T, J, quadratic in the velocities.
+        potential_energy: U, J.
+        dissipation: D, W, half the power lost.
+        applied: generalised force on a coordinate.
+        contacts: friction contacts.
+        outputs: quantities to be shown.
+        requirements: what the parameters must satisfy beside their own bounds.
+
+    Raises:
+        StickslipError: the declaration contradicts itself; the message says where.
+    """
+
+    name: str
+    title: str
+    source: str
+    coordinates: Sequence[Coordinate]
+    kinetic_energy: sympy.Expr
+    potential_energy: sympy.Expr = sympy.S.Zero
+    dissipation: sympy.Expr = sympy.S.Zero
+    applied: Mapping[Coordinate, sympy.Expr] = field(default_factory=dict)
+    contacts: Sequence[Friction] = ()
+    outputs: Sequence[Output] = ()
+    requirements: Sequence[Requirement] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("coordinates", "contacts", "outputs", "requirements"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        for name in ("kinetic_energy", "potential_energy", "dissipation"):
+            object.__setattr__(self, name, sympy.sympify(getattr(self, name)))
+        object.__setattr__(self, "applied", {q: sympy.sympify(e) for q, e in self.applied.items()})
+        check_mechanism(self)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters used, in the order of their declaration."""
+        return _of_type(self.symbols, Parameter)
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The inputs used, in the order of their declaration."""
+        return _of_type(self.symbols, Input)
+
+    @property
+    def internal_states(self) -> tuple[InternalState, ...]:
+        """The internal states of the laws, contact by contact."""
+        return tuple(state for contact in self.contacts for state in contact.law.states)
+
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]:
+        """The requirements of the mechanism and of its laws."""
+        return (*self.requirements, *(r for contact in self.contacts for r in contact.law.requirements))
+
+    @property
+    def body_symbols(self) -> set[sympy.Basic]:
+        """Quantities that the body uses without its contacts and outputs."""
+        energies = (self.kinetic_energy, self.potential_energy, self.dissipation, *self.applied.values())
+        return _symbols(energies) | {s for q in self.coordinates for s in (q, q.v, q.a)}
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that the mechanism uses."""
+        return self.body_symbols.union(
+            *(contact.symbols for contact in self.contacts), _symbols(output.expression for output in self.outputs)
+        )
+
+    def restricted_to(self, contacts: Iterable[str]) -> Mechanism:
+        """The mechanism with these contacts only, without the quantities and outputs that served the others alone.
+
+        Raises:
+            StickslipError: no contact has that name.
+        """
+        kept = [self._contact(name) for name in contacts]
+        kept = [contact for contact in self.contacts if contact in kept]
+        if len(kept) == len(self.contacts):
+            return self
+        dropped = [contact for contact in self.contacts if contact not in kept]
+        gone = set().union(*(contact.symbols | {contact.force} for contact in dropped))
+        gone -= self.body_symbols.union(*(contact.symbols for contact in kept))
+        return dataclasses.replace(
+            self,
+            name="_".join([self.name, *([contact.name for contact in kept] or ["free"])]),
+            contacts=kept,
+            outputs=[output for output in self.outputs if not gone & output.expression.free_symbols],
+            requirements=[r for r in self.requirements if not gone & r.expression.free_symbols],
+        )
+
+    def with_law(self, **laws: Law) -> Mechanism:
+        """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``.
+
+        Raises:
+            StickslipError: no contact has that name.
+        """
+        replaced = {self._contact(name): law for name, law in laws.items()}
+        contacts = [
+            dataclasses.replace(contact, law=replaced[contact]) if contact in replaced else contact
+            for contact in self.contacts
+        ]
+        forces = {old.force: new.force for old, new in zip(self.contacts, contacts, strict=True)}
+        kinds = dict.fromkeys(type(law).__name__.lower() for law in laws.values())
+        return dataclasses.replace(
+            self,
+            name="_".join([self.name, *kinds]),
+            contacts=contacts,
+            outputs=[dataclasses.replace(o, expression=o.expression.xreplace(forces)) for o in self.outputs],
+        )
+
+    def _contact(self, name: str) -> Friction:
+        for contact in self.contacts:
+            if contact.name == name:
+                return contact
+        known = [contact.name for contact in self.contacts]
+        raise StickslipError(f"{self.name} has no contact '{name}'.{nearest(name, known)}")
+
+
+def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:
+    return set().union(*(expression.free_symbols for expression in expressions))
+
+
+def _of_type(symbols: set[sympy.Basic], kind: type[Q]) -> tuple[Q, ...]:
+    return tuple(sorted((s for s in symbols if isinstance(s, kind)), key=lambda s: s.declared))

@@ -123,7 +123,7 @@ def _layout(path: Path, lines: list[str]) -> _Layout:
     units = {match["name"]: match["unit"] for match in found if match and match["unit"] is not None}
     first = 1
     below = [cell.strip().strip('"').strip("[]() ") for cell in lines[1].split(separator)] if len(lines) > 1 else []
-    if len(below) == len(names) and not any(_is_number(c.replace(",", ".")) or c in NO_NUMBER[1:] for c in below):
+    if len(below) == len(names) and all(map(_is_unit, below)) and set(below) - {"", "1"}:
         units |= dict(zip(names, below, strict=True))
         first = 2
     if len(lines) == first:
@@ -160,7 +160,6 @@ def _numbers(path: Path, rows: list[str], layout: _Layout) -> dict[str, np.ndarr
     import pandas
 
     try:
-        # pandas reads a decimal comma only with its fast parser, which is accurate to the last digit but one
         frame = pandas.read_csv(
             StringIO("\n".join(rows) + "\n"),
             sep=layout.separator,
@@ -172,7 +171,6 @@ def _numbers(path: Path, rows: list[str], layout: _Layout) -> dict[str, np.ndarr
             na_values=NO_NUMBER,
             skipinitialspace=True,
             skip_blank_lines=False,
-            float_precision="round_trip" if layout.decimal == "." else None,
         )
     except (ValueError, pandas.errors.ParserError) as error:
         raise _no_number(path, rows, layout) from error
@@ -190,6 +188,11 @@ def _no_number(path: Path, rows: list[str], layout: _Layout) -> StickslipError:
                     "Mend or remove the row."
                 )
     return StickslipError(f"'{path}' cannot be read as a table of numbers. Save it again as plain CSV, UTF-8.")
+
+
+def _is_unit(text: str) -> bool:
+    """Whether a cell below the header can be a unit; that of a count may be written 1 or left out."""
+    return text in ("", "1") or not (_is_number(text.replace(",", ".")) or text in NO_NUMBER)
 
 
 def _is_number(text: str) -> bool:

@@ -1,0 +1,317 @@
+"""Reading a log: what is accepted, and what each fault of a file is answered with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fmu_models.errors import StickslipError
+from rig_io.log import (
+    Calibration,
+    EncoderCalibration,
+    Experiment,
+    LaserCalibration,
+    Quantity,
+    RigConstants,
+    RigLog,
+    StickslipWarning,
+    read_log,
+    read_package,
+    write_package,
+)
+from rig_io.readers import csv_log
+
+RIG = RigConstants(J=Quantity(0.0548, "kg*m^2", 3e-4), R=Quantity(0.125, "m", 5e-5), N0=Quantity(4.905, "N"))
+CALIBRATION = Calibration(LaserCalibration(0.01, 5.0, lowest=0.0, highest=10.0), EncoderCalibration(1000))
+
+
+def a_log(samples: int = 50, name: str = "a", **columns: np.ndarray) -> RigLog:
+    time = 0.001 * np.arange(samples)
+    columns = columns or {
+        "laser": 5.0 + np.round(np.sin(40 * time), 3),
+        "encoder_count": np.floor(10 * np.sin(40 * time)),
+        "encoder_edge_time": np.round(time - 4e-4, 6),
+    }
+    return RigLog(name, time, columns, {}, RIG, CALIBRATION, Experiment(drive_speed=(0.83,)))
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    return write_package(tmp_path / "logs", [a_log()])
+
+
+def edit_sidecar(package: Path, edit) -> None:
+    """Change the sidecar in place by a function of its content."""
+    sidecar = package / "datapackage.json"
+    content = json.loads(sidecar.read_text())
+    edit(content)
+    sidecar.write_text(json.dumps(content))
+
+
+def edit_csv(package: Path, edit) -> None:
+    """Change the text of the log by a function, and drop its checksum."""
+    path = package / "a.csv"
+    path.write_text(edit(path.read_text()))
+    edit_sidecar(package, lambda content: content["resources"][0].pop("hash", None))
+
+
+def test_round_trip_keeps_everything(package: Path) -> None:
+    log, written = read_log(package / "a.csv"), a_log()
+    np.testing.assert_allclose(log.time, written.time, rtol=0, atol=5e-10)
+    for name, values in written.columns.items():
+        np.testing.assert_array_equal(log.column(name), values)
+    assert (log.rig, log.calibration, log.experiment) == (RIG, CALIBRATION, written.experiment)
+    assert log.units == {"time": "s", "laser": "V", "encoder_count": "1", "encoder_edge_time": "s"}
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    start=st.floats(-100, 100),
+    steps=st.lists(st.floats(1e-6, 10), min_size=9, max_size=40),
+    data=st.data(),
+)
+def test_any_log_survives_the_file(tmp_path_factory, start: float, steps: list[float], data) -> None:
+    time = np.round(start + np.concatenate([[0.0], np.cumsum(steps)]), 9)
+    exact = st.lists(st.floats(-1e30, 1e30), min_size=len(time), max_size=len(time))
+    whole = st.lists(st.integers(-(2**50), 2**50), min_size=len(time), max_size=len(time))
+    columns = {"laser": np.array(data.draw(exact)), "encoder_count": np.array(data.draw(whole), dtype=float)}
+    log = RigLog("x", time, columns, {}, RIG, CALIBRATION, Experiment())
+    (back,) = read_package(write_package(tmp_path_factory.mktemp("any") / "p", [log]))
+    np.testing.assert_array_equal(back.time, time)
+    for name, values in columns.items():
+        np.testing.assert_array_equal(back.column(name), values)
+
+
+ACCEPTED = {
+    "byte-order mark": lambda text: "\ufeff" + text,
+    "semicolons and decimal commas": lambda text: text.replace(",", ";").replace(".", ","),
+    "tabs": lambda text: text.replace(",", "\t"),
+    "Windows line ends": lambda text: text.replace("\n", "\r\n"),
+    "blank lines at the end": lambda text: text + "\n\n",
+    "row of units": lambda text: text.replace("\n", "\ns,V,1,s\n", 1),
+    "units in the header": lambda text: text.replace("time,laser", "time [s],laser [V]"),
+    "an unknown column": lambda text: "\n".join(
+        line + (",lab_temperature" if line.startswith("time") else ",21.5") for line in text.splitlines()
+    ),
+}
+
+
+@pytest.mark.parametrize("change", ACCEPTED.values(), ids=ACCEPTED)
+def test_variants_of_csv_read_the_same(package: Path, change) -> None:
+    plain = read_log(package / "a.csv")
+    edit_csv(package, change)
+    log = read_log(package / "a.csv")
+    np.testing.assert_array_equal(log.time, plain.time)
+    for name in plain.columns:
+        np.testing.assert_allclose(log.column(name), plain.column(name), rtol=1e-15)
+
+
+def line(number: int, new: str):
+    """An edit that replaces one line (counted from 1)."""
+
+    def edit(text: str) -> str:
+        lines = text.splitlines()
+        lines[number - 1] = new
+        return "\n".join(lines) + "\n"
+
+    return edit
+
+
+def cell(number: int, column: int, new: str):
+    """An edit that replaces one cell of a line (both counted from 1)."""
+
+    def edit(text: str) -> str:
+        cells = text.splitlines()[number - 1].split(",")
+        cells[column - 1] = new
+        return line(number, ",".join(cells))(text)
+
+    return edit
+
+
+REFUSED = {
+    "empty": (lambda text: "\n", "is empty"),
+    "header alone": (lambda text: text.splitlines()[0], "no rows"),
+    "no header": (lambda text: text.split("\n", 1)[1], "begins with numbers"),
+    "misspelt time": (lambda text: text.replace("time,", "tiem,", 1), "lacks 'time'.*Did you mean 'tiem'"),
+    "no angle": (lambda text: text.replace("laser", "lasso").replace("encoder_count", "count"), "lacks one source"),
+    "edge times without count": (lambda text: text.replace("encoder_count", "count"), "lacks 'encoder_count'"),
+    "doubled name": (lambda text: text.replace("laser", "time"), "two columns named 'time'"),
+    "nameless column": (lambda text: text.replace("laser", ""), "cell 2 .* is not a name"),
+    "NaN": (lambda text: cell(30, 2, "nan")(cell(20, 2, "1.#QNAN")(text)), "'laser' has 2 cells .* line 20"),
+    "missing cell": (cell(12, 2, ""), "'laser' has 1 cells .* line 12"),
+    "infinite": (cell(12, 2, "inf"), "'laser' has 1 cells .* line 12"),
+    "falling time": (cell(17, 1, "0.001"), "falls .* line 17"),
+    "repeated time": (cell(18, 1, "0.015"), "line 18 repeats the time 0.015"),
+    "word": (cell(9, 3, "five"), "line 9, column 'encoder_count' holds 'five'"),
+    "extra cell": (lambda text: line(7, text.splitlines()[6] + ",1")(text), "line 7 has 5 cells, the header has 4"),
+    "blank line inside": (line(7, ""), "line 7 has 1 cells"),
+    "decimal commas between commas": (
+        lambda text: text.split("\n", 1)[0] + "\n" + text.split("\n", 1)[1].replace(".", ","),
+        "line 2 has .* needs ';'",
+    ),
+    "fraction of a count": (cell(5, 3, "1.5"), "counts edges, but line 5 holds 1.5"),
+    "too short": (lambda text: "\n".join(text.splitlines()[:5]) + "\n", "too short: 4 rows"),
+    "binary": (lambda text: text.replace("\n", "\0\n"), "zero bytes"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), REFUSED.values(), ids=REFUSED)
+def test_a_faulty_file_is_refused_with_its_place(package: Path, change, message: str) -> None:
+    edit_csv(package, change)
+    with pytest.raises(StickslipError, match=message):
+        read_log(package / "a.csv")
+
+
+def test_a_row_torn_off_at_the_end_is_left_out_with_a_warning(package: Path) -> None:
+    for torn in ("0.0500,5.1", "0.0500,5.1,1,"):
+        edit_csv(package, lambda text, torn=torn: "\n".join(text.splitlines()[:51]) + "\n" + torn)
+        with pytest.warns(StickslipWarning, match="line 52 is cut off"):
+            log = read_log(package / "a.csv")
+        assert len(log.time) == 50
+
+
+def test_text_of_another_encoding_is_named(package: Path) -> None:
+    edit_sidecar(package, lambda content: content["resources"][0].pop("hash"))
+    (package / "a.csv").write_bytes("time,laser\n0,1 µm\n".encode("latin-1"))
+    with pytest.raises(StickslipError, match="not UTF-8"):
+        read_log(package / "a.csv")
+
+
+def test_units_are_converted_by_dimension(package: Path) -> None:
+    plain = read_log(package / "a.csv")
+
+    def to_milli(content) -> None:
+        content["resources"][0]["schema"]["fields"][0]["unit"] = "ms"
+        content["rig"]["J"] = {"value": 548.0, "unit": "kg*cm^2", "standard_uncertainty": 3.0}
+
+    edit_csv(package, lambda text: text)
+    edit_sidecar(package, to_milli)
+    log = read_log(package / "a.csv")
+    np.testing.assert_allclose(log.time, 1e-3 * plain.time, rtol=1e-14)
+    assert log.rig.quantity("J").value == pytest.approx(0.0548)
+    assert log.rig.quantity("J").standard_uncertainty == pytest.approx(3e-4)
+
+
+SIDECARS = {
+    "unit missing": (lambda c: c["resources"][0]["schema"]["fields"][1].pop("unit"), "'laser' has no unit"),
+    "other dimension": (lambda c: c["resources"][0]["schema"]["fields"][0].update(unit="m"), "'time' is in 'm'"),
+    "unknown unit": (lambda c: c["resources"][0]["schema"]["fields"][0].update(unit="blink"), "unknown unit 'blink'"),
+    "ill-formed unit": (lambda c: c["resources"][0]["schema"]["fields"][0].update(unit="s*("), r"unit 's\*\('"),
+    "no resources": (lambda c: c.pop("resources"), "lists no logs"),
+    "other log": (lambda c: c["resources"][0].update(path="b.csv"), "says nothing of 'a.csv'"),
+    "path leaves the folder": (lambda c: c["resources"][0].update(path="../a.csv"), "leaves the folder"),
+    "wrong checksum": (lambda c: c["resources"][0].update(hash="sha256:0"), "checksum is sha256:"),
+    "no laser calibration": (lambda c: c["resources"][0]["calibration"].pop("laser"), "no calibration for it"),
+    "laser without gain": (lambda c: c["resources"][0]["calibration"]["laser"].pop("gain"), 'lacks "gain"'),
+    "gain of zero": (lambda c: c["resources"][0]["calibration"]["laser"].update(gain=0), "measures nothing"),
+    "unknown calibration": (lambda c: c["resources"][0]["calibration"]["laser"].update(gian=1), "Did you mean 'gain'"),
+    "unknown instrument": (lambda c: c["resources"][0]["calibration"].update(lasr={}), "Did you mean 'laser'"),
+    "half a pulse": (
+        lambda c: c["resources"][0]["calibration"]["encoder"].update(pulses_per_revolution=0.5),
+        "measures nothing",
+    ),
+    "unknown constant": (lambda c: c["rig"].update(Jo=c["rig"]["J"]), "'Jo' is unknown"),
+    "constant without unit": (lambda c: c["rig"]["J"].pop("unit"), r"needs \"value\" and \"unit\""),
+    "negative inertia": (lambda c: c["rig"]["J"].update(value=-1.0), "expected a positive value"),
+    "constant in words": (lambda c: c["rig"]["J"].update(value="big"), "expected a number"),
+    "unknown kind": (lambda c: c["resources"][0]["experiment"].update(kind="slip"), "'slip' is unknown"),
+    "unknown contact": (lambda c: c["resources"][0]["experiment"].update(contacts=["disc7"]), "'disc7'"),
+    "speeds without discs": (lambda c: c["resources"][0]["experiment"].update(drive_speed=[1, 2]), "2 drive speeds"),
+    "experiment no object": (lambda c: c["resources"][0].update(experiment=[1]), "expected an object"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), SIDECARS.values(), ids=SIDECARS)
+def test_a_faulty_sidecar_is_refused(package: Path, change, message: str) -> None:
+    edit_sidecar(package, change)
+    with pytest.raises(StickslipError, match=message):
+        read_log(package / "a.csv")
+
+
+def test_files_that_are_not_there(package: Path, tmp_path: Path) -> None:
+    with pytest.raises(StickslipError, match=r"no log .*b\.csv'.*Did you mean 'a\.csv'"):
+        read_log(package / "b.csv")
+    with pytest.raises(StickslipError, match="no known kind"):
+        read_log(package / "a.parquet")
+    with pytest.raises(StickslipError, match="is a package of logs"):
+        read_log(package)
+    with pytest.raises(StickslipError, match=r"no datapackage\.json in"):
+        read_package(tmp_path)
+    (package / "datapackage.json").write_text("{")
+    with pytest.raises(StickslipError, match="is not JSON"):
+        read_log(package / "a.csv")
+    (package / "datapackage.json").unlink()
+    with pytest.raises(StickslipError, match="the rig's constants are unknown"):
+        read_log(package / "a.csv")
+
+
+def test_a_log_without_sidecar_needs_units_and_the_rig(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    rows = [f"{10 * i},{10 * i},{60 / (2 * np.pi)}" for i in range(20)]
+    path.write_text("\n".join(["time [ms],angle [mrad],drive0_speed [rpm]", *rows]))
+    log = read_log(path, rig=RIG)
+    np.testing.assert_allclose(log.time, 0.01 * np.arange(20))
+    np.testing.assert_allclose(log.column("angle"), 0.01 * np.arange(20))
+    np.testing.assert_allclose(log.column("drive0_speed"), 1.0)
+    assert log.rig is RIG and log.contacts == ("disc0",)
+    path.write_text(path.read_text().replace(" [mrad]", ""))
+    with pytest.raises(StickslipError, match="'angle' has no unit"):
+        read_log(path, rig=RIG)
+
+
+def test_a_missing_constant_or_column_says_what_to_add(package: Path) -> None:
+    log = read_log(package / "a.csv")
+    with pytest.raises(StickslipError, match=r"constant k \[N\*m/rad\] is needed"):
+        log.rig.value("k")
+    with pytest.raises(StickslipError, match="no constant 'q'"):
+        log.rig.value("q")
+    with pytest.raises(StickslipError, match="no column 'lasr'.*'laser'"):
+        log.column("lasr")
+
+
+def test_a_package_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch) -> None:
+    folder = tmp_path / "p"
+    write_package(folder, [a_log()])
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    with pytest.raises(StickslipError, match="exists already"):
+        write_package(folder, [a_log(60)])
+    write = csv_log.write
+
+    def fails(path: Path, columns) -> None:
+        write(path, columns)
+        if path.name == "b.csv":
+            raise OSError("disk full")
+
+    monkeypatch.setattr(csv_log, "write", fails)
+    with pytest.raises(OSError, match="disk full"):
+        write_package(folder, [a_log(60), a_log(name="b")], overwrite=True)
+    with pytest.raises(OSError, match="disk full"):
+        write_package(tmp_path / "new", [a_log(60), a_log(name="b")])
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+    assert [file.name for file in tmp_path.iterdir()] == ["p"]
+    monkeypatch.undo()
+    write_package(folder, [a_log(60)], overwrite=True)
+    assert len(read_package(folder)[0].time) == 60
+
+
+def test_a_package_refuses_names_it_cannot_keep(tmp_path: Path) -> None:
+    with pytest.raises(StickslipError, match="at least one log"):
+        write_package(tmp_path / "p", [])
+    with pytest.raises(StickslipError, match="cannot be a file name"):
+        write_package(tmp_path / "p", [a_log(name="../a")])
+    with pytest.raises(StickslipError, match="one name"):
+        write_package(tmp_path / "p", [a_log(), a_log()])
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StickslipError, match="cannot be written|exists already"):
+        write_package(tmp_path / "file" / "p", [a_log()])
+
+
+def test_the_sidecar_is_a_valid_data_package(package: Path) -> None:
+    frictionless = pytest.importorskip("frictionless", reason="the frictionless validator is not installed")
+    report = frictionless.validate(str(package / "datapackage.json"))
+    assert report.valid, report.flatten(["type", "message"])

@@ -1,0 +1,285 @@
+"""The XML files of an FMU: modelDescription.xml (FMI 2.0 and 3.0) and buildDescription.xml (FMI 3.0).
+
+The order of ``variables`` is that of the value references, which engine/variables.c counts through: time, parameters,
+inputs, rates of the inputs, states, derivatives, outputs, states of the contacts, indicators.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
+
+if TYPE_CHECKING:
+    import sympy
+
+    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+
+FMI_VERSIONS = ("2.0", "3.0")
+BASE_UNITS = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+    "radian": "rad",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """One variable of an FMU; ``None`` leaves the attribute out. ``derivative`` is the reference of the state."""
+
+    reference: int
+    name: str
+    description: str
+    causality: str
+    variability: str
+    integer: bool = False
+    initial: str | None = None
+    start: float | None = None
+    unit: str | None = None
+    nominal: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    derivative: int | None = None
+
+    @property
+    def attributes(self) -> dict[str, str | None]:
+        """Attributes of the value, beside what every variable has."""
+        numbers = {"min": self.minimum, "max": self.maximum, "nominal": self.nominal, "start": self.start}
+        kind = int if self.integer else float
+        return {"unit": self.unit, **{key: None if v is None else repr(kind(v)) for key, v in numbers.items()}}
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An entry of the model structure: a variable and the references it depends on, all of them if ``None``."""
+
+    variable: Variable
+    dependencies: tuple[int, ...] | None = None
+
+
+class Description:
+    """What is written about one lowered system. Value references are indices into ``variables``."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.system = system
+        self.variables: list[Variable] = []
+        self._reference: dict[sympy.Basic, int] = {TIME: 0}
+        self._add("time", "time", causality="independent", variability="continuous", unit="s")
+        self._add_values()
+        self.states = [self._add_state(state) for state in system.states]
+        self.derivatives = [self._add_derivative(state) for state in self.states]
+        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated"}
+        self.outputs = [self._add(o.name, o.description, unit=o.unit, **continuous) for o in system.outputs]
+        self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
+        self.indicators = [
+            self._add(
+                f"{contact.name}_indicator",
+                f"{contact.description}: falls to zero where the contact changes its state",
+                causality="local",
+                variability="continuous",
+                initial="calculated",
+            )
+            for contact in system.contacts
+        ]
+
+    def _add(self, name: str, description: str, **attributes: Any) -> Variable:
+        variable = Variable(reference=len(self.variables), name=name, description=description, **attributes)
+        self.variables.append(variable)
+        return variable
+
+    def _add_values(self) -> None:
+        for p in self.system.parameters:
+            self._add(
+                p.name,
+                p.description,
+                causality="parameter",
+                variability="tunable",
+                initial="exact",
+                start=p.value,
+                unit=p.unit,
+                minimum=p.minimum,
+                maximum=p.maximum,
+            )
+        for symbol in (*self.system.inputs, *(u.rate for u in self.system.inputs)):
+            self._reference[symbol] = len(self.variables)
+            self._add(
+                symbol.name,
+                symbol.description,
+                causality="input",
+                variability="continuous",
+                start=symbol.value,
+                unit=symbol.unit,
+            )
+
+    def _add_state(self, state: State) -> Variable:
+        self._reference[state] = len(self.variables)
+        return self._add(
+            state.name,
+            state.description,
+            causality="local",
+            variability="continuous",
+            initial="exact",
+            start=state.start,
+            unit=state.unit,
+            nominal=state.nominal,
+        )
+
+    def _add_derivative(self, state: Variable) -> Variable:
+        return self._add(
+            f"der({state.name})",
+            f"rate of {state.name}",
+            causality="local",
+            variability="continuous",
+            initial="calculated",
+            unit=per_second(state.unit or "1"),
+            derivative=state.reference,
+        )
+
+    def _add_contact_state(self, contact: ContactDynamics) -> Variable:
+        return self._add(
+            f"{contact.name}_state",
+            f"{contact.description}: -1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away",
+            causality="output",
+            variability="discrete",
+            initial="calculated",
+            integer=True,
+            minimum=-1,
+            maximum=2,
+        )
+
+    # model structure
+
+    @property
+    def output_unknowns(self) -> list[Unknown]:
+        """Outputs, and the contact states, which depend on everything through the events."""
+        found = [Unknown(v, self._known(o.expression)) for v, o in zip(self.outputs, self.system.outputs, strict=True)]
+        return found + [Unknown(v) for v in self.contact_states]
+
+    @property
+    def derivative_unknowns(self) -> list[Unknown]:
+        """Derivatives of the states."""
+        system = self.system
+        sources = [
+            *({v} for v in system.velocities),
+            *(self._accelerations[q.a] for q in system.coordinates),
+            *(self._symbols([rate]) for rate in system.internal_rates),
+        ]
+        return [Unknown(v, self._references(s)) for v, s in zip(self.derivatives, sources, strict=True)]
+
+    @property
+    def indicator_unknowns(self) -> list[Unknown]:
+        """Indicators of the contacts."""
+        sources = [self._symbols([c.slip, c.capacity, c.force_symbol]) for c in self.system.contacts]
+        return [Unknown(v, self._references(s)) for v, s in zip(self.indicators, sources, strict=True)]
+
+    @property
+    def initial_unknowns(self) -> list[Unknown]:
+        """What initialization computes, in order of reference."""
+        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self.contact_states)]
+
+    @cached_property
+    def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
+        system = self.system
+        return {q.a: set(a.free_symbols) for q, a in zip(system.coordinates, system.acceleration, strict=True)}
+
+    @cached_property
+    def _forces(self) -> dict[sympy.Basic, set[sympy.Basic]]:
+        """Symbols on which the force of each contact depends, in slip or in stick."""
+        contacts = self.system.contacts
+        laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
+        held = [self._symbols([c.slip_rate, c.capacity], free=True) for c in contacts]
+        together = set().union(self.system.G.free_symbols, *laws.values(), *held)
+        return {c.force_symbol: together if c.sticks else laws[c.force_symbol] for c in contacts}
+
+    @cached_property
+    def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
+        """Symbols on which each acceleration depends, contact forces included."""
+        found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
+        for i, q in enumerate(self.system.coordinates):
+            for k, contact in enumerate(self.system.contacts):
+                if self.system.W[i, k] != 0:
+                    found[q.a] |= self.system.W[i, k].free_symbols | self._forces[contact.force_symbol]
+        return found
+
+    def _symbols(
+        self, expressions: Iterable[sympy.Expr], *, contact: ContactDynamics | None = None, free: bool = False
+    ) -> set[sympy.Basic]:
+        """Known quantities behind expressions. free: accelerations in them stand for those without contact forces."""
+        slips = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
+        found: set[sympy.Basic] = set()
+        for symbol in set().union(*(expression.free_symbols for expression in expressions)):
+            if symbol in slips:
+                found |= slips[symbol]
+            elif isinstance(symbol, Acceleration):
+                found |= (self._free_accelerations if free else self._accelerations)[symbol]
+            elif contact is None and not free and symbol in self._forces:
+                found |= self._forces[symbol]
+            elif symbol is TIME or isinstance(symbol, State | Input | Rate):
+                found.add(symbol)
+        return found
+
+    def _known(self, expression: sympy.Expr) -> tuple[int, ...]:
+        return self._references(self._symbols([expression]))
+
+    def _references(self, symbols: Iterable[sympy.Basic]) -> tuple[int, ...]:
+        return tuple(sorted(self._reference[s] for s in symbols if s in self._reference))
+
+    # units
+
+    @property
+    def units(self) -> dict[str, dict[str, float]]:
+        """Per unit its exponents of SI base units and its factor, as FMI's element BaseUnit wants them."""
+        names = dict.fromkeys(v.unit for v in self.variables if v.unit)
+        return {name: _base_unit(name) for name in names}
+
+
+def _base_unit(unit: str) -> dict[str, float]:
+    """FMI attributes of a unit such as "N m/rad"; the radian is a base unit of FMI.
+
+    >>> _base_unit("N m/rad")
+    {'kg': 1, 'm': 2, 's': -2, 'rad': -1}
+    """
+    quantity = _registry().Quantity(1.0, re.sub(r"([A-Za-z]+)(\d+)", r"\1**\2", unit).replace(" ", "*"))
+    base = quantity.to_base_units()
+    exponents = {BASE_UNITS[str(name)]: int(power) for name, power in base.unit_items()}
+    attributes: dict[str, float] = {name: exponents[name] for name in BASE_UNITS.values() if name in exponents}
+    if base.magnitude != 1.0:
+        attributes["factor"] = float(base.magnitude)
+    return attributes
+
+
+@cache
+def _registry() -> Any:
+    """One pint registry per process: it takes long to make."""
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def render(template: str, **values: Any) -> str:
+    """Fill one of the templates beside this module; values are escaped for XML."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("fmu_models.codegen"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    return environment.get_template(template).render(**values)
+
+
+def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str) -> str:
+    """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
+    return render(f"fmi{fmi_version[0]}.xml.j2", d=Description(system), system=system, token=token, tool=tool)

@@ -1,0 +1,223 @@
+"""From a mechanism to an FMU file.
+
+    modelDescription.xml                       variables, units, structure
+    binaries/<platform>/<model>.so             compiled here
+    sources/all.c ...                          the model's generated C and the engine, for importers that compile
+    documentation/index.html                   the variables once more, for people
+
+The file depends on its input alone: no dates, no paths; the same mechanism gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fmu_models.engine.toolchain import cache_folder, compile_shared, digest, engine_sources, this_platform
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.files import write_whole
+
+if TYPE_CHECKING:
+    from fmu_models.language.mechanism import Mechanism
+    from fmu_models.lowering.hybrid_system import HybridSystem
+
+FMI_VERSIONS = ("2.0", "3.0")
+
+# in the order in which all.c includes them; fmi2.c or fmi3.c stands before native.c
+ENGINE = ("roots", "contact", "taylor", "events", "run", "instance", "variables", "frozen")
+
+
+def export(
+    mechanism: Mechanism, path: str | os.PathLike[str], *, fmi_version: str = "3.0", overwrite: bool = False
+) -> Path:
+    """Write ``mechanism`` as an FMU with Model Exchange and Co-Simulation.
+
+    Args:
+        path: ends in ".fmu".
+        fmi_version: "2.0" or "3.0".
+
+    Returns:
+        ``path``.
+
+    Raises:
+        StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, or the
+            compiler fails.
+    """
+    path = _checked(path, fmi_version, overwrite)
+    from fmu_models.lowering.lower import lower
+
+    files = _files(lower(mechanism), fmi_version)
+    with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # Unix, whatever this machine is: part of the bytes
+            entry.external_attr = 0o100644 << 16
+            archive.writestr(entry, files[name])
+    return path
+
+
+def variant(model_name: str, contacts: Sequence[str] | None = None, laws: Mapping[str, str] | None = None) -> Mechanism:
+    """An oscillator with some of its contacts only, or with other laws.
+
+    Args:
+        model_name: as in ``fmu_models.oscillators.names()``.
+        contacts: names of those to keep; all if None.
+        laws: per contact the name of a law in ``language/laws`` to build around its own, such as "lugre".
+
+    Raises:
+        StickslipError: unknown model, contact or law.
+    """
+    from fmu_models import oscillators
+
+    mechanism = oscillators.load(model_name)
+    if contacts is not None:
+        mechanism = mechanism.restricted_to(contacts)
+    return mechanism.with_law(**_laws(mechanism, laws)) if laws else mechanism
+
+
+def built(
+    model_name: str,
+    *,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
+    fmi_version: str = "3.0",
+) -> Path:
+    """The FMU of a ``variant``, from the user's cache if it was built before (then without any symbolic work).
+
+    Raises:
+        StickslipError: as for ``variant`` and ``export``.
+    """
+    _checked(f"{model_name}.fmu", fmi_version, overwrite=True)
+    options = (
+        model_name,
+        "all" if contacts is None else ",".join(sorted(contacts)),
+        *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
+        fmi_version,
+        "-".join(this_platform()[:2]),
+    )
+    kept = cache_folder() / "fmus" / digest(_sources_digest(), *options) / f"{Path(model_name).name}.fmu"
+    if not kept.is_file():
+        export(variant(model_name, contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
+    return kept
+
+
+def export_built(
+    model_name: str,
+    path: str | os.PathLike[str],
+    *,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
+    fmi_version: str = "3.0",
+    overwrite: bool = False,
+) -> Path:
+    """Write the FMU of a ``variant`` to ``path``, from the cache if possible.
+
+    Raises:
+        StickslipError: as for ``variant`` and ``export``.
+    """
+    path = _checked(path, fmi_version, overwrite)
+    kept = built(model_name, contacts=contacts, laws=laws, fmi_version=fmi_version)
+    with write_whole(path, overwrite=overwrite) as temporary:
+        shutil.copyfile(kept, temporary)
+    return path
+
+
+def _checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> Path:
+    """Refuse before the work what would be refused after it."""
+    if fmi_version not in FMI_VERSIONS:
+        raise StickslipError(f"There is no FMI {fmi_version} export. Choose {' or '.join(FMI_VERSIONS)}.")
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise StickslipError(f"'{path}' must end in .fmu, by which importers know an FMU.")
+    if path.exists() and not overwrite:
+        raise StickslipError(f"'{path}' exists already. Choose another name, or allow it to be overwritten.")
+    return path
+
+
+def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, object]:
+    """Law objects by contact, each around the law the contact has; its parameters end like the contact's name."""
+    import importlib
+    import pkgutil
+
+    from fmu_models.language import laws as package
+
+    own = {contact.name: contact.law for contact in mechanism.contacts}
+    known = [module.name for module in pkgutil.iter_modules(package.__path__)]
+    found = {}
+    for contact, name in laws.items():
+        if contact not in own:
+            raise StickslipError(f"{mechanism.name} has no contact '{contact}'.{nearest(contact, own)}")
+        if name not in known:
+            raise StickslipError(f"There is no law '{name}'.{nearest(name, known)}")
+        module = importlib.import_module(f"{package.__name__}.{name}")
+        (law,) = (v for key, v in vars(module).items() if key.lower() == name)
+        if not hasattr(law, "around"):
+            raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
+        digits = re.search(r"\d*$", contact)
+        found[contact] = law.around(own[contact], digits.group() if digits else "")
+    return found
+
+
+def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
+    """Contents of the archive by name."""
+    from fmu_models.codegen.c_source import sources
+    from fmu_models.codegen.model_description import Description, model_description, render
+
+    generated = sources(system)
+    token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
+    if token is None:
+        raise ValueError("model_sizes.h defines no MODEL_TOKEN")
+    tool = f"stickslip {_version()}"
+    c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
+    fmi3_platform, fmi2_platform, _, suffix = this_platform()
+    platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+        binary = compile_shared(c_files, Path(folder) / "library").read_bytes()
+    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
+    if fmi_version == "3.0":
+        files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
+    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool)
+    files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
+    files[f"binaries/{platform}/{system.name}{suffix}"] = binary
+    return files
+
+
+def _engine(fmi_version: str) -> dict[str, str]:
+    """The engine's C files for one version of FMI."""
+    other = "fmi2.c" if fmi_version == "3.0" else "fmi3.c"
+    return {name: text for name, text in engine_sources().items() if name != other}
+
+
+def _all_c(system: HybridSystem, fmi_version: str) -> str:
+    """The one file that is compiled."""
+    names = ["model", *ENGINE, f"fmi{fmi_version[0]}", "native"]
+    includes = "\n".join(f'#include "{name}.c"' for name in names)
+    nominals = ", ".join(repr(state.nominal) for state in system.states)
+    return (
+        f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
+        f"const double instance_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
+    )
+
+
+def _version() -> str:
+    try:
+        return metadata.version("stickslip")
+    except metadata.PackageNotFoundError:
+        return "(from source)"
+
+
+def _sources_digest() -> str:
+    """Hash of every file of this package that an FMU depends on, and of the versions of the tools."""
+    root = Path(__file__).parent.parent
+    folders = ("codegen", "engine", "language", "lowering", "oscillators")
+    files = sorted(path for folder in folders for path in (root / folder).rglob("*") if path.suffix != ".pyc")
+    texts = [part for path in files if path.is_file() for part in (str(path.relative_to(root)), path.read_bytes())]
+    return digest(*texts, *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), _version())

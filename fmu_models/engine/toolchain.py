@@ -1,0 +1,158 @@
+"""Compile C into a shared library with the compiler that comes as a Python package (zig cc).
+
+A library is built once: it is kept in the user's cache under the hash of everything it depends on (sources, headers,
+flags, compiler version). Processes that build the same one at the same time each write their own file and rename it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib import metadata, util
+from pathlib import Path
+
+from fmu_models.errors import StickslipError
+
+# -ffp-contract=off: fused multiply-adds would make results differ between processors
+# -fno-sanitize=undefined: zig cc adds run-time checks unless told otherwise; -s: debug information triples the size
+FLAGS = (
+    *("-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fvisibility=hidden", "-ffp-contract=off"),
+    *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
+)
+
+# FMI 3 platform tuple, FMI 2 platform, zig target (None: whatever zig takes for this machine), library suffix
+PLATFORMS = {
+    ("linux", "x86_64"): ("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17", ".so"),
+    ("linux", "aarch64"): ("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+    ("windows", "x86_64"): ("x86_64-windows", "win64", None, ".dll"),
+    ("darwin", "x86_64"): ("x86_64-darwin", "darwin64", None, ".dylib"),
+    ("darwin", "aarch64"): ("aarch64-darwin", "aarch64-darwin", None, ".dylib"),
+}
+
+
+def this_platform() -> tuple[str, str, str | None, str]:
+    """FMI 3 platform tuple, FMI 2 platform, zig target and library suffix of the machine this runs on.
+
+    Raises:
+        StickslipError: FMUs cannot be built for this machine.
+    """
+    machine = platform.machine().lower()
+    key = (platform.system().lower(), {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine))
+    if key not in PLATFORMS:
+        known = ", ".join("-".join(pair) for pair in PLATFORMS)
+        raise StickslipError(f"No FMU can be built on {'-'.join(key)}. Use one of: {known}.")
+    return PLATFORMS[key]
+
+
+def cache_folder() -> Path:
+    """Folder for compiled libraries and FMUs: ``STICKSLIP_CACHE`` or the user's cache folder.
+
+    Raises:
+        StickslipError: the folder cannot be made.
+    """
+    if given := os.environ.get("STICKSLIP_CACHE"):
+        folder = Path(given)
+    else:
+        import platformdirs
+
+        folder = Path(platformdirs.user_cache_dir("stickslip", appauthor=False))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StickslipError(
+            f"The cache folder '{folder}' cannot be made: {error.strerror}. "
+            "Set STICKSLIP_CACHE to a folder you may write to."
+        ) from error
+    return folder
+
+
+def digest(*parts: bytes | str) -> str:
+    """Hash of a sequence of texts; where one ends and the next begins counts."""
+    total = hashlib.sha256()
+    for part in parts:
+        data = part.encode() if isinstance(part, str) else part
+        total.update(len(data).to_bytes(8, "little") + data)
+    return total.hexdigest()[:32]
+
+
+def engine_sources() -> dict[str, str]:
+    """Name and text of every hand-written C file and header of the engine."""
+    folder = Path(__file__).parent
+    return {path.name: path.read_text("utf-8") for path in sorted(folder.iterdir()) if path.suffix in (".c", ".h")}
+
+
+def fmi_headers() -> Path:
+    """Folder with the C headers of FMI 2 and FMI 3, which come with fmpy."""
+    spec = util.find_spec("fmpy")
+    folder = Path(spec.origin).parent / "c-code" if spec and spec.origin else None
+    if not folder or not (folder / "fmi3Functions.h").is_file():
+        raise StickslipError("The FMI headers are missing: they come with fmpy. Install it again: pip install fmpy")
+    return folder
+
+
+def compile_shared(sources: Mapping[str, str], output: Path, *, target: str | None = None) -> Path:
+    """Compile ``all.c`` of ``sources`` into a shared library and copy it to ``output``.
+
+    Args:
+        sources: texts of C files and headers by name; ``all.c`` includes the others.
+        output: where the library goes; replaced if it exists.
+        target: zig target such as "aarch64-linux-gnu.2.17"; None takes the one for this machine.
+
+    Returns:
+        ``output``.
+
+    Raises:
+        StickslipError: the compiler is missing or refuses the sources.
+    """
+    target = target or this_platform()[2]
+    flags = [*FLAGS, *(("-target", target) if target else ())]
+    headers = fmi_headers()
+    key = digest(
+        *(text for pair in sorted(sources.items()) for text in pair),
+        *(path.read_bytes() for path in sorted(headers.glob("fmi*.h"))),
+        *flags,
+        _compiler_version(),
+        platform.platform() if not target else "",
+    )
+    kept = cache_folder() / "libraries" / key
+    if not kept.is_file():
+        _compile(sources, headers, flags, kept)
+    shutil.copyfile(kept, output)
+    return output
+
+
+def _compiler_version() -> str:
+    try:
+        return metadata.version("ziglang")
+    except metadata.PackageNotFoundError:
+        raise StickslipError(
+            "The C compiler is missing: it comes as a package. Install it: pip install ziglang"
+        ) from None
+
+
+def _compile(sources: Mapping[str, str], headers: Path, flags: list[str], kept: Path) -> None:
+    """Run the compiler in a folder of its own and rename the result to ``kept``."""
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="build-", dir=kept.parent) as name:
+        folder = Path(name)
+        for file, text in sources.items():
+            (folder / file).write_text(text, "utf-8")
+        command = [sys.executable, "-m", "ziglang", "cc", *flags, "all.c", f"-I{headers}", "-o", "library", "-lm"]
+        # the compiler's own cache: beside ours, so that one variable moves both
+        environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), **os.environ}
+        environment["ZIG_LOCAL_CACHE_DIR"] = str(folder / "zig")
+        run = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
+        )
+        library = folder / "library"
+        if run.returncode != 0 or not library.is_file():
+            lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]
+            shown = "\n  ".join(lines[:8])
+            raise StickslipError(f"The C compiler failed:\n  {shown}")
+        os.replace(library, kept)

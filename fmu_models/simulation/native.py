@@ -1,0 +1,127 @@
+"""The C structures of engine/native.c, and the call that makes a whole run."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from ctypes import POINTER, c_int, c_int64, c_void_p
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.errors import StickslipError
+
+VERSION = 1
+DONE, MORE = 0, 1
+EVENT_CAPACITY = 65536
+ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
+
+# ContactEvent of run.h
+EVENT = np.dtype([("time", "f8"), ("contact", "i4"), ("before", "i4"), ("after", "i4")], align=True)
+
+
+class _NativeRun(ctypes.Structure):
+    _fields_ = (
+        ("n_times", c_int64),
+        ("n_values", c_int64),
+        ("times", c_void_p),
+        ("references", c_void_p),
+        ("values", c_void_p),
+        ("n_knots", c_int64),
+        ("n_inputs", c_int64),
+        ("knot_times", c_void_p),
+        ("inputs", c_void_p),
+        ("knot_values", c_void_p),
+        ("knot_rates", c_void_p),
+        ("event_capacity", c_int64),
+        ("n_events", c_int64),
+        ("events", c_void_p),
+        ("allowance", c_int64),
+        ("next_time", c_int64),
+        ("next_knot", c_int64),
+        ("steps", c_int64),
+        ("n_changes", c_int64),
+        ("evaluations", c_int64),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """What to do: output times (n,) s, references to record (m,), and the table of inputs of ``signal.knots``."""
+
+    times: NDArray[np.float64]
+    references: list[int]
+    inputs: list[int]
+    knot_times: NDArray[np.float64]
+    knot_values: NDArray[np.float64]
+    knot_rates: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What came of it: values (n, m), events (k,) of dtype EVENT, and counters of the engine."""
+
+    values: NDArray[np.float64]
+    events: NDArray
+    steps: int
+    evaluations: int
+
+
+def library_of(dll: ctypes.CDLL, name: str) -> Callable[..., int]:
+    """The function ``stickslip_simulate`` of a loaded FMU.
+
+    Raises:
+        StickslipError: the FMU was not made by this suite, or by another version of it.
+    """
+    try:
+        version, run = dll.stickslip_native_version, dll.stickslip_simulate
+    except AttributeError:
+        raise StickslipError(
+            f"'{name}' was not exported by stickslip; only such FMUs can be simulated. Simulate it with fmpy instead."
+        ) from None
+    version.restype = c_int
+    if version() != VERSION:
+        raise StickslipError(f"'{name}' was exported by another version of stickslip. Export it again.")
+    run.restype = c_int
+    run.argtypes = (c_void_p, POINTER(_NativeRun))
+    return run
+
+
+def run(
+    simulate: Callable[..., int], instance: int, request: Request, progress: Callable[[float], None] | None = None
+) -> Result | None:
+    """Make the run; None if the engine failed (it has logged why)."""
+    references = np.array(request.references, dtype=np.uint32)
+    inputs = np.array(request.inputs, dtype=np.uint32)
+    values = np.empty((request.times.size, references.size))
+    buffer = np.empty(EVENT_CAPACITY, dtype=EVENT)
+    c = _NativeRun(
+        n_times=request.times.size,
+        n_values=references.size,
+        times=request.times.ctypes.data,
+        references=references.ctypes.data,
+        values=values.ctypes.data,
+        n_knots=request.knot_times.size if inputs.size else 0,
+        n_inputs=inputs.size,
+        knot_times=request.knot_times.ctypes.data,
+        inputs=inputs.ctypes.data,
+        knot_values=request.knot_values.ctypes.data,
+        knot_rates=request.knot_rates.ctypes.data,
+        event_capacity=EVENT_CAPACITY,
+        events=buffer.ctypes.data,
+        allowance=ALLOWANCE,
+    )
+    chunks = []
+    status = MORE
+    while status == MORE:
+        c.n_events = 0
+        status = simulate(instance, ctypes.byref(c))
+        if c.n_events:
+            chunks.append(buffer[: c.n_events].copy())
+        if progress:
+            progress(c.next_time / max(1, request.times.size))
+    if status != DONE:
+        return None
+    events = np.concatenate(chunks) if chunks else buffer[:0]
+    return Result(values, events, c.steps, c.evaluations)

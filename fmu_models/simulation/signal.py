@@ -1,0 +1,88 @@
+"""Inputs of a run: piecewise linear in time, so that every bend is known and nothing is smeared over a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.errors import StickslipError
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """An input over time: straight lines between knots; two knots at one time are a jump.
+
+    Attributes:
+        time: (n,) s, ascending; the signal must cover the run.
+        value: (n,) in the unit of the input.
+
+    Raises:
+        StickslipError: shapes differ, values are not finite, or times descend.
+    """
+
+    time: NDArray[np.float64]
+    value: NDArray[np.float64]
+
+    def __init__(self, time: ArrayLike, value: ArrayLike) -> None:
+        times, values = np.array(time, dtype=float), np.array(value, dtype=float)
+        if times.ndim != 1 or times.shape != values.shape or times.size < 2:
+            raise StickslipError(
+                "A signal needs one value per time and at least two of them, "
+                f"found shapes {times.shape} and {values.shape}."
+            )
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise StickslipError("A signal has times or values that are not finite. Remove or fill them.")
+        if (np.diff(times) < 0).any():
+            row = int(np.argmax(np.diff(times) < 0)) + 1
+            raise StickslipError(
+                f"The times of a signal descend at row {row} ({times[row - 1]:g} s to {times[row]:g} s). Sort them."
+            )
+        times.flags.writeable = values.flags.writeable = False
+        object.__setattr__(self, "time", times)
+        object.__setattr__(self, "value", values)
+
+    @classmethod
+    def constant(cls, value: float, start: float, stop: float) -> Signal:
+        """The same value throughout [start, stop]."""
+        return cls([start, stop], [value, value])
+
+    def piece(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Value and slope just after each of ``times`` (m,), both (m,)."""
+        last = np.searchsorted(self.time, times, side="right") - 1
+        left = np.clip(last, 0, self.time.size - 2)
+        span = self.time[left + 1] - self.time[left]
+        # at the very end there is no piece to the right: go on with the last value
+        slope = np.where(
+            (span > 0) & (last < self.time.size - 1), np.diff(self.value)[left] / np.where(span > 0, span, 1), 0.0
+        )
+        base = np.where(last > left, last, left)
+        return self.value[base] + slope * (times - self.time[base]), slope
+
+
+def knots(
+    signals: Mapping[str, Signal], start: float, stop: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Common table of several signals over [start, stop].
+
+    Returns:
+        times (k,) ascending from ``start``; values and slopes just after each of them, (k, len(signals)).
+
+    Raises:
+        StickslipError: a signal does not cover the run.
+    """
+    for name, signal in signals.items():
+        if signal.time[0] > start or signal.time[-1] < stop:
+            raise StickslipError(
+                f"The signal for input '{name}' covers {signal.time[0]:g} s to {signal.time[-1]:g} s, "
+                f"the run {start:g} s to {stop:g} s. Extend the signal or shorten the run."
+            )
+    inner = [s.time[(s.time > start) & (s.time < stop)] for s in signals.values()]
+    times = np.unique(np.concatenate([[start], *inner]))
+    pieces = [signal.piece(times) for signal in signals.values()]
+    shape = (times.size, len(signals))
+    values = np.stack([p[0] for p in pieces], axis=1) if pieces else np.empty(shape)
+    slopes = np.stack([p[1] for p in pieces], axis=1) if pieces else np.empty(shape)
+    return times, np.ascontiguousarray(values), np.ascontiguousarray(slopes)

@@ -1,0 +1,83 @@
+"""The result of a run."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.files import write_whole
+
+if TYPE_CHECKING:
+    import pandas
+
+# what the number in a variable "<contact>_state" says
+CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away"}
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change of contact state: time in s, name of the contact, state before and after (keys of CONTACT_STATES)."""
+
+    time: float
+    contact: str
+    before: int
+    after: int
+
+    def __str__(self) -> str:
+        return f"{self.time:.9g} s: {self.contact} {CONTACT_STATES[self.before]} -> {CONTACT_STATES[self.after]}"
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Recorded variables over time; ``trajectory["theta"]`` is one of them.
+
+    Attributes:
+        time: (n,) s.
+        values: per variable (n,) in its unit: inputs, states, ``der(<state>)``, outputs, contact states (integers).
+            At the time of an event they are those after it.
+        units: unit per variable, "1" for a pure number.
+        events: every change of contact state, in order of time, whatever the output times.
+        steps, evaluations: what the engine did (Taylor steps; orders of series computed).
+    """
+
+    time: NDArray[np.float64]
+    values: Mapping[str, NDArray]
+    units: Mapping[str, str]
+    events: tuple[Event, ...]
+    steps: int
+    evaluations: int
+
+    def __getitem__(self, name: str) -> NDArray:
+        if name == "time":
+            return self.time
+        if name not in self.values:
+            raise StickslipError(f"The trajectory has no variable '{name}'.{nearest(name, self.values)}")
+        return self.values[name]
+
+    def frame(self) -> pandas.DataFrame:
+        """The variables as columns of a table indexed by time (s)."""
+        import pandas
+
+        return pandas.DataFrame(dict(self.values), index=pandas.Index(self.time, name="time"))
+
+    def write_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write one row per time under a header ``name [unit]``, 17 significant digits.
+
+        Raises:
+            StickslipError: ``path`` exists and ``overwrite`` is false, or cannot be written.
+        """
+        columns = [self.time, *self.values.values()]
+        with (
+            write_whole(path, overwrite=overwrite) as temporary,
+            temporary.open("w", encoding="utf-8", newline="") as file,
+        ):
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(["time [s]", *(f"{name} [{self.units[name]}]" for name in self.values)])
+            writer.writerows(zip(*(column.tolist() for column in columns), strict=True))

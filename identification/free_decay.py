@@ -1,0 +1,192 @@
+"""Free decay without contact: stiffness and damping over inertia.
+
+    J th'' + c th' + k th = 0   =>   th(t) = z + exp(-a t) (C cos(w t) + S sin(w t)),
+    c/J = 2 a,   k/J = a^2 + w^2
+
+The response is fitted to the angle itself, from the first crossing of the rest position on, so that how the disc was
+let go does not matter. Only ratios follow: absolute J, k, c need one further measurement (a known mass, a known
+torque). Source: disc_rig paper, section 3.2 (natural frequency and decay of the amplitude); here all samples at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.uncertainty import newey_west
+from rig_io.log import RigLog
+
+CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position
+FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would count for more than the signal
+
+
+@dataclass(frozen=True)
+class FreeDecay:
+    """What a free decay tells.
+
+    stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included).
+    rest: rad, angle at rest (zero of the angle sensor); amplitude: rad, first swing used; rms_residual: rad; cycles
+    used.
+    """
+
+    stiffness_ratio: float
+    stiffness_ratio_deviation: float
+    damping_ratio: float
+    damping_ratio_deviation: float
+    rest: float
+    amplitude: float
+    rms_residual: float
+    cycles: float
+    log: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def natural_period(self) -> float:
+        """2 pi / sqrt(k/J), s."""
+        return 2 * np.pi / float(np.sqrt(self.stiffness_ratio))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON, each ratio with unit and standard deviation."""
+        return {
+            "k/J": {"value": self.stiffness_ratio, "unit": "1/s^2", "sd": self.stiffness_ratio_deviation},
+            "c/J": {"value": self.damping_ratio, "unit": "1/s", "sd": self.damping_ratio_deviation},
+            "rest": {"value": self.rest, "unit": "rad"},
+            "amplitude": {"value": self.amplitude, "unit": "rad"},
+            "rms_residual": {"value": self.rms_residual, "unit": "rad"},
+            "cycles": self.cycles,
+            "log": self.log,
+            "warnings": list(self.warnings),
+        }
+
+
+def fit_free_decay(log: RigLog) -> FreeDecay:
+    """k/J and c/J from a log of the disc swinging free.
+
+    Raises:
+        StickslipError: no angle in the log, too few cycles, or an amplitude that does not decay.
+    """
+    from identification.kinematics import angle_at_ticks
+
+    if log.kind != "free-decay":
+        raise StickslipError(f"Log '{log.name}' is of kind '{log.kind}'; k/J and c/J need one of kind 'free-decay'.")
+    time, angle = angle_at_ticks(log)
+    return fit_decay(time, angle, name=log.name)
+
+
+def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDecay:
+    """As `fit_free_decay`, from time (n,) in s and angle (n,) in rad; samples that are NaN are left out."""
+    from scipy.optimize import least_squares
+
+    good = np.isfinite(angle)
+    time, angle = time[good], angle[good]
+    start, swings = _swings(time, angle, name)
+    used = time >= start
+    time, angle = time[used] - start, angle[used]
+    frequency = np.pi * (len(swings) - 1) / (swings[-1, 0] - swings[0, 0])
+    rate = -np.polyfit(swings[:, 0], np.log(np.abs(swings[:, 1])), 1)[0]
+    scale = float(np.max(np.abs(swings[:, 1])))
+
+    def residual(q: np.ndarray) -> np.ndarray:
+        basis = _basis(time, q)
+        return basis @ np.linalg.lstsq(basis, angle, rcond=None)[0] - angle
+
+    # variable projection: the amplitudes are linear, only rate and frequency are searched
+    found = least_squares(
+        residual, [rate, frequency], x_scale=[max(abs(rate), 1e-3 * frequency), frequency], xtol=1e-14
+    )
+    rate, frequency = (float(value) for value in found.x)
+    if rate <= 0:
+        raise _no_decay(name, rate)
+    basis = _basis(time, found.x)
+    linear = np.linalg.lstsq(basis, angle, rcond=None)[0]
+    error = basis @ linear - angle
+    gradient = _gradient(time, found.x, linear, basis)
+    period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
+    covariance = newey_west(gradient, error, lags=max(period_samples // 4, 1))[:2, :2]
+    # d(k/J) = 2 a da + 2 w dw
+    to_ratio = np.array([2 * rate, 2 * frequency])
+    rms = float(np.sqrt(np.mean(error**2)))
+    return FreeDecay(
+        stiffness_ratio=rate**2 + frequency**2,
+        stiffness_ratio_deviation=float(np.sqrt(to_ratio @ covariance @ to_ratio)),
+        damping_ratio=2 * rate,
+        damping_ratio_deviation=float(2 * np.sqrt(covariance[0, 0])),
+        rest=float(linear[2]),
+        amplitude=scale,
+        rms_residual=rms,
+        cycles=float(frequency * time[-1] / (2 * np.pi)),
+        log=name,
+        warnings=_doubts(time, error, frequency, scale),
+    )
+
+
+def _basis(time: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Cosine, sine and rest: (n, 3)."""
+    envelope = np.exp(-q[0] * time)
+    return np.stack([envelope * np.cos(q[1] * time), envelope * np.sin(q[1] * time), np.ones_like(time)], axis=1)
+
+
+def _gradient(time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Derivatives of the model by rate, frequency, C, S, rest: (n, 5)."""
+    by_rate = -time * (basis[:, 0] * linear[0] + basis[:, 1] * linear[1])
+    by_frequency = time * (basis[:, 0] * linear[1] - basis[:, 1] * linear[0])
+    return np.column_stack([by_rate, by_frequency, basis])
+
+
+def _swings(time: np.ndarray, angle: np.ndarray, name: str) -> tuple[float, np.ndarray]:
+    """First crossing of rest (s), and the extreme (time, deviation from rest) of each half swing after it: (m, 2).
+
+    The rest position is taken as the median of the last quarter. Half swings below `FLOOR` of the greatest are left
+    out.
+    """
+    if len(time) < 20:
+        raise StickslipError(f"Free decay '{name}' has {len(time)} usable samples; it needs {CYCLES} cycles or more.")
+    rest = float(np.median(angle[-len(angle) // 4 :]))
+    away = angle - rest
+    reach = float(np.max(np.abs(away)))
+    # hysteresis: a side counts once it is left by more than the floor, so that noise makes no crossings
+    side = np.where(away > FLOOR * reach, 1, np.where(away < -FLOOR * reach, -1, 0))
+    known = np.flatnonzero(side)
+    turns = known[1:][np.diff(side[known]) != 0]
+    if len(turns) < 2 * CYCLES:
+        raise StickslipError(
+            f"Free decay '{name}' shows {len(turns) / 2:.1f} cycles in {time[-1] - time[0]:.3g} s; {CYCLES} or more "
+            "are "
+            "needed. Record longer, or let the disc go from a larger angle."
+        )
+    swings = []
+    for first, last in pairwise(turns):
+        peak = first + int(np.argmax(np.abs(away[first:last])))
+        swings.append((time[peak], away[peak]))
+    table = np.array(swings)
+    third = max(len(table) // 3, 1)
+    if np.mean(np.abs(table[-third:, 1])) >= 0.98 * np.mean(np.abs(table[:third, 1])):
+        growth = np.log(np.abs(table[-1, 1] / table[0, 1])) / (table[-1, 0] - table[0, 0])
+        raise _no_decay(name, -float(growth))
+    return float(time[turns[0]]), table
+
+
+def _no_decay(name: str, rate: float) -> StickslipError:
+    return StickslipError(
+        f"Free decay '{name}' does not decay: its amplitude follows exp({-rate:+.3g} t). A free decay is recorded "
+        "with no "
+        "disc in contact and no drive; check that the log is of that kind and that nothing excites the rig."
+    )
+
+
+def _doubts(time: np.ndarray, error: np.ndarray, frequency: float, scale: float) -> tuple[str, ...]:
+    """Warn where a viscous decay does not describe the data: residuals that swing with the disc."""
+    lag = round(np.pi / frequency / 4 / float(np.median(np.diff(time))))
+    smooth = np.convolve(error, np.ones(lag) / lag, mode="valid")
+    swing = float(np.max(np.abs(smooth)))
+    if swing < 0.01 * scale:
+        return ()
+    return (
+        f"The residuals swing by {swing:.2g} rad ({100 * swing / scale:.1f} % of the first swing): damping is not "
+        "viscous "
+        "alone (dry friction in the bearings?) or the spring is not linear.",
+    )

@@ -1,0 +1,115 @@
+"""Inverse dynamics on slip segments: friction from the measured motion, Savitzky-Golay derivatives.
+
+    F = (J th'' + c th' + k th)/R,    v = r w - R th',    F sgn(v)/N = mu(|v|)
+
+Angle, speed and acceleration come from one local polynomial (order 4, window 0.19 natural periods) inside each slip
+segment: no window reaches across a switch, where the acceleration jumps. Values near the ends of a segment, where the
+polynomial is one-sided, are noisier by a known factor and weighted accordingly. Source: disc_rig paper, section 3.3,
+eqs. (27), (28).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.conclusion import Estimator, conclude
+from identification.kinematics import odd_count, savitzky_golay
+from identification.laws_fit import CONTI, FittableLaw, Regression
+from identification.pooling import Pool, RigValues, pool
+from identification.result import FrictionFit
+from identification.slip_segments import SlipSegment, long_enough
+from rig_io.log import RigLog
+
+ORDER = 4
+WINDOW = 0.187  # natural periods
+EVERY = 5  # samples: neighbours within a window say the same thing again
+
+STRUCTURE = (
+    "rigid contact: the disc sticks or slides, no micro-slip",
+    "friction depends on slip speed alone",
+    "J, k, c, N, R, r known",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionSamples:
+    """Friction measured in slip. slip: (n,) m/s, >= 0; coefficient: (n,) 1, F sgn(v)/N; cluster: (n,) number of the
+    slip segment; log: (n,) number of the log; weight: (n,) 1/standard deviation that sensor noise gives, relative.
+    """
+
+    slip: np.ndarray
+    coefficient: np.ndarray
+    cluster: np.ndarray
+    log: np.ndarray
+    weight: np.ndarray
+
+
+def fit(logs: Sequence[RigLog] | Pool, *, law: FittableLaw = CONTI, bootstrap: int = 0, seed: int = 0) -> FrictionFit:
+    """Friction law from stick-slip logs of one rig, all pooled.
+
+    logs: a free-decay log among them gives k/J and c/J; or a `Pool`. bootstrap: number of draws for the standard
+    deviations (0: jackknife over slip segments).
+
+    Raises:
+        StickslipError: see `pool`; or no slip segment holds a window.
+    """
+    ready = logs if isinstance(logs, Pool) else pool(logs)
+    return conclude(ready, ESTIMATOR, law, bootstrap=bootstrap, seed=seed)
+
+
+def friction_samples(ready: Pool) -> FrictionSamples:
+    """Friction coefficient against slip speed at every sample of the pooled slip segments."""
+    window = WINDOW * ready.natural_period
+    segments = long_enough(ready.segments, window)
+    return _samples(segments, ready.values, window)
+
+
+def _samples(segments: Sequence[SlipSegment], rig: RigValues, window: float) -> FrictionSamples:
+    columns: list[tuple[np.ndarray, ...]] = []
+    logs: dict[str, int] = {}
+    for number, segment in enumerate(segments):
+        step, angle = segment.motion.step, segment.angle
+        place, speed, acceleration = (savitzky_golay(angle, step, window, ORDER, d) for d in range(3))
+        slip = rig.r * segment.drive - rig.R * speed
+        force = (rig.J * acceleration + rig.c * speed + rig.k * place) / rig.R
+        log = logs.setdefault(segment.motion.log.name, len(logs))
+        columns.append(
+            (
+                segment.sign * slip,
+                segment.sign * force / rig.N,
+                np.full(len(angle), number),
+                np.full(len(angle), log),
+                1 / _noise_gain(len(angle), odd_count(window, step), step, rig),
+            )
+        )
+    slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight))
+
+
+def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
+    """Standard deviation (length,) of J th'' + c th' + k th at each sample of a segment, for unit noise of the
+    angle."""
+    half = count // 2
+    scale = half * step
+    position = np.arange(-half, half + 1) / half
+    powers = np.arange(ORDER + 1)
+    inverse = np.linalg.pinv(position[:, None] ** powers)
+    first = powers * position[:, None] ** np.maximum(powers - 1, 0) / scale
+    second = powers * (powers - 1) * position[:, None] ** np.maximum(powers - 2, 0) / scale**2
+    weights = (rig.J * second + rig.c * first + rig.k * position[:, None] ** powers) @ inverse
+    gain = np.sqrt(np.sum(weights**2, axis=1))
+    return np.concatenate([gain[:half], np.full(length - 2 * half, gain[half]), gain[half + 1 :]])
+
+
+def _regression(segments: Sequence[SlipSegment], rig: RigValues, period: float) -> Regression:
+    samples = _samples(segments, rig, WINDOW * period)
+    slip, coefficient = samples.slip[::EVERY], samples.coefficient[::EVERY]
+    cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
+    blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
+    return Regression(slip[:, None], np.ones(1), coefficient, cluster, blocks)
+
+
+ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, WINDOW, _regression)

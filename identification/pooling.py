@@ -1,0 +1,205 @@
+"""Several logs of one rig made ready for one fit: constants, motions on a common scale, slip segments.
+
+One drive speed leaves mu_k and p nearly collinear; logs at three speeds pooled separate them. Pooling is the default
+path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.free_decay import FreeDecay, fit_free_decay
+from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse
+from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
+from rig_io.log import RIG_UNITS, RigLog
+
+
+@dataclass(frozen=True)
+class RigValues:
+    """Constants of the rig in one fit, SI: J kg*m^2, k N*m/rad, c N*m*s/rad, R m, r m, N N (normal force of the
+    disc)."""
+
+    J: float
+    k: float
+    c: float
+    R: float
+    r: float
+    N: float
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A constant as it is known: name, value, unit, standard uncertainty and where it is from."""
+
+    name: str
+    value: float
+    unit: str
+    standard_uncertainty: float
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """Logs ready for a fit. contact: name of the sliding disc; segments of all logs, in order of motions and time."""
+
+    motions: tuple[DiscMotion, ...]
+    segments: tuple[SlipSegment, ...]
+    sensors: SensorFit
+    priors: tuple[Prior, ...]
+    contact: str
+    materials: tuple[str, ...]
+    threshold: float
+    warnings: tuple[str, ...]
+
+    @property
+    def values(self) -> RigValues:
+        """Constants at their stated values."""
+        return rig_values({prior.name: prior.value for prior in self.priors})
+
+    @property
+    def natural_period(self) -> float:
+        """2 pi sqrt(J/k), s."""
+        values = self.values
+        return float(2 * np.pi * np.sqrt(values.J / values.k))
+
+    def with_sensors(self, gain: float, delay: float) -> tuple[SlipSegment, ...]:
+        """The same segments with the angle's scale and date moved further by gain (relative) and delay (s)."""
+        moved = {id(m): corrected(m, gain, delay) for m in self.motions}
+        return tuple(replace(segment, motion=moved[id(segment.motion)]) for segment in self.segments)
+
+
+def rig_values(known: dict[str, float]) -> RigValues:
+    """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J."""
+    J = known["J"]
+    k = known["k"] if "k" in known else J * known["k/J"]
+    c = known["c"] if "c" in known else J * known["c/J"]
+    return RigValues(J, k, c, known["R"], known["r"], known["N"])
+
+
+def pool(
+    logs: Sequence[RigLog],
+    *,
+    free_decay: FreeDecay | None = None,
+    threshold: float = THRESHOLD,
+    allow_no_stick: bool = False,
+) -> Pool:
+    """Make logs ready for one fit.
+
+    logs: stick-slip logs of one rig, one disc in contact; a free-decay log among them serves as ``free_decay`` if
+    that is not given. threshold: m/s, slip speed below which data are left out. allow_no_stick: see `slip_segments`.
+
+    Raises:
+        StickslipError: no logs, logs of different rigs or contacts, two discs, constants missing, or a log that
+            `disc_motion`, `fuse` or `slip_segments` refuses.
+    """
+    if threshold <= 0:
+        raise StickslipError(
+            f"The threshold of slip speed is {threshold:g} m/s; it must be positive (usual: {THRESHOLD})."
+        )
+    decays = [log for log in logs if log.kind == "free-decay"]
+    sliding = [log for log in logs if log.kind != "free-decay"]
+    if not sliding:
+        raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
+    _check_same_rig([*sliding, *decays])
+    contact = _one_contact(sliding)
+    if free_decay is None and decays:
+        free_decay = fit_free_decay(decays[0])
+    priors = _priors(sliding[0], contact, free_decay)
+    values = rig_values({prior.name: prior.value for prior in priors})
+    period = float(2 * np.pi * np.sqrt(values.J / values.k))
+    motions, sensors = fuse([disc_motion(log, int(contact[-1])) for log in sliding], SMOOTHING * period)
+    segments = [
+        s for m in motions for s in slip_segments(m, period, threshold=threshold, allow_no_stick=allow_no_stick)
+    ]
+    return Pool(
+        tuple(motions),
+        tuple(segments),
+        sensors,
+        priors,
+        contact,
+        sliding[0].experiment.materials,
+        threshold,
+        _doubts(sliding, sensors, free_decay),
+    )
+
+
+def _one_contact(logs: Sequence[RigLog]) -> str:
+    for log in logs:
+        if len(log.contacts) != 1:
+            found = " and ".join(log.contacts) or "none"
+            raise StickslipError(
+                f"Log '{log.name}' has these discs in contact: {found}. Two friction laws cannot be told apart by this "
+                "estimator: fit logs with one disc in contact."
+            )
+    contacts = sorted({log.contacts[0] for log in logs})
+    if len(contacts) > 1:
+        raise StickslipError(f"The logs are of different discs ({', '.join(contacts)}). Fit each disc by itself.")
+    return contacts[0]
+
+
+def _check_same_rig(logs: Sequence[RigLog]) -> None:
+    first = logs[0]
+    for log in logs[1:]:
+        if log.kind == first.kind and log.experiment.materials != first.experiment.materials:
+            raise StickslipError(
+                f"Logs '{first.name}' ({' / '.join(first.experiment.materials) or 'no materials'}) and '{log.name}' "
+                f"({' / '.join(log.experiment.materials) or 'no materials'}) are of different materials. Fit each "
+                "pair alone."
+            )
+        for name in RIG_UNITS:
+            here, there = getattr(first.rig, name), getattr(log.rig, name)
+            if here is not None and there is not None and not np.isclose(here.value, there.value, rtol=1e-9):
+                raise StickslipError(
+                    f"Logs '{first.name}' and '{log.name}' are of different rigs: {name} = {here.value:g} and "
+                    f"{there.value:g} {here.unit}. Only logs of one rig can be pooled."
+                )
+        if log.calibration.laser != first.calibration.laser:
+            raise StickslipError(
+                f"Logs '{first.name}' and '{log.name}' state different calibrations of the laser. Fit them apart."
+            )
+
+
+def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Prior, ...]:
+    names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", "N": f"N{contact[-1]}"}
+    ratios: list[Prior] = []
+    if free_decay is not None:
+        source = f"free decay '{free_decay.log}'"
+        del names["k"], names["c"]
+        ratios = [
+            Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source),
+            Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source),
+        ]
+    stated = []
+    for name, entry in names.items():
+        quantity = log.rig.quantity(entry)
+        if not quantity.value > 0:
+            raise StickslipError(
+                f"The rig constant {entry} is {quantity.value:g} {quantity.unit}; a fit needs it positive. Mend it in "
+                "datapackage.json."
+            )
+        stated.append(Prior(name, quantity.value, quantity.unit, quantity.standard_uncertainty, "log"))
+    return (*stated, *ratios)
+
+
+def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | None) -> tuple[str, ...]:
+    found = []
+    if sensors.lines == 0 and any(log.has("laser") and not log.has("angle") for log in logs):
+        found.append("The laser's gain was taken as stated: no encoder in the logs, or too few of its lines passed.")
+    if len(logs) == 1:
+        found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
+    if free_decay is not None:
+        found += free_decay.warnings
+        k = logs[0].rig.k
+        if k is not None and logs[0].rig.J is not None:
+            stated = k.value / logs[0].rig.J.value
+            if abs(free_decay.stiffness_ratio / stated - 1) > 0.02:
+                found.append(
+                    f"The free decay gives k/J = {free_decay.stiffness_ratio:.5g} 1/s^2, the log's constants "
+                    f"{stated:.5g}; "
+                    "the free decay was used, with the stated J."
+                )
+    return tuple(found)

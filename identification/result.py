@@ -1,0 +1,176 @@
+"""What an estimator returns: one type for all of them, which says what it assumed.
+
+Two kinds of uncertainty are kept apart: ``standard_deviation`` is what noise and instruments leave open in these logs;
+``scale_deviation`` is what the constants of the rig (J, k, c, N, R, r), known only so well, pass on to the parameters.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
+    white (for comparison); scale_deviation: from the rig's constants; bounds of the search; ``at_bound``: it ended on
+    one.
+    """
+
+    name: str
+    value: float
+    unit: str
+    standard_deviation: float
+    plain_deviation: float
+    scale_deviation: float
+    minimum: float
+    maximum: float
+    at_bound: bool
+    description: str = ""
+
+    @property
+    def total_deviation(self) -> float:
+        """Noise and scale together, same unit."""
+        return float(np.hypot(self.standard_deviation, self.scale_deviation))
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter."""
+
+    name: str
+    value: float
+    unit: str
+    standard_uncertainty: float
+    source: str
+    sensitivity: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class LogSummary:
+    """What one log gave: mean drive speed rad/s, number of slip segments used, least and greatest slip speed m/s."""
+
+    name: str
+    drive_speed: float
+    segments: int
+    least_slip: float
+    greatest_slip: float
+
+
+@dataclass(frozen=True)
+class SpeedBin:
+    """Friction in one range of slip speeds: mean slip speed m/s, friction coefficient and its standard error, the
+    fitted law there, number of values."""
+
+    slip: float
+    coefficient: float
+    standard_error: float
+    fitted: float
+    count: int
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """Fitted friction law of one contact.
+
+    structure: what was assumed; correlation: of the parameters, in their order, from noise; rms_residual: of the
+    friction coefficient, 1; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by
+    the encoder.
+    """
+
+    estimator: str
+    law: str
+    structure: tuple[str, ...]
+    contact: str
+    materials: tuple[str, ...]
+    parameters: tuple[FittedParameter, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    constants: tuple[Constant, ...]
+    logs: tuple[LogSummary, ...]
+    bins: tuple[SpeedBin, ...]
+    sensors: Mapping[str, float]
+    segments: int
+    values: int
+    rms_residual: float
+    autocorrelation: float
+    converged: bool
+    message: str
+    warnings: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> FittedParameter:
+        """A parameter by name.
+
+        Raises:
+            StickslipError: the law has no such parameter.
+        """
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        known = [parameter.name for parameter in self.parameters]
+        raise StickslipError(f"The law '{self.law}' has no parameter '{name}'.{nearest(name, known)}")
+
+    def constant(self, name: str) -> Constant:
+        """A constant by name; errors as in `__getitem__`."""
+        for constant in self.constants:
+            if constant.name == name:
+                return constant
+        raise StickslipError(f"The fit took no constant '{name}'.{nearest(name, [c.name for c in self.constants])}")
+
+    @property
+    def law_values(self) -> np.ndarray:
+        """Values (m,) of the parameters, in order."""
+        return np.array([parameter.value for parameter in self.parameters])
+
+    def interval(self, name: str, level: float = 0.95, *, with_scale: bool = False) -> tuple[float, float]:
+        """Confidence interval of a parameter (Student's t, one degree of freedom for each slip segment to spare)."""
+        from scipy.special import stdtrit
+
+        parameter = self[name]
+        deviation = parameter.total_deviation if with_scale else parameter.standard_deviation
+        reach = float(stdtrit(max(self.segments - len(self.parameters), 1), 0.5 + level / 2)) * deviation
+        return parameter.value - reach, parameter.value + reach
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only; the inverse of `from_dict`."""
+        return {"type": "stickslip friction fit", "version": 1, **asdict(self)}
+
+    def to_json(self) -> str:
+        """The result as JSON text; the inverse of `from_json`."""
+        return json.dumps(self.to_dict(), indent=2)
+
+    @staticmethod
+    def from_json(text: str) -> FrictionFit:
+        """A result read back.
+
+        Raises:
+            StickslipError: the text is not a fit written by `to_json`.
+        """
+        try:
+            return FrictionFit.from_dict(json.loads(text))
+        except json.JSONDecodeError as error:
+            raise StickslipError(f"This is not JSON ({error}). Give a result written by `stickslip fit`.") from error
+
+    @staticmethod
+    def from_dict(plain: Any) -> FrictionFit:
+        """As `from_json`, from plain values."""
+        if not isinstance(plain, dict) or plain.get("type") != "stickslip friction fit":
+            raise StickslipError('This is not a fitted law: it lacks "type": "stickslip friction fit".')
+        if plain.get("version") != 1:
+            raise StickslipError(f"The fit has format version {plain.get('version')}; this program reads version 1.")
+        kinds = {"parameters": FittedParameter, "constants": Constant, "logs": LogSummary, "bins": SpeedBin}
+        try:
+            values = {key: value for key, value in plain.items() if key not in ("type", "version")}
+            for key, kind in kinds.items():
+                values[key] = tuple(kind(**entry) for entry in values[key])
+            for key in ("structure", "materials", "warnings"):
+                values[key] = tuple(values[key])
+            values["correlation"] = tuple(tuple(row) for row in values["correlation"])
+            return FrictionFit(**values)
+        except (KeyError, TypeError) as error:
+            raise StickslipError(f"The fitted law is incomplete or has an unknown entry: {error}.") from error

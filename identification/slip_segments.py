@@ -1,0 +1,113 @@
+"""Slip segments: the stretches of a log where one contact slides in one direction, without the ends.
+
+A sample belongs to a segment where |slip| exceeds a threshold (0.01 m/s: below it lies the micro-slip of the disc_rig
+paper, section 3.3). Both ends are trimmed by half the smoothing window, so that no sample of a stick has entered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.kinematics import SMOOTHING, DiscMotion
+
+THRESHOLD = 0.01  # m/s
+LEAST_CYCLES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class SlipSegment:
+    """One slip: samples first..last-1 of a motion, sliding in direction ``sign`` (+1: the drive overtakes the disc)."""
+
+    motion: DiscMotion
+    first: int
+    last: int
+    sign: int
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Angle (m,), rad."""
+        return self.motion.angle[self.first : self.last]
+
+    @property
+    def drive(self) -> np.ndarray:
+        """Speed of the driving disc (m,), rad/s."""
+        return self.motion.drive[self.first : self.last]
+
+
+def stretches(mask: np.ndarray) -> np.ndarray:
+    """First and past-the-last index (m, 2) of each run of true values in (n,)."""
+    edge = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return edge.reshape(-1, 2)
+
+
+def slip_segments(
+    motion: DiscMotion, period: float, *, threshold: float = THRESHOLD, allow_no_stick: bool = False
+) -> list[SlipSegment]:
+    """Slip segments of one log, in order of time; those cut by the ends of the log included.
+
+    period: s, natural period of the disc, the scale of the smoothing; threshold: m/s. allow_no_stick: accept a log in
+    which the disc never sticks.
+
+    Raises:
+        StickslipError: the disc never slips, never sticks, or the log is shorter than `LEAST_CYCLES` cycles.
+    """
+    rig, name = motion.log.rig, motion.log.name
+    window = SMOOTHING * period
+    slip = motion.slip(rig.value("r"), rig.value("R"), window)
+    slipping = np.abs(slip) > threshold
+    if not slipping.any():
+        raise StickslipError(
+            f"Log '{name}' shows no slip: the slip speed r*w - R*th' stays below {threshold:g} m/s (greatest "
+            f"{np.max(np.abs(slip)):.2g} m/s). Friction against speed needs slip: drive slower or with another load "
+            "to get "
+            "stick-slip, and check r, R and the drive's encoder."
+        )
+    if slipping.all() and not allow_no_stick:
+        raise StickslipError(
+            f"Log '{name}' shows no stick: the slip speed never falls below {threshold:g} m/s (least "
+            f"{np.min(np.abs(slip)):.2g} m/s). Above the speed where stick-slip ends a single sliding speed says "
+            "little about "
+            "the law: drive slower, or leave the log out, or allow it (allow_no_stick=True)."
+        )
+    if not allow_no_stick:
+        _check_cycles(motion, slipping)
+    trim = round(0.5 * window / motion.step)
+    found = []
+    for first, last in stretches(slipping):
+        sign = int(np.sign(slip[(first + last) // 2]))
+        first, last = int(first) + trim * (first > 0), int(last) - trim * (last < len(slip))
+        if last > first and not motion.filled[first:last].any():
+            found.append(SlipSegment(motion, first, last, sign))
+    return found
+
+
+def _check_cycles(motion: DiscMotion, slipping: np.ndarray) -> None:
+    slips = stretches(slipping)
+    whole = sum(1 for first, last in slips if first > 0 and last < len(slipping))
+    if whole < LEAST_CYCLES:
+        raise StickslipError(
+            f"Log '{motion.log.name}' is too short: {motion.time[-1] - motion.time[0]:.3g} s hold {whole} whole "
+            "slips, and "
+            f"{LEAST_CYCLES} cycles or more are needed. Record for 20 s or more."
+        )
+
+
+def long_enough(segments: Sequence[SlipSegment], window: float, margin: float = 0.1) -> list[SlipSegment]:
+    """Those segments that hold a window (s) and ``margin`` of it more.
+
+    Raises:
+        StickslipError: none does.
+    """
+    kept = [s for s in segments if (s.last - s.first) * s.motion.step > (1 + margin) * window]
+    if not kept:
+        longest = max((s.last - s.first) * s.motion.step for s in segments) if segments else 0.0
+        raise StickslipError(
+            f"No slip segment is longer than the window of {window:.3g} s (longest {longest:.3g} s, ends trimmed). "
+            "Choose a "
+            "shorter window, or record at a lower drive speed or load, where slips last longer."
+        )
+    return kept

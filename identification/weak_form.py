@@ -1,0 +1,90 @@
+"""Weak form: the equation of motion averaged over windows inside slip segments, free of accelerations.
+
+    J th'' + c th' + k th = R N mu(|v|) sgn(v)    times a bump phi that vanishes with its derivatives at both ends:
+    integral (J phi'' - c phi' + k phi) th dt  =  R N integral phi mu(|v|) sgn(v) dt,      phi = (1 - s^2)^4, |s| < 1
+
+The left side is linear in the raw angle, so that the covariance of its noise is known: windows that overlap are
+whitened by it (generalised least squares). Only the slip speed v = r w - R th' inside mu is smoothed.
+Windows of 0.264 natural periods (240 ms on the disc rig), every 20 ms or so. The idea is that of weak SINDy:
+Messenger & Bortz (2021), Multiscale Model. Simul. 19, 1474; whitening as in their WENDy (2023), Bull. Math. Biol. 85,
+110.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.conclusion import Estimator, conclude
+from identification.inverse_dynamics import ORDER, STRUCTURE
+from identification.kinematics import odd_count, savitzky_golay
+from identification.laws_fit import CONTI, FittableLaw, Regression
+from identification.pooling import Pool, RigValues, pool
+from identification.result import FrictionFit
+from identification.slip_segments import SlipSegment
+from rig_io.log import RigLog
+
+WINDOW = 0.264  # natural periods
+SPACING = 0.022  # natural periods between windows
+SPEED_WINDOW = 0.122  # natural periods: smoothing of the slip speed
+BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums stand for integrals
+UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
+
+
+def fit(logs: Sequence[RigLog] | Pool, *, law: FittableLaw = CONTI, bootstrap: int = 0, seed: int = 0) -> FrictionFit:
+    """Friction law from stick-slip logs of one rig, all pooled.
+
+    logs: a free-decay log among them gives k/J and c/J; or a `Pool`. bootstrap: number of draws for the standard
+    deviations (0: jackknife over slip segments).
+
+    Raises:
+        StickslipError: see `pool`; or no slip segment holds a window.
+    """
+    ready = logs if isinstance(logs, Pool) else pool(logs)
+    return conclude(ready, ESTIMATOR, law, bootstrap=bootstrap, seed=seed)
+
+
+def _regression(segments: Sequence[SlipSegment], rig: RigValues, period: float) -> Regression:
+    step = segments[0].motion.step
+    count = odd_count(WINDOW * period, step)
+    average, weights = _bump(count, step, rig)
+    slips, measured, clusters, whiten = [], [], [], []
+    for number, segment in enumerate(segments):
+        speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, ORDER, 1)
+        slip = segment.sign * (rig.r * segment.drive - rig.R * speed)
+        spare = len(slip) - count
+        stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)
+        rows = np.lib.stride_tricks.sliding_window_view(slip, count)[::stride]
+        angles = np.lib.stride_tricks.sliding_window_view(segment.angle, count)[::stride]
+        slips.append(np.abs(rows))
+        measured.append(segment.sign * (angles @ weights))
+        clusters.append(np.full(len(rows), number))
+        whiten.append(_whitening(weights, stride, len(rows)))
+    return Regression(np.concatenate(slips), average, np.concatenate(measured), np.concatenate(clusters), tuple(whiten))
+
+
+def _bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (count,) of mu, of sum 1, and weights (count,) of the angle that give the averaged friction
+    coefficient."""
+    s = np.linspace(-1, 1, count)
+    half = 0.5 * (count - 1) * step
+    inside = 1 - s**2
+    bump = inside**BUMP
+    first = -2 * BUMP * s * inside ** (BUMP - 1) / half
+    second = (4 * BUMP * (BUMP - 1) * s**2 * inside ** (BUMP - 2) - 2 * BUMP * inside ** (BUMP - 1)) / half**2
+    weights = (rig.J * second - rig.c * first + rig.k * bump) / (rig.R * rig.N)
+    return bump / bump.sum(), weights / bump.sum()
+
+
+def _whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
+    """Matrix (rows, rows) that makes the noise of windows ``stride`` samples apart white, of the variance of one
+    window."""
+    count = len(weights)
+    lagged = np.array([weights[lag * stride :] @ weights[: max(count - lag * stride, 0)] for lag in range(rows)])
+    place = np.arange(rows)
+    covariance = lagged[np.abs(place[:, None] - place)] / lagged[0] + UNMODELLED * np.eye(rows)
+    return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+ESTIMATOR = Estimator("weak-form", STRUCTURE, WINDOW, _regression)

@@ -270,7 +270,7 @@ def test_a_missing_constant_or_column_says_what_to_add(package: Path) -> None:
         log.rig.value("k")
     with pytest.raises(StickslipError, match="no constant 'q'"):
         log.rig.value("q")
-    with pytest.raises(StickslipError, match="no column 'lasr'.*'laser'"):
+    with pytest.raises(StickslipError, match=r"no column 'lasr'.*'laser'"):
         log.column("lasr")
 
 
@@ -307,7 +307,7 @@ def test_a_package_refuses_names_it_cannot_keep(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="one name"):
         write_package(tmp_path / "p", [a_log(), a_log()])
     (tmp_path / "file").write_text("")
-    with pytest.raises(StickslipError, match="cannot be written|exists already"):
+    with pytest.raises(StickslipError, match=r"cannot be written|exists already"):
         write_package(tmp_path / "file" / "p", [a_log()])
 
 

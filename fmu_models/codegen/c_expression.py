@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import sympy
 
 from fmu_models.errors import StickslipError
+
+Expr = Any  # SymPy annotates the arguments of every expression as Basic, which has no arithmetic
 
 _FUNCTIONS = {
     sympy.exp: "exp",
@@ -21,7 +24,7 @@ _FUNCTIONS = {
 }
 
 
-def c_number(value: sympy.Expr | float) -> str:
+def c_number(value: Expr | float) -> str:
     """A double literal that reads back exactly.
 
     >>> c_number(sympy.Rational(1, 3)), c_number(2), c_number(-0.5)
@@ -40,7 +43,7 @@ def c_string(text: str) -> str:
     return f'"{escaped}"'
 
 
-def c_expression(expression: sympy.Expr, names: Mapping[sympy.Basic, str]) -> str:
+def c_expression(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
     """C code of a double; ``names`` says what each symbol is called there.
 
     Raises:
@@ -49,9 +52,9 @@ def c_expression(expression: sympy.Expr, names: Mapping[sympy.Basic, str]) -> st
     if expression in names:
         return names[expression]
     if not expression.free_symbols and expression.is_real:
-        return _signed(c_number(expression))
+        return c_number(expression)
     if expression.is_Add:
-        return _sum([c_expression(term, names) for term in expression.args])
+        return _sum(expression, names)
     if expression.is_Mul:
         return _product(expression, names)
     if expression.is_Pow:
@@ -61,7 +64,13 @@ def c_expression(expression: sympy.Expr, names: Mapping[sympy.Basic, str]) -> st
     raise StickslipError(unsupported(expression))
 
 
-def unsupported(expression: sympy.Expr) -> str:
+def c_factor(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
+    """C code that may stand as a factor of a product."""
+    text = c_expression(expression, names)
+    return f"({text})" if expression.is_Add or text.startswith("-") else text
+
+
+def unsupported(expression: Expr) -> str:
     """The lesson for an expression that no code is made for."""
     known = ", ".join(["+ - * / **", *sorted(_FUNCTIONS.values()), "sqrt"])
     return (
@@ -70,31 +79,50 @@ def unsupported(expression: sympy.Expr) -> str:
     )
 
 
-def _signed(number: str) -> str:
-    return f"({number})" if number.startswith("-") else number
+def divisor_of(factor: Expr) -> Expr | None:
+    """What a factor of a product divides by, if it is a division."""
+    if factor.is_Pow and factor.exp.is_Number and factor.exp < 0:
+        return sympy.Pow(factor.base, -factor.exp)
+    return None
 
 
-def _sum(terms: list[str]) -> str:
-    return f"({' + '.join(terms)})"
+def is_negative(term: Expr) -> bool:
+    """Whether a term begins with a minus."""
+    return bool(term.as_coeff_Mul()[0] < 0)
 
 
-def _product(expression: sympy.Expr, names: Mapping[sympy.Basic, str]) -> str:
+def _sum(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
+    """Terms without a minus first, so that the code does not begin with one needlessly."""
+    terms = sorted(expression.args, key=is_negative)
+    text = c_expression(terms[0], names)
+    for term in terms[1:]:
+        text += f" - {c_expression(-term, names)}" if is_negative(term) else f" + {c_expression(term, names)}"
+    return text
+
+
+def _product(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
+    number, rest = expression.as_coeff_Mul()
     above, below = [], []
-    for factor in expression.args:
-        if factor.is_Pow and factor.exp.is_Number and factor.exp < 0:
-            below.append(c_expression(factor.base**-factor.exp, names))
+    for factor in sympy.Mul.make_args(rest):
+        divisor = divisor_of(factor)
+        if divisor is None:
+            above.append(c_factor(factor, names))
         else:
-            above.append(c_expression(factor, names))
-    text = " * ".join(above) or "1.0"
-    return f"({text} / ({' * '.join(below)}))" if below else f"({text})"
+            below.append(c_factor(divisor, names))
+    if abs(number) != 1 or not above:
+        above.insert(0, c_number(abs(number)))
+    text = ("-" if number < 0 else "") + " * ".join(above)
+    if not below:
+        return text
+    return f"{text} / ({' * '.join(below)})" if len(below) > 1 or " * " in below[0] else f"{text} / {below[0]}"
 
 
-def _power(expression: sympy.Expr, names: Mapping[sympy.Basic, str]) -> str:
+def _power(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
     base, exponent = expression.as_base_exp()
     if exponent.is_Number and exponent < 0:
-        return f"(1.0 / {c_expression(base**-exponent, names)})"
+        return f"1.0 / ({c_expression(base**-exponent, names)})"
     if exponent.is_Integer and exponent <= 4:
-        return f"({' * '.join([c_expression(base, names)] * int(exponent))})"
+        return " * ".join([c_factor(base, names)] * int(exponent))
     if exponent == sympy.Rational(1, 2):
         return f"sqrt({c_expression(base, names)})"
     return f"pow({c_expression(base, names)}, {c_expression(exponent, names)})"

@@ -13,8 +13,9 @@ import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
 from fmu_models.codegen.jets import Constants, Recurrences, Slots
+from fmu_models.language.mechanism import Output
 from fmu_models.language.quantities import TIME, Quantity
-from fmu_models.language.values import bound_sentences
+from fmu_models.language.values import bounds
 from fmu_models.lowering.hybrid_system import HybridSystem
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
@@ -66,7 +67,7 @@ class _Names:
         self.free = {TIME: "j->t", **self.inputs, **self.states}
         self.rates: dict[sympy.Basic, str] = {q.rate: f"j->u[{i}]" for i, q in enumerate(system.inputs)}
         self.accelerations: dict[sympy.Basic, str] = {q.a: f"j->a[{i}]" for i, q in enumerate(system.coordinates)}
-        signs = {c.sign_symbol: f"j->sign[{i}]" for i, c in enumerate(system.contacts)}
+        signs: dict[sympy.Basic, str] = {c.sign_symbol: f"j->sign[{i}]" for i, c in enumerate(system.contacts)}
         self.slips: dict[sympy.Basic, str] = {}
         for i, c in enumerate(system.contacts):
             self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
@@ -120,7 +121,7 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
 
 def _outputs(system: HybridSystem, names: _Names) -> Recurrences:
     """Outputs, with every acceleration written as what it is without and with contact forces."""
-    free = {q.a: sympy.Dummy(f"{q.a.name}_free", real=True) for q in system.coordinates}
+    free: dict[sympy.Basic, sympy.Dummy] = {q.a: sympy.Dummy(f"{q.a.name}_free", real=True) for q in system.coordinates}
     matrix = {} if system.constant_inertia else _matrix_symbols(system)
     full = {}
     for i, q in enumerate(system.coordinates):
@@ -129,7 +130,7 @@ def _outputs(system: HybridSystem, names: _Names) -> Recurrences:
         ]
         full[q.a] = sympy.Add(free[q.a], *by_forces)
     known = {free[a]: name for a, name in names.accelerations.items()}
-    entries = {symbol: f"j->W[{i}][{k}]" for (i, k), symbol in matrix.items()}
+    entries: dict[sympy.Basic, str] = {symbol: f"j->W[{i}][{k}]" for (i, k), symbol in matrix.items()}
     outputs = names.recurrences(names.slips, names.forces, known, entries)
     for i, output in enumerate(system.outputs):
         outputs.assign(f"j->y[{i}]", sympy.sympify(output.expression).xreplace(full))
@@ -171,7 +172,7 @@ def _violation(system: HybridSystem, names: _Names) -> str:
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         finite = f"{parameter.name} must be a finite number ({parameter.description})"
         tests.append((f"isfinite({name})", finite))
-        for relation, bound in bound_sentences(parameter):
+        for relation, bound in bounds(parameter):
             sentence = f"{parameter.name} must be {relation} {bound:g}{unit} ({parameter.description})"
             tests.append((f"{name} {relation} {c_number(bound)}", sentence))
     for requirement in system.all_requirements:
@@ -247,5 +248,5 @@ def _legend(system: HybridSystem) -> str:
     return "\n".join(["/*", *lines, " */", ""])
 
 
-def _variables(system: HybridSystem) -> list[Quantity]:
+def _variables(system: HybridSystem) -> list[Quantity | Output]:
     return [*system.parameters, *system.inputs, *system.states, *system.outputs]

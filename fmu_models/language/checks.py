@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import sympy
@@ -96,7 +96,7 @@ def _check_energies(mechanism: Mechanism) -> None:
         )
 
 
-def _check_slip(contact: Friction, coordinates: tuple[Coordinate, ...]) -> None:
+def _check_slip(contact: Friction, coordinates: Sequence[Coordinate]) -> None:
     where = f"contact '{contact.name}': slip"
     slip = sympy.sympify(contact.slip)
     for q in coordinates:

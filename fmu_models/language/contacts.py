@@ -7,7 +7,7 @@ During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import ClassVar, NamedTuple, Protocol
 
 import sympy
 
@@ -25,14 +25,11 @@ class Requirement(NamedTuple):
     strict: bool = False
 
 
-@runtime_checkable
 class Law(Protocol):
     """A friction law; one file each in ``laws``. Force and rates are analytic for each sign of the slip speed."""
 
-    @property
-    def sticks(self) -> bool:
-        """Whether lambda jumps at zero slip, so that the contact can stick."""
-        ...
+    sticks: ClassVar[bool]
+    """Whether lambda jumps at zero slip, so that the contact can stick."""
 
     @property
     def capacity(self) -> sympy.Expr:

@@ -25,7 +25,7 @@ Q = TypeVar("Q", bound=Quantity)
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """A quantity to be shown: ``expression`` may use coordinates, velocities, accelerations, inputs, slips and forces."""
+    """A quantity to be shown; its expression may also use accelerations, slip speeds and friction forces."""
 
     name: str
     expression: sympy.Expr

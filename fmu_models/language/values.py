@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Mapping
 from typing import Protocol
 
@@ -11,6 +12,8 @@ import sympy
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.quantities import Parameter
+
+_RELATIONS = {">": operator.gt, ">=": operator.ge, "<=": operator.le}
 
 
 class Parametrised(Protocol):
@@ -43,34 +46,32 @@ def check_values(model: Parametrised, values: Mapping[str, float]) -> None:
         if name not in parameters:
             raise StickslipError(f"{model.name} has no parameter '{name}'.{nearest(name, parameters)}")
         _check_bounds(parameters[name], value)
-    point = {parameter: values.get(name, parameter.value) for name, parameter in parameters.items()}
+    point = {parameter: sympy.Float(values.get(name, parameter.value)) for name, parameter in parameters.items()}
     for requirement in model.all_requirements:
-        number = float(sympy.sympify(requirement.expression).subs(point))
+        expression = sympy.sympify(requirement.expression)
+        number = float(sympy.Float(expression.xreplace(point)))
         if number < 0.0 or (requirement.strict and number == 0.0):
-            used = sorted(sympy.sympify(requirement.expression).free_symbols, key=lambda s: s.declared)
-            found = ", ".join(f"{s.name} = {point[s]:g}" for s in used)
+            used = [p for p in parameters.values() if p in expression.free_symbols]
+            found = ", ".join(f"{p.name} = {float(point[p]):g}" for p in used)
             raise StickslipError(f"{requirement.sentence} (found {found}).")
 
 
-def bound_sentences(parameter: Parameter) -> list[tuple[str, float]]:
+def bounds(parameter: Parameter) -> list[tuple[str, float]]:
     """The bounds of a parameter, each as relation and number, such as (">=", 0.0)."""
-    bounds = []
+    found = []
     if parameter.minimum is not None:
-        bounds.append((">" if parameter.positive else ">=", parameter.minimum))
+        found.append((">" if parameter.positive else ">=", parameter.minimum))
     if parameter.maximum is not None:
-        bounds.append(("<=", parameter.maximum))
-    return bounds
+        found.append(("<=", parameter.maximum))
+    return found
 
 
 def _check_bounds(parameter: Parameter, value: float) -> None:
     name, unit, what = parameter.name, _unit(parameter), parameter.description
     if not math.isfinite(value):
         raise StickslipError(f"{name} = {value} is not a finite number ({what}).")
-    holds = {">": value > 0.0 if parameter.minimum is None else value > parameter.minimum}
-    holds[">="] = parameter.minimum is None or value >= parameter.minimum
-    holds["<="] = parameter.maximum is None or value <= parameter.maximum
-    for relation, bound in bound_sentences(parameter):
-        if not holds[relation]:
+    for relation, bound in bounds(parameter):
+        if not _RELATIONS[relation](value, bound):
             raise StickslipError(
                 f"{name} = {value:g}{unit} is out of range: {what} must be {relation} {bound:g}{unit}."
             )

@@ -22,7 +22,7 @@ def inverse(matrix: sympy.Matrix) -> sympy.Matrix:
     """Inverse of a mass matrix with one common denominator, which generated code then computes once."""
     if matrix.is_diagonal():
         return sympy.diag(*(1 / entry for entry in matrix.diagonal()))
-    determinant = sympy.simplify(matrix.det())
+    determinant = sympy.simplify(sympy.sympify(matrix.det()))
     return matrix.adjugate().applyfunc(sympy.simplify) / determinant
 
 
@@ -41,7 +41,7 @@ def generalised_forces(mechanism: Mechanism) -> sympy.Matrix:
 def time_derivative(
     expression: sympy.Expr, coordinates: Sequence[Coordinate], inputs: Sequence[Input], *, with_accelerations: bool
 ) -> sympy.Expr:
-    """Total time derivative along the motion, by the chain rule; without accelerations, the terms of v' are left out."""
+    """Time derivative along the motion, by the chain rule; without accelerations, the terms of v' are left out."""
     result = sympy.diff(expression, TIME)
     for q in coordinates:
         result += sympy.diff(expression, q) * q.v

@@ -29,11 +29,15 @@ class Conti:
     mu_k: sympy.Expr
     p: sympy.Expr
     sticks: ClassVar[bool] = True
-    states: ClassVar[tuple[InternalState, ...]] = ()
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """N mu(speed), N, for a slip speed without sign, m/s."""
         return self.N * ((self.mu_s - self.mu_k) / (1 + self.p * speed) + self.mu_k)
+
+    @property
+    def states(self) -> tuple[InternalState, ...]:
+        """No internal states."""
+        return ()
 
     @property
     def capacity(self) -> sympy.Expr:
@@ -45,7 +49,7 @@ class Conti:
         return -sign * self.magnitude(sign * slip)
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """No internal states."""
+        """None, without internal states."""
         return ()
 
     @property

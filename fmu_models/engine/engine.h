@@ -23,8 +23,8 @@ int contact_project(Run *r, const signed char *member);
 void taylor_field(Run *r, Jets *j, int k);
 /* the series of x up to the order given, from r; stops early where the terms vanish within limit; returns the order reached */
 int taylor_series(Run *r, Jets *j, int order, double limit);
-/* length over which a series of this order keeps the step tolerance */
-double taylor_length(const Run *r, const Jets *j, int order);
+/* a time over which the states change noticeably: the length of a step of this order; 1 where they do not change at all */
+double taylor_time_scale(const Run *r, const Jets *j, int order);
 /* order that the step tolerance asks for */
 int taylor_order(const Run *r);
 /* the next step from r, cut at the first fall of an indicator */

@@ -19,33 +19,36 @@
 #include <math.h>
 #include <string.h>
 
-enum { TIE_ORDER = 8, MAX_CANDIDATES = 7 };
+enum { TIE_ORDER = 8, MAX_CANDIDATES = 7, ALL_ZERO = MODEL_TERMS };
 
 typedef struct {
     int count;
     int contact[NC];
     const signed char *at_limit; /* sticking contacts whose margin is zero by construction, whatever rounding says */
+    signed char before[NC];
     int series_order;            /* orders of the trial's series in r->scratch, 0 if only order 0 is there */
     double length;
     signed char zeros[NC];       /* leading zeros of the indicator of each candidate in this trial */
 } Trial;
 
-/* the sign of the first coefficient of c[from..] that stands out over length, 0 if none; from moves to it */
-static int first_sign(const double *c, int order, double length, double scale, double tolerance, int *from)
+/* the largest term of c[from..order] over length */
+static double largest_term(const double *c, int from, int order, double length)
 {
-    double power = pow(length, *from);
-    for (int k = *from; k <= order; k++) {
-        const double size = fabs(c[k]) * power;
-        scale = fmax(scale, size);
-        power *= length;
+    double largest = 0.0;
+    for (int k = from; k <= order; k++) {
+        largest = fmax(largest, fabs(c[k]) * pow(length, k));
     }
-    power = pow(length, *from);
+    return largest;
+}
+
+/* the sign of the first coefficient of c[from..order] whose term over length exceeds floor, 0 if none does; from moves to it */
+static int first_sign(const double *c, int order, double length, double floor, int *from)
+{
     for (int k = *from; k <= order; k++) {
-        if (fabs(c[k]) * power > tolerance * scale) {
+        if (fabs(c[k]) * pow(length, k) > floor) {
             *from = k;
             return c[k] > 0.0 ? 1 : -1;
         }
-        power *= length;
     }
     return 0;
 }
@@ -56,10 +59,7 @@ static void expand(Run *r, Trial *trial)
     if (trial->series_order == 0) {
         taylor_series(r, &r->scratch, TIE_ORDER, INFINITY);
         trial->series_order = TIE_ORDER;
-        trial->length = taylor_length(r, &r->scratch, TIE_ORDER);
-        if (!isfinite(trial->length)) {
-            trial->length = 1.0;
-        }
+        trial->length = taylor_time_scale(r, &r->scratch, TIE_ORDER);
     }
 }
 
@@ -88,9 +88,10 @@ static int stick_holds(Run *r, Trial *trial, int c)
         series[k] = j->capacity[c][k] - side * j->force[c][k];
     }
     int zeros = 1;
-    const int sign = first_sign(series, TIE_ORDER - 1, trial->length, capacity, tolerance, &zeros);
+    const int sign = first_sign(series, TIE_ORDER - 1, trial->length, r->tolerances.slip * capacity, &zeros);
     trial->zeros[c] = (signed char)zeros;
-    return sign >= 0;
+    /* a margin that stays at zero: one that was seen to fall has let go, one that started there holds */
+    return sign > 0 || (sign == 0 && !trial->at_limit[c]);
 }
 
 static int slip_holds(Run *r, Trial *trial, int c)
@@ -109,7 +110,13 @@ static int slip_holds(Run *r, Trial *trial, int c)
         series[k] = sign * j->slip[c][k];
     }
     int zeros = 2;
-    const int leaves = first_sign(series, TIE_ORDER, trial->length, 0.0, r->tolerances.margin, &zeros);
+    const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
+    if (j->force[c][0] == 0.0
+        && largest <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, j, c)) {
+        trial->zeros[c] = ALL_ZERO; /* a contact that carries no force may ride along at zero slip for good */
+        return 1;
+    }
+    const int leaves = first_sign(series, TIE_ORDER, trial->length, r->tolerances.margin * largest, &zeros);
     trial->zeros[c] = (signed char)zeros;
     return leaves > 0;
 }
@@ -133,11 +140,12 @@ static int holds(Run *r, Trial *trial)
 /* write assignment number code into r's states; the number of contacts that stick, or -1 where the law forbids it */
 static int assign(Run *r, const Trial *trial, int code)
 {
-    static const signed char states[] = {CONTACT_STICK, CONTACT_SLIP_PLUS, CONTACT_SLIP_MINUS};
     int sticking = 0;
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
-        const int state = states[code % 3];
+        /* the sign a contact had comes before the other: where both fit, nothing changes */
+        const int sign = trial->before[c] == CONTACT_SLIP_MINUS ? -1 : 1;
+        const int state = code % 3 == 0 ? CONTACT_STICK : code % 3 == 1 ? sign : -sign;
         code /= 3;
         if (state == CONTACT_STICK) {
             if (!model_contact_sticks[c]) {
@@ -188,8 +196,7 @@ static int project(Run *r, const Trial *trial)
 int events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
     Trial trial = {.count = 0, .at_limit = at_limit};
-    signed char before[NC];
-    memcpy(before, r->state, sizeof before);
+    memcpy(trial.before, r->state, sizeof trial.before);
     for (int c = 0; c < MODEL_NC; c++) {
         if (candidate[c] && trial.count < MAX_CANDIDATES) {
             trial.contact[trial.count++] = c;
@@ -199,7 +206,7 @@ int events_choose(Run *r, const signed char *candidate, const signed char *at_li
         return 0;
     }
     if (!search(r, &trial)) {
-        memcpy(r->state, before, sizeof before);
+        memcpy(r->state, trial.before, sizeof trial.before);
         for (int i = 0; i < trial.count; i++) {
             trial.zeros[trial.contact[i]] = 1;
         }
@@ -230,21 +237,21 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
         r->known[c] = 0;
     }
     events_choose(r, candidate, at_limit, &moved);
+    int last = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (r->state[c] == before[c]) {
-            continue;
+        last = r->falling[c] ? c : last;
+        if (r->state[c] != before[c]) {
+            r->events++;
+            if (sink) {
+                const ContactEvent event = {r->time, c, before[c], r->state[c]};
+                sink(context, &event);
+            }
         }
-        r->events++;
-        r->stalled++;
-        if (sink) {
-            const ContactEvent event = {r->time, c, before[c], r->state[c]};
-            sink(context, &event);
-        }
-        if (r->stalled > r->tolerances.max_iterations) {
-            return run_fail(r, "contact '%s' keeps changing between slip and stick at t = %.17g: after %d changes without "
-                               "progress the motion there is not determined by the model",
-                            model_contact_names[c], r->time, r->stalled);
-        }
+    }
+    if (++r->stalled > r->tolerances.max_iterations) {
+        return run_fail(r, "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
+                           "not determined by the model",
+                        model_contact_names[last], r->time, r->stalled);
     }
     return RUN_OK;
 }

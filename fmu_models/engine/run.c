@@ -119,11 +119,14 @@ RunStatus run_reconsider(Run *r, int *changed)
     return RUN_OK;
 }
 
-/* states at a time inside the present segment; the end itself uses the located length, free of the rounding of time */
+/* states and inputs at a time inside the present segment; the end itself uses the located length, free of the rounding of time */
 static void evaluate_segment(Run *r, double time, double since_start)
 {
     for (int i = 0; i < MODEL_NX; i++) {
         r->x[i] = polynomial_value(r->jets.x[i], r->segment_order, since_start);
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        r->u[i] = r->jets.u[i][0] + r->jets.u[i][1] * since_start;
     }
     r->time = time;
 }

@@ -4,7 +4,8 @@
  *     series:   for k = 0, 1, ...: field(k) from x[0..k];  x[k+1] = rate[k]/(k+1)
  *               stop at the order that the tolerance asks for, or where the terms vanish within the horizon
  *     length:   the last two terms stay below the tolerance times the larger of the first two, so that the result
- *               depends neither on units nor on the steps before
+ *               depends neither on units nor on the steps before; slip speeds count like states, since just after
+ *               a release they are far smaller than the velocities they come from
  *     events:   first fall of each indicator's own polynomial, its known zeros divided out; the earliest ends the step
  *
  * Sources: Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
@@ -98,13 +99,13 @@ int taylor_series(Run *r, Jets *j, int order, double limit)
     return order;
 }
 
-/* log2 of the length at which term k is tolerance times the larger of the first two terms that are not zero */
-static double log_length(const double *x, int k, double log_tolerance)
+/* log2 of the length at which term k is tolerance times the larger of the first two terms, from term m, that are not zero */
+static double log_length(const double *x, int m, int k, double log_tolerance)
 {
     const double term = log2(fabs(x[k]));
     double longest = -INFINITY;
     int found = 0;
-    for (int m = 0; m < k && found < 2; m++) {
+    for (; m < k && found < 2; m++) {
         if (x[m] != 0.0) {
             longest = fmax(longest, (log_tolerance + log2(fabs(x[m])) - term) / (k - m));
             found++;
@@ -113,15 +114,40 @@ static double log_length(const double *x, int k, double log_tolerance)
     return found > 0 ? longest : INFINITY;
 }
 
-double taylor_length(const Run *r, const Jets *j, int order)
+static double shorter_length(double length, const double *x, int m, int order, double log_tolerance)
 {
-    const double log_tolerance = log2(r->tolerances.step);
+    for (int k = order - 1; k <= order; k++) {
+        if (x[k] != 0.0) {
+            length = fmin(length, log_length(x, m, k, log_tolerance));
+        }
+    }
+    return length;
+}
+
+/* log2 of the length over which the states keep the tolerance */
+static double state_length(const Jets *j, int order, double log_tolerance)
+{
     double length = INFINITY;
     for (int i = 0; i < MODEL_NX; i++) {
-        for (int k = order - 1; k <= order; k++) {
-            if (j->x[i][k] != 0.0) {
-                length = fmin(length, log_length(j->x[i], k, log_tolerance));
-            }
+        length = shorter_length(length, j->x[i], 0, order, log_tolerance);
+    }
+    return length;
+}
+
+double taylor_time_scale(const Run *r, const Jets *j, int order)
+{
+    const double length = exp2(state_length(j, order, log2(r->tolerances.step)));
+    return isfinite(length) ? length : 1.0;
+}
+
+/* the same for slip speeds too, where they matter to a force */
+static double taylor_length(const Run *r, const Jets *j, int order)
+{
+    const double log_tolerance = log2(r->tolerances.step);
+    double length = state_length(j, order, log_tolerance);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (j->sign[c] != 0.0 && j->force[c][0] != 0.0) {
+            length = shorter_length(length, j->slip[c], r->known[c], order, log_tolerance);
         }
     }
     return exp2(length);

@@ -11,6 +11,7 @@ from fmu_models.errors import StickslipError, nearest
 from rig_io.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
 
 SHORTEST = 10  # samples; fewer cannot show a single movement
+AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped by another clock
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,9 @@ def checked(table: Table, stated_units: Mapping[str, str]) -> dict[str, np.ndarr
         values = _numbers(table, column)
         found[name] = _in_unit(table, column, values, stated_units.get(name, table.units.get(name)))
     _check_time(table, found[TIME.name])
+    for name in found:
+        if name.endswith("_edge_time"):
+            _check_edges(table, name, found[TIME.name], found[name.removesuffix("_edge_time") + "_count"], found[name])
     return found
 
 
@@ -134,3 +138,16 @@ def _check_time(table: Table, time: np.ndarray) -> None:
             f"{table.source}: line {line} repeats the time {time[same[0]]:.9g} s ({same.size} repeats). "
             "Remove doubled rows, or write time with nine digits after the point."
         )
+
+
+def _check_edges(table: Table, name: str, time: np.ndarray, count: np.ndarray, stamp: np.ndarray) -> None:
+    advance = np.diff(stamp)
+    faults = (
+        ("runs ahead of the tick", stamp[1:] > time[1:] + AHEAD, "Log both on one clock."),
+        ("falls", advance < 0, "Log the clock without wrapping, on the scale of 'time'."),
+        ("stays while the count changes", (advance == 0) & (np.diff(count) != 0), "Log the time of the last edge."),
+    )
+    for fault, where, advice in faults:
+        if where.any():
+            line = table.first_line + int(np.argmax(where)) + 1
+            raise StickslipError(f"{table.source}: '{name}' {fault} on line {line} ({where.sum()} times). {advice}")

@@ -34,17 +34,15 @@ def velocity_by_count(log: RigLog, instrument: str = "encoder", window: float = 
 
 
 def velocity_real_time_period(log: RigLog, instrument: str = "encoder") -> np.ndarray:
-    """Speed (n_samples,) in rad/s of the last interval between edges, held; 0 before it and across a reversal.
+    """Speed (n_samples,) in rad/s: pitch over the last interval, with the sign of its last edge, held; 0 before it.
 
     Raises:
         StickslipError: no such encoder in the log.
     """
     found = edges(log, instrument)
     pitch = log.calibration.need(instrument).pitch
-    # across a reversal both edges are the same line: no distance, no speed
-    moved = np.round(np.diff(found.angle) / pitch) * pitch
-    speed = np.concatenate([[0.0, 0.0], moved / np.diff(found.time)]) if len(found.time) else np.zeros(1)
-    return speed[np.searchsorted(found.time, log.time, side="right")]
+    passed = found.direction[1:] * pitch / np.diff(found.time)
+    return np.concatenate([[0.0, 0.0], passed])[np.searchsorted(found.time, log.time, side="right")]
 
 
 def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:

@@ -30,11 +30,12 @@ RIG = RigConstants(J=Quantity(0.0548, "kg*m^2", 3e-4), R=Quantity(0.125, "m", 5e
 CALIBRATION = Calibration(LaserCalibration(0.01, 5.0, lowest=0.0, highest=10.0), EncoderCalibration(1000))
 
 
-def a_log(samples: int = 50, name: str = "a", **columns: np.ndarray) -> RigLog:
+def a_log(samples: int = 50, name: str = "a") -> RigLog:
+    """A log whose encoder passes an edge at every tick."""
     time = 0.001 * np.arange(samples)
-    columns = columns or {
+    columns = {
         "laser": 5.0 + np.round(np.sin(40 * time), 3),
-        "encoder_count": np.floor(10 * np.sin(40 * time)),
+        "encoder_count": 7.0 - np.arange(samples),
         "encoder_edge_time": np.round(time - 4e-4, 6),
     }
     return RigLog(name, time, columns, {}, RIG, CALIBRATION, Experiment(drive_speed=(0.83,)))
@@ -155,6 +156,9 @@ REFUSED = {
         "line 2 has .* needs ';'",
     ),
     "fraction of a count": (cell(5, 3, "1.5"), "counts edges, but line 5 holds 1.5"),
+    "edge time ahead of its tick": (cell(40, 4, "9.0"), "'encoder_edge_time' runs ahead of the tick on line 40"),
+    "falling edge time": (cell(40, 4, "0.001"), "'encoder_edge_time' falls on line 40"),
+    "edge without a new time": (cell(41, 4, "0.0376"), "'encoder_edge_time' .* line 41"),
     "too short": (lambda text: "\n".join(text.splitlines()[:5]) + "\n", "too short: 4 rows"),
     "binary": (lambda text: text.replace("\n", "\0\n"), "zero bytes"),
 }
@@ -186,13 +190,15 @@ def test_units_are_converted_by_dimension(package: Path) -> None:
     plain = read_log(package / "a.csv")
 
     def to_milli(content) -> None:
-        content["resources"][0]["schema"]["fields"][0]["unit"] = "ms"
+        for field in (0, 3):
+            content["resources"][0]["schema"]["fields"][field]["unit"] = "ms"
         content["rig"]["J"] = {"value": 548.0, "unit": "kg*cm^2", "standard_uncertainty": 3.0}
 
     edit_csv(package, lambda text: text)
     edit_sidecar(package, to_milli)
     log = read_log(package / "a.csv")
     np.testing.assert_allclose(log.time, 1e-3 * plain.time, rtol=1e-14)
+    np.testing.assert_array_equal(log.column("laser"), plain.column("laser"))
     assert log.rig.quantity("J").value == pytest.approx(0.0548)
     assert log.rig.quantity("J").standard_uncertainty == pytest.approx(3e-4)
 

@@ -1,0 +1,301 @@
+"""The bench, emulated: the oscillator (its FMU), driven unevenly, seen through imperfect instruments, written as a log.
+
+    drive speeds with ripple -> FMU of disc_rig -> angle, speed at 5 kHz -> laser, encoder, drive encoders -> RigLog
+
+A seed fixes the specimens of the instruments (line errors, gain error, phases), and with the log's number all noise:
+one seed gives one bench, and logs of one bench share its faults.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+from rig_io.columns import COLUMNS, TIME
+from rig_io.drive import Ripple
+from rig_io.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
+from rig_io.motion import Motion, integrated
+from rig_io.sensors.encoder import Encoder
+from rig_io.sensors.laser import Laser
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments see it
+
+
+@dataclass(frozen=True)
+class Material:
+    """A friction pair: Conti's law mu(v) = (mu_s - mu_k)/(1 + p |v|) + mu_k, p in s/m."""
+
+    name: str
+    mu_s: float
+    mu_k: float
+    p: float
+
+
+# the paper's Table 1
+MATERIALS: Mapping[str, Material] = {
+    m.name: m
+    for m in (
+        Material("paper/paper", 0.35, 0.25, 15.0),
+        Material("liner/rubber", 0.50, 0.33, 20.0),
+        Material("paper/rubber", 0.65, 0.35, 15.0),
+    )
+}
+
+# drive speeds (rad/s) that tell the three parameters apart and still show stick at the standard normal force: the
+# largest brings the slip speed to 2/p and beyond (paper/rubber 2.7/p, liner/rubber 2.1/p; paper/paper, which loses
+# stick above 0.5 rad/s, gets no further than 0.75/p)
+STANDARD_SPEEDS: Mapping[str, tuple[float, ...]] = {
+    "paper/paper": (0.1, 0.2, 0.41),
+    "liner/rubber": (0.2, 0.41, 0.83),
+    "paper/rubber": (0.41, 0.83, 1.4),
+}
+
+# the paper's appendix; uncertainties and normal forces (0.5 kg of dead weight) are assumed
+RIG = RigConstants(
+    J=Quantity(0.0548, "kg*m^2", 0.0003),
+    k=Quantity(2.62, "N*m/rad", 0.015),
+    c=Quantity(0.055, "N*m*s/rad", 0.001),
+    R=Quantity(0.125, "m", 0.00005),
+    r=Quantity(0.06, "m", 0.00005),
+    N0=Quantity(4.905, "N", 0.005),
+    N1=Quantity(4.905, "N", 0.005),
+)
+
+
+def material(name: str) -> Material:
+    """A friction pair of Table 1 by name.
+
+    Raises:
+        StickslipError: unknown name.
+    """
+    if name not in MATERIALS:
+        raise StickslipError(f"There is no material '{name}'.{nearest(name, MATERIALS)}")
+    return MATERIALS[name]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A driving disc in contact: its friction pair and its nominal speed, rad/s."""
+
+    material: Material = MATERIALS["paper/rubber"]
+    drive_speed: float = 0.83
+
+
+@dataclass(frozen=True)
+class MicroSlip:
+    """Elastic contact below gross slip (LuGre); stiffness N/m (2e4 to 5e4 with rubber, 5e5 without), damping N s/m."""
+
+    stiffness: float = 5e4
+    damping: float = 100.0
+
+
+@dataclass(frozen=True)
+class Emulation:
+    """One log to be emulated. Times in s, rates in Hz, angles in rad.
+
+    discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
+    may be None: not fitted, or ideal.
+    """
+
+    name: str
+    discs: tuple[Disc, ...] = (Disc(),)
+    rig: RigConstants = RIG
+    duration: float = 20.0
+    transient: float = 5.0
+    sampling_rate: float = 1000.0
+    start_angle: float = 0.0
+    laser: Laser | None = field(default_factory=Laser)
+    encoder: Encoder | None = field(default_factory=Encoder)
+    drive_encoder: Encoder | None = field(default_factory=Encoder)
+    ripple: Ripple | None = field(default_factory=Ripple)
+    micro_slip: MicroSlip | None = None
+
+    def __post_init__(self) -> None:
+        """Raises StickslipError: more than two discs, no angle sensor, or a time that is not positive."""
+        if len(self.discs) > 2:
+            raise StickslipError(f"'{self.name}': the rig has places for two driving discs, not {len(self.discs)}.")
+        if self.laser is None and self.encoder is None:
+            raise StickslipError(f"'{self.name}': no sensor sees the disc. Fit the laser or the encoder.")
+        if not (self.duration > 0 and self.transient >= 0 and self.sampling_rate > 0):
+            raise StickslipError(
+                f"'{self.name}': duration {self.duration:g} s and sampling rate {self.sampling_rate:g} Hz must be "
+                f"positive, transient {self.transient:g} s not negative."
+            )
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the discs in contact."""
+        return tuple(f"disc{i}" for i in range(len(self.discs)))
+
+
+def free_decay(name: str = "free-decay", start_angle: float = 0.15, **settings: Any) -> Emulation:
+    """Settings of a free decay: the disc is let go at ``start_angle`` with the log, no driving disc touches it."""
+    return Emulation(name, discs=(), transient=0.0, start_angle=start_angle, **settings)
+
+
+def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
+    """One log. seed: of the bench; number: of the log on that bench (other noise, same instruments).
+
+    Raises:
+        StickslipError: settings outside the physical range of the model.
+    """
+    if seed < 0 or number < 0:
+        raise StickslipError(f"The seed {seed} and the number {number} of a log must not be negative.")
+    total = settings.transient + settings.duration
+    drives = [_drive(settings, i, total, seed, number) for i in range(len(settings.discs))]
+    motion = _shifted(_simulated(settings, drives, total), settings.transient)
+    samples = int(np.floor(settings.duration * settings.sampling_rate + 1e-9)) + 1
+    ticks = np.round(np.arange(samples) / settings.sampling_rate, 9)
+    columns: dict[str, np.ndarray] = {}
+    if settings.laser is not None:
+        radius = settings.rig.value("R")
+        columns["laser"] = settings.laser.read(motion, ticks, radius, _rng(seed, _LASER), _rng(seed, _LASER, number))
+    shafts = {"encoder": (settings.encoder, motion, _ENCODER)}
+    for i, (time, speed) in enumerate(drives):
+        shafts[f"drive{i}"] = (
+            settings.drive_encoder,
+            _shifted(integrated(time, speed), settings.transient),
+            _DRIVES[i],
+        )
+    calibrations: dict[str, EncoderCalibration] = {}
+    for shaft, (encoder, turning, stream) in shafts.items():
+        if encoder is not None:
+            count, edge_time = encoder.ruled(_rng(seed, stream)).read(turning, ticks)
+            columns |= {f"{shaft}_count": count, f"{shaft}_edge_time": edge_time}
+            calibrations[shaft] = encoder.calibration
+    return RigLog(
+        name=settings.name,
+        time=ticks,
+        columns=columns,
+        units={name: COLUMNS[name].unit for name in (TIME.name, *columns)},
+        rig=settings.rig,
+        calibration=Calibration(laser=settings.laser.calibration if settings.laser else None, **calibrations),
+        experiment=_experiment(settings, seed, number),
+    )
+
+
+def emulate_set(
+    folder: str | os.PathLike[str],
+    settings: Sequence[Emulation],
+    seed: int = 0,
+    *,
+    overwrite: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Path:
+    """Logs of one bench as a data package, written whole or not at all; returns the folder.
+
+    progress: called with the name of each log before it is emulated.
+
+    Raises:
+        StickslipError: as in `emulate` and `rig_io.log.write_package`.
+    """
+    logs = []
+    for number, one in enumerate(settings):
+        if progress is not None:
+            progress(one.name)
+        logs.append(emulate(one, seed, number))
+    return write_package(
+        folder,
+        logs,
+        title="Emulated logs of the disc rig",
+        description=f"A disc on a spring, rubbed by driven discs; emulated, seed {seed}. See 'experiment'.",
+        overwrite=overwrite,
+    )
+
+
+def standard_set(name: str = "paper/rubber", speeds: Sequence[float] | None = None, **settings: Any) -> list[Emulation]:
+    """One single-disc log per drive speed (rad/s; `STANDARD_SPEEDS` if None) and a free decay: what a fit needs.
+
+    settings: of `Emulation`, for all logs.
+
+    Raises:
+        StickslipError: unknown material.
+    """
+    pair = material(name)
+    stem = name.replace("/", "-")
+    decay = {key: value for key, value in settings.items() if key not in ("transient", "start_angle", "micro_slip")}
+    runs = [
+        Emulation(f"{stem}-{speed:.3g}", discs=(Disc(pair, speed),), **settings)
+        for speed in (STANDARD_SPEEDS[name] if speeds is None else speeds)
+    ]
+    return [*runs, free_decay(**decay)]
+
+
+_LASER, _ENCODER, _DRIVES = 1, 2, (3, 4)  # streams of random numbers
+
+
+def _rng(seed: int, *stream: int) -> np.random.Generator:
+    return np.random.default_rng([seed, *(s + 1 for s in stream)])
+
+
+def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Knots and speeds of one drive."""
+    nominal = settings.discs[i].drive_speed
+    if settings.ripple is None:
+        return np.array([0.0, total]), np.array([nominal, nominal])
+    return settings.ripple.speed(nominal, total, _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1))
+
+
+def _shifted(motion: Motion, transient: float) -> Motion:
+    """The log's clock starts when the transient is over."""
+    return replace(motion, time=motion.time - transient)
+
+
+def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
+    truth: dict[str, Any] = {"seed": seed, "number": number}
+    for contact, disc in zip(settings.contacts, settings.discs, strict=True):
+        truth[contact] = {"mu_s": disc.material.mu_s, "mu_k": disc.material.mu_k, "p": disc.material.p}
+    if settings.micro_slip is not None:
+        truth["micro_slip"] = asdict(settings.micro_slip)
+    return Experiment(
+        kind="stick-slip" if settings.discs else "free-decay",
+        contacts=settings.contacts,
+        materials=tuple(disc.material.name for disc in settings.discs),
+        drive_speed=tuple(disc.drive_speed for disc in settings.discs),
+        emulation=truth,
+    )
+
+
+def _simulated(settings: Emulation, drives: list[tuple[np.ndarray, np.ndarray]], total: float) -> Motion:
+    """The disc's motion at `TRUTH_RATE`; it starts in stick with disc 0, whence one release leads onto the cycle."""
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.signal import Signal
+    from fmu_models.simulation.system import simulate
+
+    laws = None if settings.micro_slip is None else dict.fromkeys(settings.contacts, "lugre")
+    rig = settings.rig
+    start = {"theta": settings.start_angle, "omega": 0.0}
+    if drives:
+        start["omega"] = rig.value("r") * float(drives[0][1][0]) / rig.value("R")
+    samples = int(np.ceil(total * TRUTH_RATE - 1e-9)) + 1
+    trajectory = simulate(
+        Fmu.open(built("disc_rig", contacts=settings.contacts, laws=laws)),
+        total,
+        parameters=_parameters(settings),
+        start=start,
+        inputs={f"w{i}": Signal(time, speed) for i, (time, speed) in enumerate(drives)},
+        output_times=np.linspace(0.0, total, samples),
+    )
+    return Motion(trajectory.time, trajectory["theta"], trajectory["omega"])
+
+
+def _parameters(settings: Emulation) -> dict[str, float]:
+    """The parameters of the FMU, by name."""
+    named = {name: settings.rig.value(name) for name in ("J", "k", "c", *(("R", "r") if settings.discs else ()))}
+    for i, disc in enumerate(settings.discs):
+        law = {"mu_s": disc.material.mu_s, "mu_k": disc.material.mu_k, "p": disc.material.p}
+        if settings.micro_slip is not None:
+            law |= {"sigma0": settings.micro_slip.stiffness, "sigma1": settings.micro_slip.damping}
+        named |= {f"{name}{i}": value for name, value in law.items()}
+        named[f"N{i}"] = settings.rig.value(f"N{i}")
+    return named

@@ -177,7 +177,7 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         time=ticks,
         columns=columns,
         units={name: COLUMNS[name].unit for name in (TIME.name, *columns)},
-        rig=settings.rig,
+        rig=settings.rig if len(settings.discs) == 2 else replace(settings.rig, N1=None),
         calibration=Calibration(laser=settings.laser.calibration if settings.laser else None, **calibrations),
         experiment=_experiment(settings, seed, number),
     )

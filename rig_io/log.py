@@ -244,8 +244,8 @@ def write_package(
     """Write logs as CSV files with ``datapackage.json``, whole or not at all; returns the folder.
 
     Raises:
-        StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, the logs
-            carry different rigs, or two have one name.
+        StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, there is
+            no log, or two have one name.
     """
     from rig_io.datapackage import save_package
 

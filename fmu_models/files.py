@@ -25,7 +25,9 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     except OSError as error:
-        raise StickslipError(f"'{target}' cannot be written: {error.strerror}. Choose a folder you may write to.") from error
+        raise StickslipError(
+            f"'{target}' cannot be written: {error.strerror}. Choose a folder you may write to."
+        ) from error
     os.close(handle)
     temporary = Path(name)
     try:

@@ -1,0 +1,141 @@
+"""How commands talk: a table or JSON on standard output, progress and errors on standard error."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fmu_models.errors import StickslipError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+# work shorter than this passes without a progress bar, s
+PATIENCE = 2.0
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Parameter in SI units; repeat for several.")
+]
+Contacts = Annotated[
+    str | None,
+    typer.Option(metavar="NAMES", help="Contacts to keep, separated by commas; 'none' for a free body. [default: all]"),
+]
+
+
+def app(help_text: str) -> typer.Typer:
+    """A group of commands in the common style."""
+    return typer.Typer(help=help_text, no_args_is_help=True, rich_markup_mode="rich", add_completion=False)
+
+
+def console() -> Console:
+    """Where results are printed for people."""
+    from rich.console import Console
+
+    return Console(highlight=False)
+
+
+def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None]) -> None:
+    """Print a result: ``data`` as JSON, or what ``show`` prints for people."""
+    if as_json:
+        print(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        show(console())
+
+
+def table(*columns: str, title: str | None = None) -> Table:
+    """A plain table; columns named with a leading '>' are aligned right."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
+    for column in columns:
+        made.add_column(column.lstrip(">"), justify="right" if column.startswith(">") else "left", overflow="fold")
+    return made
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[float], None]]:
+    """Yield a function to call with the fraction done; a bar appears once the work has taken two seconds."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    task = bar.add_task(label, total=1.0)
+    begin = time.monotonic()
+    started = False
+
+    def advance(fraction: float) -> None:
+        nonlocal started
+        if not started and time.monotonic() - begin > PATIENCE:
+            bar.start()
+            started = True
+        if started:
+            bar.update(task, completed=fraction)
+
+    try:
+        yield advance
+    finally:
+        if started:
+            bar.stop()
+
+
+def assignments(given: Sequence[str] | None, what: str) -> dict[str, float]:
+    """Numbers from arguments ``NAME=VALUE``.
+
+    Raises:
+        StickslipError: not of that form, not a number, or a name twice.
+    """
+    values: dict[str, float] = {}
+    for text in given or ():
+        name, equals, value = text.partition("=")
+        name = name.strip()
+        try:
+            number = float(value)
+        except ValueError:
+            equals = ""
+            number = 0.0
+        if not equals or not name:
+            raise StickslipError(f"A {what} is given as NAME=VALUE with a number, for example J=0.05; found '{text}'.")
+        if name in values:
+            raise StickslipError(f"The {what} '{name}' is given twice. Give it once.")
+        values[name] = number
+    return values
+
+
+def chosen(contacts: str | None) -> tuple[str, ...] | None:
+    """Names from ``--contacts``; None for all."""
+    if contacts is None:
+        return None
+    return () if contacts.strip() == "none" else tuple(name.strip() for name in contacts.split(",") if name.strip())
+
+
+def run(application: typer.Typer) -> None:
+    """Run a command line: errors for the user are printed and exit with 2, an interrupt exits with 130."""
+    # typer brings its own click, whose errors it does not export; their base class is that of one it does
+    usage_error: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+    try:
+        code = application(standalone_mode=False)
+    except StickslipError as error:
+        _complain(str(error))
+        code = 2
+    except usage_error as error:
+        error.show()
+        code = 2
+    except (KeyboardInterrupt, typer.Abort):
+        _complain("interrupted; what was finished is kept.")
+        code = 130
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _complain(text: str) -> None:
+    print(f"stickslip: {text}", file=sys.stderr)

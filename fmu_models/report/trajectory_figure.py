@@ -1,0 +1,54 @@
+"""A trajectory at one glance: phase portrait and time series, stick marked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib
+import numpy as np
+
+from fmu_models.files import write_whole
+
+matplotlib.use("Agg")
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.trajectory import Trajectory
+
+
+def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = False) -> None:
+    """Draw the first coordinate against its velocity, and both over time, with stretches of stick shaded.
+
+    Raises:
+        StickslipError: the file exists or cannot be written.
+    """
+    position, velocity = fmu.states[:2]
+    figure = Figure(figsize=(11, 4.5), layout="constrained")
+    phase, series = figure.subplots(1, 2, width_ratios=(1, 1.6))
+    phase.plot(trajectory[position], trajectory[velocity], color="black", linewidth=0.8)
+    phase.plot(trajectory[position][0], trajectory[velocity][0], "o", color="black", markersize=4, label="start")
+    phase.set_xlabel(_label(trajectory, position))
+    phase.set_ylabel(_label(trajectory, velocity))
+    phase.legend(loc="upper right", frameon=False)
+    series.plot(trajectory.time, trajectory[position], color="black", linewidth=1.0, label=position)
+    series.set_xlabel("time (s)")
+    series.set_ylabel(_label(trajectory, position))
+    speed = series.twinx()
+    speed.plot(trajectory.time, trajectory[velocity], color="tab:blue", linewidth=0.8, linestyle="--", label=velocity)
+    speed.set_ylabel(_label(trajectory, velocity))
+    sticking = np.any([trajectory[f"{name}_state"] == 0 for name in fmu.contacts], axis=0) if fmu.contacts else None
+    if sticking is not None and sticking.any():
+        low, high = series.get_ylim()
+        series.fill_between(trajectory.time, low, high, where=sticking, color="0.88", linewidth=0, label="stick")
+        series.set_ylim(low, high)
+    lines = [*series.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
+    series.legend(lines, [line.get_label() for line in lines], loc="upper right", ncols=3, frameon=False)
+    figure.suptitle(fmu.description.modelName)
+    with write_whole(path, overwrite=overwrite) as temporary:
+        figure.savefig(temporary, dpi=150)
+
+
+def _label(trajectory: Trajectory, name: str) -> str:
+    return f"{name} ({trajectory.units[name]})"

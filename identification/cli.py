@@ -1,0 +1,14 @@
+"""The command `stickslip`: every package's commands under one name; a package is imported when its command is called."""
+
+from __future__ import annotations
+
+from fmu_models import cli as model_commands
+from fmu_models import console
+
+app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
+app.registered_commands.extend(model_commands.app.registered_commands)
+
+
+def main() -> None:
+    """Entry point."""
+    console.run(app)

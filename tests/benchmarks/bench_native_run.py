@@ -1,0 +1,104 @@
+"""Stick-slip of the disc rig for 25 s (48 events): error and time of the engine and of heyoka.py, in turn within one run.
+
+    python tests/benchmarks/bench_native_run.py [repetitions]
+
+Both integrate from rest, one call (ours) or one loop over events (heyoka, whose stick phases are closed-form here) per
+run; instances are made outside the timing. The reference is heyoka.py at its tightest tolerance. Needs the extra `bench`.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections.abc import Callable
+
+import heyoka
+import numpy as np
+
+from fmu_models.codegen.package import built
+from fmu_models.simulation import native, system
+from fmu_models.simulation.fmu import Fmu
+
+STOP = 25.0
+J, K, C, R, DISC, N, MU_S, MU_K, P, W = 0.0548, 2.62, 0.055, 0.125, 0.06, 8.0, 0.65, 0.35, 15.0, 0.83
+
+
+def peer(tolerance: float) -> Callable[[], tuple[np.ndarray, int]]:
+    """Event-driven stick-slip by heyoka.py: the run and what it returns, the end state and the number of events."""
+    theta, omega = heyoka.make_vars("theta", "omega")
+    sign = heyoka.par[0]
+    slip = DISC * W - R * omega
+    mu = (MU_S - MU_K) / (1.0 + P * sign * slip) + MU_K
+    acceleration = (-C * omega - K * theta + R * N * mu * sign) / J
+    # only a fall of the slip counts: a release leaves zero slip upwards
+    event = heyoka.t_event(sign * slip, direction=heyoka.event_direction.negative)
+    integrator = heyoka.taylor_adaptive(
+        [(theta, omega), (omega, acceleration)], [0.0, 0.0], pars=[1.0], t_events=[event], tol=tolerance
+    )
+    speed = DISC * W / R
+    release = (R * N * MU_S - C * speed) / K
+
+    def run() -> tuple[np.ndarray, int]:
+        integrator.time, integrator.state[:], integrator.pars[0] = 0.0, 0.0, 1.0
+        integrator.reset_cooldowns()
+        events = 0
+        while True:
+            integrator.propagate_until(STOP)
+            if integrator.time >= STOP:
+                return integrator.state.copy(), events
+            events += 1
+            angle = integrator.state[0]
+            if abs(C * speed + K * angle) >= R * N * MU_S:
+                integrator.pars[0] = -integrator.pars[0]
+                continue
+            end = integrator.time + (release - angle) / speed
+            if end >= STOP:
+                return np.array([angle + speed * (STOP - integrator.time), speed]), events
+            events += 1
+            integrator.state[:] = release, speed
+            integrator.time, integrator.pars[0] = end, 1.0
+            integrator.reset_cooldowns()
+
+    return run
+
+
+def ours() -> Callable[[], tuple[np.ndarray, int, float]]:
+    """The same through the exported FMU; the time is that of the run itself."""
+    fmu = Fmu.open(built("disc_rig", contacts=("disc0",)))
+    references = [fmu.variables[name].valueReference for name in ("theta", "omega")]
+    none = np.zeros((0, 0))
+    request = native.Request(np.array([STOP]), references, [], np.zeros(0), none, none)
+
+    def run() -> tuple[np.ndarray, int, float]:
+        with system._instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-12) as (slave, _):
+            library = native.library_of(slave.dll, "disc_rig")
+            begin = time.perf_counter()
+            result = native.run(library, slave.component, request)
+            elapsed = time.perf_counter() - begin
+        assert result is not None
+        return result.values[0], len(result.events), elapsed
+
+    return run
+
+
+def main(repetitions: int = 200) -> None:
+    heyoka.set_logger_level_error()
+    reference, _ = peer(1e-16)()
+    run_peer, run_ours = peer(1e-12), ours()
+    times: dict[str, list[float]] = {"ours": [], "heyoka": []}
+    for _ in range(repetitions):
+        state_ours, events_ours, elapsed = run_ours()
+        times["ours"].append(elapsed)
+        begin = time.perf_counter()
+        state_peer, events_peer = run_peer()
+        times["heyoka"].append(time.perf_counter() - begin)
+    ratio = statistics.median(a / b for a, b in zip(times["ours"], times["heyoka"], strict=True))
+    for name, state, events in (("ours", state_ours, events_ours), ("heyoka", state_peer, events_peer)):
+        error = np.abs(state - reference).max()
+        print(f"{name:7s} error {error:8.1e}  events {events:3d}  median {statistics.median(times[name]) * 1e3:.3f} ms")
+    print(f"time, ours/heyoka: median of pairs {ratio:.2f}")
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:]))

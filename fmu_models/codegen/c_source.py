@@ -129,7 +129,7 @@ def _outputs(system: HybridSystem, names: _Names) -> Recurrences:
             matrix.get((i, k), system.W[i, k]) * contact.force_symbol for k, contact in enumerate(system.contacts)
         ]
         full[q.a] = sympy.Add(free[q.a], *by_forces)
-    known = {free[a]: name for a, name in names.accelerations.items()}
+    known: dict[sympy.Basic, str] = {free[a]: name for a, name in names.accelerations.items()}
     entries: dict[sympy.Basic, str] = {symbol: f"j->W[{i}][{k}]" for (i, k), symbol in matrix.items()}
     outputs = names.recurrences(names.slips, names.forces, known, entries)
     for i, output in enumerate(system.outputs):

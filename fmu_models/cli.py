@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,7 +10,6 @@ import typer
 
 from fmu_models import console
 from fmu_models.console import Contacts, Json, Overwrite, Settings
-from fmu_models.errors import StickslipError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -114,9 +114,7 @@ def simulate(
     contacts: Contacts = None,
     samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 2001,
     csv: Annotated[Path | None, typer.Option(help="Write the trajectory as CSV.")] = None,
-    figure: Annotated[
-        Path | None, typer.Option(help="Draw the phase portrait and time series (png, svg, pdf).")
-    ] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -168,7 +166,7 @@ def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
         events = [event for event in trajectory.events if event.contact == name]
         first = events[0].before if events else int(trajectory[f"{name}_state"][0])
         changes = [(0.0, first), *((event.time, event.after) for event in events), (until, first)]
-        held = sum(b[0] - a[0] for a, b in zip(changes, changes[1:], strict=False) if a[1] == 0)
+        held = sum(b[0] - a[0] for a, b in itertools.pairwise(changes) if a[1] == 0)
         contacts[name] = {"events": len(events), "stick_fraction": held / until}
     return {
         "model": fmu.description.modelName,
@@ -189,13 +187,3 @@ def _print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(f"contact {name}: {row['events']} events, sticking {row['stick_fraction']:.1%} of the time")
     for path in content["files"]:
         out.print(f"written: {path}")
-
-
-def require_figure_path(path: Path) -> None:
-    """Refuse a figure whose format cannot be drawn before any work is done.
-
-    Raises:
-        StickslipError: the ending is not one of a figure.
-    """
-    if path.suffix not in {".png", ".svg", ".pdf"}:
-        raise StickslipError(f"'{path}' is no figure file: choose a name that ends in .png, .svg or .pdf.")

@@ -1,4 +1,4 @@
-"""The command `stickslip`: every package's commands under one name; a package is imported when its command is called."""
+"""The command `stickslip`: the commands of every package, which is imported when one of its commands is called."""
 
 from __future__ import annotations
 

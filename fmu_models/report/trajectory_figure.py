@@ -31,7 +31,7 @@ def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = Fals
     phase.plot(trajectory[position][0], trajectory[velocity][0], "o", color="black", markersize=4, label="start")
     phase.set_xlabel(_label(trajectory, position))
     phase.set_ylabel(_label(trajectory, velocity))
-    phase.legend(loc="upper right", frameon=False)
+    phase.legend(loc="lower left", frameon=False)
     series.plot(trajectory.time, trajectory[position], color="black", linewidth=1.0, label=position)
     series.set_xlabel("time (s)")
     series.set_ylabel(_label(trajectory, position))
@@ -44,8 +44,9 @@ def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = Fals
         series.fill_between(trajectory.time, low, high, where=sticking, color="0.88", linewidth=0, label="stick")
         series.set_ylim(low, high)
     lines = [*series.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
-    series.legend(lines, [line.get_label() for line in lines], loc="upper right", ncols=3, frameon=False)
-    figure.suptitle(fmu.description.modelName)
+    labels = [line.get_label() for line in lines]
+    series.legend(lines, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
+    phase.set_title(fmu.description.modelName)
     with write_whole(path, overwrite=overwrite) as temporary:
         figure.savefig(temporary, dpi=150)
 

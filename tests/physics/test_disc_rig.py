@@ -1,7 +1,7 @@
 """The disc rig against its reference values: equations (1), (2), (10) for one disc, (11) to (20) for two.
 
-The reference values were computed by an event-driven Taylor code of order 26 in an independent implementation; two other
-codes confirm them to 1e-12 (one disc) and 1e-10 (two discs). They are printed with twelve decimals, hence the tolerances.
+The reference values come from an independent event-driven Taylor code of order 26; two other codes confirm them to
+1e-12 (one disc) and 1e-10 (two discs). They are printed with twelve decimals, hence the tolerances.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ c = Parameter("c", 0.055, "N m s/rad", "viscous damping", minimum=0.0)
 R = Parameter("R", 0.125, "m", "radius of the body at the contact", positive=True)
 r = Parameter("r", 0.06, "m", "radius of the discs", positive=True)
 
-theta = Coordinate("theta", "rad", "angle of the body, positive counterclockwise", velocity="omega")
+theta = Coordinate("theta", "rad", "angle of the body, positive counterclockwise", velocity="omega", nominal=0.1)
 omega = theta.v
 
 

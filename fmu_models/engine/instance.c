@@ -1,4 +1,5 @@
 /* An instance: its life, time stepping and the messages it writes. Contract in instance.h. */
+#include <float.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -155,13 +156,14 @@ Status instance_settle(Instance *m, const char *function, int *changed) {
 
 Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event) {
     Core *core = &m->core;
-    double end = time + step;
+    double end = fmax(time + step, core->run.time);
+    double slack = INSTANCE_TIME_SLACK * step + 4.0 * DBL_EPSILON * fabs(time);
     *event = 0;
     if (!isfinite(time) || !isfinite(step) || !(step > 0.0))
         return instance_refuse(m, "%s: a step of %g s from time %g is not possible", function, step, time);
-    if (fabs(time - core->run.time) > INSTANCE_TIME_SLACK * step)
+    if (fabs(time - core->run.time) > slack)
         return instance_refuse(m, "%s: the step starts at %.17g but the FMU is at %.17g", function, time, core->run.time);
-    if (core->stop_defined && end > core->stop_time + INSTANCE_TIME_SLACK * step)
+    if (core->stop_defined && end > core->stop_time + slack)
         return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end, core->stop_time);
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
     switch (run_advance(&core->run, end, stop_at_event, NULL, NULL)) {

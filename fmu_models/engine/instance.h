@@ -65,7 +65,7 @@ struct Instance {
     char name[128];
 };
 
-/* the step of an importer may miss the present time by this fraction of its length: importers add up steps in floating point */
+/* a step of an importer may miss the present time by this fraction of its length: importers add up floating-point steps */
 #define INSTANCE_TIME_SLACK 1e-6
 
 /* a result of the engine for the present values, computed when first asked for */

@@ -1,0 +1,49 @@
+"""Independent checkers find nothing to say about an exported FMU."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+from pathlib import Path
+
+import pytest
+from fmpy.validation import validate_fmu
+
+
+def test_fmpy_finds_no_problem(path: Path) -> None:
+    assert validate_fmu(str(path)) == []
+
+
+def test_fmu_manipulation_toolbox_finds_no_problem(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    from fmu_manipulation_toolbox.checker import get_checkers
+    from fmu_manipulation_toolbox.operations import FMU
+
+    logger = logging.getLogger("fmu_manipulation_toolbox")
+    logger.addHandler(caplog.handler)
+    try:
+        with caplog.at_level(logging.INFO), FMU(str(path)) as checked:
+            for checker in get_checkers():
+                checked.apply_operation(checker())
+    finally:
+        logger.removeHandler(caplog.handler)
+    said = [(record.levelname, record.getMessage()) for record in caplog.records]
+    assert [message for level, message in said if level != "INFO"] == []
+    assert any("compliant" in message for _, message in said)
+    assert any("No semantic error" in message for _, message in said)
+
+
+def test_importers_that_compile_can(path: Path, tmp_path: Path) -> None:
+    from fmpy import extract, platform, platform_tuple, simulate_fmu
+    from fmpy.build import build_platform_binary
+
+    if shutil.which("cmake") is None or shutil.which("cc") is None:
+        pytest.skip("needs cmake and a C compiler of the system")
+    folder = Path(extract(str(path), unzipdir=str(tmp_path / "fmu")))
+    shipped = sorted((folder / "binaries").rglob("*.*"))
+    shutil.rmtree(folder / "binaries")
+    (tmp_path / "build").mkdir()
+    build_platform_binary(folder, tmp_path / "build", all_warnings=True)
+    compiled = sorted((folder / "binaries").rglob("*.*"))
+    assert compiled == shipped, (platform, platform_tuple)
+    result = simulate_fmu(str(folder), stop_time=1.0)
+    assert result["time"][-1] == pytest.approx(1.0)

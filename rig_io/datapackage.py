@@ -126,17 +126,18 @@ def save_package(folder: Path, logs: list[RigLog], title: str, description: str,
         raise StickslipError(f"'{folder}' exists already. Choose another name, or allow it to be overwritten.")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+        room = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     except OSError as error:
         raise StickslipError(
             f"'{folder}' cannot be written: {error.strerror}. Choose a folder you may write to."
         ) from error
     try:
+        work = room / folder.name  # a folder of the usual rights, which mkdtemp's is not
+        work.mkdir()
         for log in logs:
             csv_log.write(work / f"{log.name}.csv", {TIME.name: log.time, **log.columns})
         package = _package(folder.name, logs, work, title, description)
         (work / SIDECAR).write_text(json.dumps(package, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        work.chmod(folder.parent.stat().st_mode)
         if not folder.exists() or not any(folder.iterdir()):
             if folder.exists():
                 folder.rmdir()
@@ -146,7 +147,7 @@ def save_package(folder: Path, logs: list[RigLog], title: str, description: str,
             with write_whole(folder / file, overwrite=True) as target:
                 (work / file).replace(target)
     finally:
-        shutil.rmtree(work, ignore_errors=True)
+        shutil.rmtree(room, ignore_errors=True)
     return folder
 
 
@@ -197,9 +198,16 @@ def _mapping(parent: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
     return found
 
 
+def _list(parent: Mapping[str, Any], key: str, default: tuple[str, ...], where: str) -> list[Any]:
+    found = parent.get(key, list(default))
+    if not isinstance(found, list):
+        raise StickslipError(f'{where}: "{key}" holds {found!r}; expected a list [...].')
+    return found
+
+
 def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise StickslipError(f"{where} holds {value!r}; expected a number.")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+        raise StickslipError(f"{where} holds {value!r}; expected a finite number.")
     return float(value)
 
 
@@ -216,7 +224,7 @@ def _check_hash(path: Path, resource: Mapping[str, Any], sidecar: Path) -> None:
 
 
 def _units(resource: Mapping[str, Any], where: str) -> dict[str, str]:
-    described = _mapping(resource, "schema", where).get("fields", [])
+    described = _list(_mapping(resource, "schema", where), "fields", (), where)
     return {str(f["name"]): str(f["unit"]) for f in described if isinstance(f, dict) and "name" in f and "unit" in f}
 
 
@@ -255,6 +263,8 @@ def _calibration(entries: Mapping[str, Any], where: str) -> Calibration:
                 raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, known)}")
             if key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
+            elif not isinstance(entry[key], bool):
+                raise StickslipError(f"{at}, 'quadrature' holds {entry[key]!r}; expected true or false.")
         if entry[needed] == 0 or (instrument != "laser" and (entry[needed] < 1 or entry[needed] % 1)):
             raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
         if instrument != "laser":
@@ -267,15 +277,16 @@ def _experiment(entry: Mapping[str, Any], where: str) -> Experiment:
     kind = entry.get("kind", "stick-slip")
     if kind not in ("stick-slip", "free-decay"):
         raise StickslipError(f"{where}: experiment kind {kind!r} is unknown. Expected 'stick-slip' or 'free-decay'.")
-    contacts = tuple(entry.get("contacts", () if kind == "free-decay" else ("disc0",)))
+    contacts = tuple(str(c) for c in _list(entry, "contacts", () if kind == "free-decay" else ("disc0",), where))
     if not set(contacts) <= {"disc0", "disc1"}:
         raise StickslipError(f"{where}: contacts {list(contacts)} are unknown. Expected 'disc0', 'disc1' or both.")
-    speeds = tuple(_number(v, f"{where}: drive_speed") for v in entry.get("drive_speed", ()))
+    speeds = tuple(_number(v, f"{where}: drive_speed") for v in _list(entry, "drive_speed", (), where))
     if speeds and len(speeds) != len(contacts):
         raise StickslipError(
             f"{where}: {len(speeds)} drive speeds for {len(contacts)} discs. Give one for each contact."
         )
-    return Experiment(kind, contacts, tuple(entry.get("materials", ())), speeds, _mapping(entry, "emulation", where))
+    materials = tuple(str(m) for m in _list(entry, "materials", (), where))
+    return Experiment(kind, contacts, materials, speeds, _mapping(entry, "emulation", where))
 
 
 def _package(name: str, logs: list[RigLog], work: Path, title: str, description: str) -> dict[str, Any]:

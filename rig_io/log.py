@@ -243,6 +243,8 @@ def write_package(
 ) -> Path:
     """Write logs as CSV files with ``datapackage.json``, whole or not at all; returns the folder.
 
+    With ``overwrite`` files of the same names are replaced one by one, ``datapackage.json`` last; others stay.
+
     Raises:
         StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, there is
             no log, or two have one name.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
 
@@ -224,7 +225,12 @@ SIDECARS = {
     "unknown constant": (lambda c: c["rig"].update(Jo=c["rig"]["J"]), "'Jo' is unknown"),
     "constant without unit": (lambda c: c["rig"]["J"].pop("unit"), r"needs \"value\" and \"unit\""),
     "negative inertia": (lambda c: c["rig"]["J"].update(value=-1.0), "expected a positive value"),
-    "constant in words": (lambda c: c["rig"]["J"].update(value="big"), "expected a number"),
+    "constant in words": (lambda c: c["rig"]["J"].update(value="big"), "expected a finite number"),
+    "constant not finite": (lambda c: c["rig"]["J"].update(value=float("nan")), "expected a finite number"),
+    "quadrature in words": (
+        lambda c: c["resources"][0]["calibration"]["encoder"].update(quadrature="no"),
+        "expected true or false",
+    ),
     "unknown kind": (lambda c: c["resources"][0]["experiment"].update(kind="slip"), "'slip' is unknown"),
     "unknown contact": (lambda c: c["resources"][0]["experiment"].update(contacts=["disc7"]), "'disc7'"),
     "speeds without discs": (lambda c: c["resources"][0]["experiment"].update(drive_speed=[1, 2]), "2 drive speeds"),
@@ -237,6 +243,38 @@ def test_a_faulty_sidecar_is_refused(package: Path, change, message: str) -> Non
     edit_sidecar(package, change)
     with pytest.raises(StickslipError, match=message):
         read_log(package / "a.csv")
+
+
+def places(node, path=()):
+    """Every place in a JSON value, as a path of keys."""
+    yield path
+    items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, child in items:
+        yield from places(child, (*path, key))
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3) | st.sampled_from(["", "s", "disc0"]),
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.sampled_from(["value", "path", "J"]), inner),
+    max_leaves=4,
+)
+
+
+@settings(max_examples=120, deadline=None)
+@given(data=st.data())
+def test_no_sidecar_breaks_the_reader(tmp_path_factory, data) -> None:
+    folder = tmp_path_factory.getbasetemp() / "any-sidecar"
+    write_package(folder, [a_log()], overwrite=True)
+    sidecar = folder / "datapackage.json"
+    content = json.loads(sidecar.read_text())
+    *path, last = data.draw(st.sampled_from([place for place in places(content) if place]))
+    node = content
+    for key in path:
+        node = node[key]
+    node[last] = data.draw(JSON)
+    sidecar.write_text(json.dumps(content))
+    with contextlib.suppress(StickslipError):
+        assert len(read_log(folder / "a.csv").time) == 50
 
 
 def test_files_that_are_not_there(package: Path, tmp_path: Path) -> None:

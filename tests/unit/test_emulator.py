@@ -26,6 +26,7 @@ from rig_io.motion import Motion
 from rig_io.sensors import (
     Encoder,
     Laser,
+    disc_angle,
     drive_speed,
     laser_angle,
     velocity_by_count,
@@ -88,6 +89,18 @@ def test_the_hidden_motion_is_the_reference_cycle() -> None:
     step = (0.12 - angle[rising]) / (angle[rising + 1] - angle[rising])
     period = np.diff(log.time[rising] + 1e-3 * step)
     np.testing.assert_allclose(period, 0.958270761812, atol=2e-5)
+
+
+@pytest.mark.parametrize("missing", ["laser", "encoder", "drive_encoder"])
+def test_an_instrument_can_be_left_out(missing: str, tmp_path) -> None:
+    full = Emulation("a", duration=2.0)
+    (log,) = read_package(emulate_set(tmp_path / "bench", [replace(full, **{missing: None})]))
+    gone = {"laser": "laser", "encoder": "encoder_", "drive_encoder": "drive0_"}[missing]
+    made = emulate(full)
+    assert set(log.columns) == {name for name in made.columns if not name.startswith(gone)}
+    time, angle = disc_angle(log)
+    # half a pitch of common shift for the encoder, gain error and noise for the laser
+    np.testing.assert_allclose(angle, np.interp(time, made.time, laser_angle(made)), atol=0.0045)
 
 
 def test_both_discs_move_the_body_of_class_b() -> None:

@@ -1,0 +1,106 @@
+"""Command that emulates the rig: logs as a bench would write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models import console
+from fmu_models.console import Json, Overwrite
+from fmu_models.errors import StickslipError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rig_io.emulator import Emulation
+
+app = console.app("The rig: emulate logs.")
+
+
+@app.command()
+def emulate(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder to write: CSV logs and datapackage.json.")],
+    material: Annotated[str, typer.Option(help="Friction pair: paper/paper, liner/rubber, paper/rubber.")] = (
+        "paper/rubber"
+    ),
+    speeds: Annotated[
+        str | None, typer.Option(metavar="W,W,...", help="Drive speeds of disc 0, rad/s. [default: fit for the pair]")
+    ] = None,
+    second: Annotated[
+        float | None, typer.Option("--second-disc", metavar="W", help="Speed of a second disc, rad/s. [default: none]")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Length of each log, s.")] = 20.0,
+    seed: Annotated[int, typer.Option(help="Of the bench: the same seed gives the same bytes.", min=0)] = 0,
+    micro_slip: Annotated[
+        float | None, typer.Option(metavar="STIFFNESS", help="Elastic contact below gross slip, N/m. [default: rigid]")
+    ] = None,
+    ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
+    laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,
+    encoder: Annotated[bool, typer.Option(help="Fit the encoder of the body.")] = True,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Emulate a set of rig logs: one per drive speed, and a free decay.
+
+    Example: stickslip emulate my_rig --material liner/rubber --speeds 0.41,0.83,1.2 --seed 7
+    """
+    from dataclasses import replace
+
+    from rig_io.emulator import Disc, MicroSlip, emulate_set, standard_set
+    from rig_io.emulator import material as named
+
+    fitted = {"laser": None} if not laser else {}
+    fitted |= {"encoder": None} if not encoder else {}
+    fitted |= {"ripple": None} if not ripple else {}
+    fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
+    settings = standard_set(material, _numbers(speeds), duration=duration, **fitted)
+    if second is not None:
+        disc = Disc(named(material), second)
+        settings = [replace(one, discs=(*one.discs, disc)) if one.discs else one for one in settings]
+    done = 0
+
+    with console.progress("emulating") as advance:
+
+        def next_log(_: str) -> None:
+            nonlocal done
+            advance(done / len(settings))
+            done += 1
+
+        emulate_set(folder, settings, seed, overwrite=overwrite, progress=next_log)
+    content = {
+        "folder": str(folder),
+        "seed": seed,
+        "material": material,
+        "logs": [
+            {
+                "file": f"{one.name}.csv",
+                "duration": one.duration,
+                "drive_speeds": [disc.drive_speed for disc in one.discs],
+            }
+            for one in settings
+        ],
+    }
+    console.say(json, content, lambda out: _print_set(folder, settings, material, seed, out))
+
+
+def _numbers(text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise StickslipError(
+            f"Speeds are numbers separated by commas, for example 0.41,0.83; found '{text}'."
+        ) from None
+
+
+def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: Console) -> None:
+    out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
+    made = console.table("log", ">duration, s", ">drive speeds, rad/s")
+    for one in settings:
+        speeds = ", ".join(f"{disc.drive_speed:g}" for disc in one.discs) or "free decay"
+        made.add_row(f"{one.name}.csv", f"{one.duration:g}", speeds)
+    out.print(made)
+    out.print(f"Fit them:  stickslip fit {folder}")

@@ -2,7 +2,7 @@
 
     F = (J th'' + c th' + k th)/R,    v = r w - R th',    F sgn(v)/N = mu(|v|)
 
-Angle, speed and acceleration come from one local polynomial (order 4, window 0.19 natural periods) inside each slip
+Angle, speed and acceleration come from one local polynomial (order 5, window 0.22 natural periods) inside each slip
 segment: no window reaches across a switch, where the acceleration jumps. Values near the ends of a segment, where the
 polynomial is one-sided, are noisier by a known factor and weighted accordingly. Source: disc_rig paper, section 3.3,
 eqs. (27), (28).
@@ -23,8 +23,8 @@ from identification.result import FrictionFit
 from identification.slip_segments import SlipSegment, long_enough
 from rig_io.log import RigLog
 
-ORDER = 4
-WINDOW = 0.187  # natural periods
+ORDER = 5
+WINDOW = 0.22  # natural periods
 EVERY = 5  # samples: neighbours within a window say the same thing again
 
 STRUCTURE = (

@@ -82,7 +82,7 @@ def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, de
     from scipy.signal import savgol_filter
 
     count = odd_count(window, step)
-    return savgol_filter(angle, count, min(order, count - 1), deriv=derivative, delta=step)
+    return np.asarray(savgol_filter(angle, count, min(order, count - 1), deriv=derivative, delta=step))
 
 
 def odd_count(window: float, step: float) -> int:

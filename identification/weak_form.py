@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.conclusion import Estimator, conclude
-from identification.inverse_dynamics import ORDER, STRUCTURE
+from identification.inverse_dynamics import STRUCTURE
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws_fit import CONTI, FittableLaw, Regression
 from identification.pooling import Pool, RigValues, pool
@@ -27,7 +27,7 @@ from rig_io.log import RigLog
 
 WINDOW = 0.264  # natural periods
 SPACING = 0.022  # natural periods between windows
-SPEED_WINDOW = 0.122  # natural periods: smoothing of the slip speed
+SPEED_WINDOW, SPEED_ORDER = 0.122, 4  # natural periods; order of the local polynomial that gives the slip speed
 BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums stand for integrals
 UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
 
@@ -51,7 +51,7 @@ def _regression(segments: Sequence[SlipSegment], rig: RigValues, period: float) 
     average, weights = _bump(count, step, rig)
     slips, measured, clusters, whiten = [], [], [], []
     for number, segment in enumerate(segments):
-        speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, ORDER, 1)
+        speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
         slip = segment.sign * (rig.r * segment.drive - rig.R * speed)
         spare = len(slip) - count
         stride = max(spare // max(round(spare * step / (SPACING * period)), 1), 1)

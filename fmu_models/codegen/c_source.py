@@ -121,25 +121,17 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
 
 def _outputs(system: HybridSystem, names: _Names) -> Recurrences:
     """Outputs, with every acceleration written as what it is without and with contact forces."""
-    free: dict[sympy.Basic, sympy.Dummy] = {q.a: sympy.Dummy(f"{q.a.name}_free", real=True) for q in system.coordinates}
-    matrix = {} if system.constant_inertia else _matrix_symbols(system)
-    full = {}
-    for i, q in enumerate(system.coordinates):
-        by_forces = [
-            matrix.get((i, k), system.W[i, k]) * contact.force_symbol for k, contact in enumerate(system.contacts)
-        ]
-        full[q.a] = sympy.Add(free[q.a], *by_forces)
-    known: dict[sympy.Basic, str] = {free[a]: name for a, name in names.accelerations.items()}
-    entries: dict[sympy.Basic, str] = {symbol: f"j->W[{i}][{k}]" for (i, k), symbol in matrix.items()}
-    outputs = names.recurrences(names.slips, names.forces, known, entries)
+    by_forces = system.W * sympy.Matrix(len(system.contacts), 1, [contact.force_symbol for contact in system.contacts])
+    free: dict[sympy.Basic, str] = {}
+    full: dict[sympy.Basic, sympy.Basic] = {}
+    for (a, name), by_force in zip(names.accelerations.items(), sympy.flatten(by_forces), strict=True):
+        symbol = sympy.Dummy(f"{a}_free", real=True)
+        free[symbol] = name
+        full[a] = symbol + by_force
+    outputs = names.recurrences(names.slips, names.forces, free)
     for i, output in enumerate(system.outputs):
         outputs.assign(f"j->y[{i}]", sympy.sympify(output.expression).xreplace(full))
     return outputs
-
-
-def _matrix_symbols(system: HybridSystem) -> dict[tuple[int, int], sympy.Basic]:
-    shape = [(i, k) for i in range(system.W.rows) for k in range(system.W.cols)]
-    return {(i, k): sympy.Dummy(f"W_{i}_{k}", real=True) for i, k in shape}
 
 
 def _function(name: str, lines: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import sympy
 
-from fmu_models.codegen.c_expression import Expr, c_factor, c_number, divisor_of, is_negative, unsupported
+from fmu_models.codegen.c_expression import Expr, c_factor, divisor_of, is_negative, unsupported
 from fmu_models.errors import StickslipError
 
 _ONE = sympy.S.One
@@ -64,7 +64,7 @@ class Constants:
         if value in self.names:
             return self.names[value]
         if not value.free_symbols:
-            return c_number(value)
+            return c_factor(value, {})
         if not value.free_symbols & set(self.signs):
             return self.derived.setdefault(value, f"d[{len(self.derived)}]")
         if value.is_Mul:
@@ -73,14 +73,6 @@ class Constants:
             if own and rest:
                 return " * ".join(self.text(factor) for factor in [*own, sympy.Mul(*rest)])
         return c_factor(value, {**self.names, **self.signs})
-
-    def reduced(self, value: Expr) -> Expr:
-        """The constant with squares of signs, which are one, removed."""
-        if not value.free_symbols & set(self.signs):
-            return value
-        return value.replace(
-            lambda e: e.is_Pow and e.base in self.signs and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2)
-        )
 
 
 @dataclass
@@ -130,7 +122,7 @@ class Recurrences:
 
     def _derive(self, e: Expr) -> Affine:
         if not e.free_symbols & self._variable:
-            return Affine(self._constants.reduced(e))
+            return Affine(e)
         if e.is_Add:
             return self._sum([(_ONE, self._affine(term)) for term in e.args])
         if e.is_Mul:
@@ -158,8 +150,8 @@ class Recurrences:
         for factor, part in parts:
             for series, coefficient in part.terms.items():
                 terms[series] = terms.get(series, sympy.S.Zero) + factor * coefficient
-        terms = {series: self._constants.reduced(c) for series, c in terms.items() if c != 0}
-        return Affine(self._constants.reduced(constant), terms)
+        terms = {series: c for series, c in terms.items() if c != 0}
+        return Affine(constant, terms)
 
     def _mul(self, e: Expr) -> Affine:
         """A product: constants outside, series multiplied, then divided by the product of the denominators."""
@@ -193,8 +185,7 @@ class Recurrences:
         (ca, sa), (cb, sb) = self._multiple(a), self._multiple(b)
         if sa == sb:
             return self._sum([(ca * cb, self._node("jet_square({0}, k)", sa))])
-        first, second = sorted((sa, sb))
-        return self._sum([(ca * cb, self._node("jet_product({0}, {1}, k)", first, second))])
+        return self._sum([(ca * cb, self._node("jet_product({0}, {1}, k)", sa, sb))])
 
     def _quotient(self, a: Affine, b: Affine) -> Affine:
         if not b.terms:

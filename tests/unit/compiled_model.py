@@ -50,6 +50,15 @@ void set_sign(int c, double sign)
     jets.sign[c] = sign;
 }
 
+/* whatever an earlier step left behind must not matter */
+void spoil(void)
+{
+    double *all = (double *)&jets;
+    for (size_t i = 0; i < sizeof jets / sizeof *all; i++) {
+        all[i] = NAN;
+    }
+}
+
 /* order k of everything, in the order that model.h prescribes */
 void order(const double *p, int k)
 {
@@ -91,6 +100,7 @@ class CompiledModel:
         self._library.set_sign.argtypes = [ctypes.c_int, ctypes.c_double]
         self._library.magnitude.restype = ctypes.c_double
         self._library.model_violation.restype = ctypes.c_char_p
+        self._library.spoil()
 
     def series(self, kind: str, i: int = 0, c: int = 0) -> np.ndarray:
         """View of a series of Jets, (32,); ``kind`` as in ``series`` of the driver."""

@@ -301,6 +301,12 @@ def test_violation_names_what_is_wrong(rig, values, sentence):
     assert found.startswith(sentence)
 
 
+def test_violation_of_a_strict_requirement():
+    assert CompiledModel(LUGRE).violation({"N0": 0.0}) == (
+        "N0 or mu_s0 is zero: LuGre's law divides by the steady friction force"
+    )
+
+
 @pytest.mark.parametrize("values", GOOD_VALUES, ids=lambda v: str(v))
 def test_limiting_values_are_no_violation(rig, values):
     assert rig.violation(values) is None

@@ -95,20 +95,52 @@ static void solve_column(double L[NC][NC], int n, int rank, const double *D, int
     }
 }
 
-/* the same where S is regular: D S^-1 D */
-static void solve_regular_column(double S[NC][NC], int n, const double *D, int e, double *column)
+/* the same where S is regular, symmetric or not: D S^-1 D, by elimination with pivoting; 0 if S is singular */
+static int solve_regular_column(double S[NC][NC], int n, const double *D, int e, double *column)
 {
     double A[NC][NC];
+    double largest = 0.0;
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++) {
             A[i][k] = S[i][k];
+            largest = fmax(largest, fabs(S[i][k]));
         }
         column[i] = i == e ? D[e] : 0.0;
     }
-    solve_definite(A, n, column);
+    for (int k = 0; k < n; k++) {
+        int pivot = k;
+        for (int i = k + 1; i < n; i++) {
+            pivot = fabs(A[i][k]) > fabs(A[pivot][k]) ? i : pivot;
+        }
+        if (!(fabs(A[pivot][k]) > 64.0 * n * DBL_EPSILON * largest)) {
+            return 0;
+        }
+        for (int i = 0; i < n; i++) {
+            const double swap = A[k][i];
+            A[k][i] = A[pivot][i];
+            A[pivot][i] = swap;
+        }
+        const double swap = column[k];
+        column[k] = column[pivot];
+        column[pivot] = swap;
+        for (int i = k + 1; i < n; i++) {
+            const double f = A[i][k] / A[k][k];
+            for (int m = k; m < n; m++) {
+                A[i][m] -= f * A[k][m];
+            }
+            column[i] -= f * column[k];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int m = i + 1; m < n; m++) {
+            column[i] -= A[i][m] * column[m];
+        }
+        column[i] /= A[i][i];
+    }
     for (int i = 0; i < n; i++) {
         column[i] *= D[i];
     }
+    return 1;
 }
 
 void contact_factor(const Jets *j, const signed char *member, Sticking *s)
@@ -136,12 +168,13 @@ void contact_factor(const Jets *j, const signed char *member, Sticking *s)
             S[i][k] = D[i] * j->G[s->contact[i]][s->contact[k]][0] * D[k];
         }
     }
-    const int rank = cholesky(S, s->count, L);
+    int rank = s->count;
     for (int e = 0; e < s->count; e++) {
         double column[NC];
-        if (rank == s->count) {
-            solve_regular_column(S, s->count, D, e, column);
-        } else {
+        if (rank < s->count || !solve_regular_column(S, s->count, D, e, column)) {
+            if (rank == s->count) {
+                rank = cholesky(S, s->count, L);
+            }
             solve_column(L, s->count, rank, D, e, column);
         }
         for (int i = 0; i < s->count; i++) {
@@ -166,7 +199,7 @@ static double transmitted(const Run *r, const Jets *j, int c, int k)
     double sum = 0.0;
     for (int e = 0; e < MODEL_NC; e++) {
         const int sticks = r->state[e] == CONTACT_STICK;
-        if (r->state[e] == CONTACT_AWAY || (MODEL_CONSTANT_INERTIA && sticks)) {
+        if (r->state[e] == CONTACT_AWAY || r->state[e] == CONTACT_RELEASED || (MODEL_CONSTANT_INERTIA && sticks)) {
             continue;
         }
         if (MODEL_CONSTANT_INERTIA) {
@@ -189,6 +222,7 @@ void contact_forces(Run *r, Jets *j, int k)
             sticking = 1;
             break;
         case CONTACT_AWAY:
+        case CONTACT_RELEASED:
             j->force[c][k] = 0.0;
             break;
         default:
@@ -257,8 +291,8 @@ int contact_project(Run *r, const signed char *member)
         }
         if (impulse != 0.0) {
             moved = 1;
-            for (int q = 0; q < MODEL_NQ; q++) {
-                r->x[MODEL_NQ + q] += j->W[q][s.contact[i]][0] * impulse;
+            for (int v = 0; v < MODEL_NV; v++) {
+                r->x[MODEL_NQ + v] += j->W[v][s.contact[i]][0] * impulse;
             }
         }
     }

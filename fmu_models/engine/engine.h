@@ -11,7 +11,7 @@ enum { NC = MODEL_ROOM(MODEL_NC) };
 void contact_factor(const Jets *j, const signed char *member, Sticking *s);
 /* force series at order k of every contact in its present state */
 void contact_forces(Run *r, Jets *j, int k);
-/* order k of the acceleration of coordinate i, contact forces included */
+/* order k of the rate of v[i], contact forces included */
 double contact_acceleration(const Jets *j, int i, int k);
 /* rate of the slip speed at order 0, contact forces included, and the sum of the magnitudes of its terms */
 double contact_slip_acceleration(const Run *r, Jets *j, int c, double *magnitude);
@@ -29,12 +29,18 @@ double taylor_time_scale(const Run *r, const Jets *j, int order);
 int taylor_order(const Run *r);
 /* the next step from r, cut at the first fall of an indicator */
 RunStatus taylor_step(Run *r, double limit);
-/* load r's instant into order 0 of a set of series */
+/* load r's instant into the first orders of a set of series in time */
 void taylor_load(const Run *r, Jets *j);
+/* the indicator in use in a slot: +1 or -1 for a quantity that must stay of that sign, 0 if the slot has none now */
+int taylor_indicator(const Run *r, int c, Slot slot);
 
 /* events.c */
-/* the contacts marked may change state: choose, set their known zeros, project; moved: x changed; -1 on failure */
-int events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
+/* the friction contacts marked may change state: choose, set their known zeros, project; moved: x changed */
+void events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
+/* contact states from scratch where depths decide; marks the friction contacts at zero slip as candidates */
+void events_place(Run *r, signed char *candidate);
+/* resolve the fall of the indicators marked in r->falling */
+void events_transit(Run *r, int *moved);
 /* resolve the event that waits at r's instant */
 RunStatus events_resolve(Run *r, EventSink sink, void *context);
 

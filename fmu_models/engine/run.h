@@ -26,6 +26,9 @@ typedef struct {
     double inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
 } Sticking;
 
+/* the indicators of a contact: of its depth, and of its slip, stick margin or force */
+typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
+
 /* a change of contact state */
 typedef struct {
     double time;
@@ -43,12 +46,14 @@ typedef struct {
     double du[MODEL_ROOM(MODEL_NU)];                    /* rates of the inputs, constant over a step */
     double x[MODEL_ROOM(MODEL_NX)];
     signed char state[MODEL_ROOM(MODEL_NC)];            /* ContactState */
-    signed char known[MODEL_ROOM(MODEL_NC)];            /* leading coefficients of the indicator known to be zero */
+    double memory[MODEL_ROOM(MODEL_NC)];                /* speed at which a contact was last entered; 0: never */
+    signed char known[MODEL_ROOM(MODEL_NC)][SLOTS];     /* leading coefficients of the indicators known to be zero */
     Sticking sticking;
     /* the Taylor step in use: valid on [start, start + length] */
     int segment_valid, segment_order;
     int segment_event;                                  /* an event waits at its end */
-    signed char falling[MODEL_ROOM(MODEL_NC)];          /* the contacts it belongs to */
+    signed char falling[MODEL_ROOM(MODEL_NC)][SLOTS];   /* the indicators it belongs to */
+    int segment_rooted;                                 /* its series run in the square root of time */
     double segment_start, segment_length;
     Jets jets;                                          /* of the step */
     Jets scratch;                                       /* of evaluations at one instant */
@@ -79,7 +84,7 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
 
 /* Model Exchange face, at (r->time, r->u, r->x) in the present contact states */
 RunStatus run_derivatives(Run *r, double *dx);              /* MODEL_NX */
-RunStatus run_indicators(Run *r, double *z);                /* MODEL_NC */
+RunStatus run_indicators(Run *r, double *z);                /* MODEL_NI */
 /* resolve the event an importer has located; changed: continuous states were moved */
 RunStatus run_event(Run *r, int *changed);
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -379,3 +381,10 @@ def test_the_sidecar_is_a_valid_data_package(package: Path) -> None:
     frictionless = pytest.importorskip("frictionless", reason="the frictionless validator is not installed")
     report = frictionless.validate(str(package / "datapackage.json"))
     assert report.valid, report.flatten(["type", "message"])
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    heavy = "{'pandas', 'pint', 'scipy', 'sympy', 'fmpy', 'matplotlib'}"
+    code = f"import sys, rig_io.log, rig_io.sensors, rig_io.emulator; print(sorted(set(sys.modules) & {heavy}))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

@@ -161,7 +161,7 @@ def _constants(
     for prior in ready.priors:
         shift = shifts.by_constant(prior.name)
         power += (shift * prior.standard_uncertainty / prior.value) ** 2
-        relative = {name: float(s / v) if v else float("nan") for name, s, v in zip(names, shift, values, strict=True)}
+        relative = {name: float(s / v) if v else None for name, s, v in zip(names, shift, values, strict=True)}
         constants.append(
             Constant(prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative)
         )
@@ -188,16 +188,9 @@ def _bins(regression: Regression, law: FittableLaw, found: Solution) -> tuple[Sp
     bins = []
     for number in np.unique(place):
         inside = place == number
-        means = [
-            float(
-                np.mean(
-                    regression.measured[inside & (regression.cluster == label)]
-                    - fitted[inside & (regression.cluster == label)]
-                )
-            )
-            for label in np.unique(regression.cluster[inside])
-        ]
-        error = float(np.std(means, ddof=1) / np.sqrt(len(means))) if len(means) > 1 else float("nan")
+        off, labels = (regression.measured - fitted)[inside], regression.cluster[inside]
+        means = [float(np.mean(off[labels == label])) for label in np.unique(labels)]
+        error = float(np.std(means, ddof=1) / np.sqrt(len(means))) if len(means) > 1 else None
         bins.append(
             SpeedBin(
                 float(np.mean(speed[inside])),

@@ -131,6 +131,13 @@ def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
             f"Log '{log.name}' is sampled unevenly: the interval is {step:g} s, but {interval[uneven[0]]:g} s at "
             f"{time[uneven[0]]:g} s ({uneven.size} such). Split it at the gaps, or resample it on an even clock."
         )
+    for name, column in log.columns.items():
+        missing = np.flatnonzero(~np.isfinite(column)) if name.startswith(("encoder", "drive")) else ()
+        if len(missing):
+            raise StickslipError(
+                f"Log '{log.name}': column '{name}' holds no number in {len(missing)} samples, first at "
+                f"{log.time[missing[0]]:g} s. A count cannot be bridged: split the log there, or leave the column out."
+            )
     filled = ~np.isfinite(angle)
     if np.mean(filled) > 0.5:
         raise StickslipError(

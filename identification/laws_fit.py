@@ -184,3 +184,5 @@ CONTI = FittableLaw(
     start=_conti_start,
     doubts=_conti_doubts,
 )
+
+LAWS = {law.name: law for law in (CONTI,)}

@@ -17,6 +17,8 @@ from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, correcte
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from rig_io.log import RIG_UNITS, RigLog
 
+REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
+
 
 @dataclass(frozen=True)
 class RigValues:
@@ -111,7 +113,11 @@ def pool(
     priors = _priors(sliding[0], contact, free_decay)
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
-    motions, sensors = fuse([disc_motion(log, int(contact[-1])) for log in sliding], SMOOTHING * period)
+    raw = [disc_motion(log, int(contact[-1])) for log in sliding]
+    if free_decay is not None:
+        # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
+        raw = [replace(motion, angle=motion.angle - free_decay.rest) for motion in raw]
+    motions, sensors = fuse(raw, SMOOTHING * period)
     segments = [
         s for m in motions for s in slip_segments(m, period, threshold=threshold, allow_no_stick=allow_no_stick)
     ]
@@ -193,6 +199,11 @@ def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | 
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
     if free_decay is not None:
         found += free_decay.warnings
+        if abs(free_decay.rest) > REST_SUSPECT:
+            found.append(
+                f"In the free decay the disc comes to rest at {free_decay.rest:.2g} rad: the sensor's zero is off. All "
+                "angles were shifted by it."
+            )
         k = logs[0].rig.k
         if k is not None and logs[0].rig.J is not None:
             stated = k.value / logs[0].rig.J.value

@@ -42,14 +42,15 @@ class FittedParameter:
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter."""
+    """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter (None where
+    it is zero)."""
 
     name: str
     value: float
     unit: str
     standard_uncertainty: float
     source: str
-    sensitivity: Mapping[str, float]
+    sensitivity: Mapping[str, float | None]
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,11 @@ class LogSummary:
 @dataclass(frozen=True)
 class SpeedBin:
     """Friction in one range of slip speeds: mean slip speed m/s, friction coefficient and its standard error, the
-    fitted law there, number of values."""
+    fitted law there, number of values; the error is None where one slip segment gave all of them."""
 
     slip: float
     coefficient: float
-    standard_error: float
+    standard_error: float | None
     fitted: float
     count: int
 

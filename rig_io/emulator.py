@@ -18,16 +18,20 @@ import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
 from rig_io.columns import COLUMNS, TIME
+from rig_io.datapackage import check_target
 from rig_io.drive import Ripple
 from rig_io.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
 from rig_io.motion import Motion, integrated
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
+from rig_io.table import SHORTEST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments see it
+LONGEST = 1000.0  # s of transient and log; 5 million samples of the truth
+FASTEST = 100.0  # rad/s, of a drive; those of the rig reach 2.7
 
 
 @dataclass(frozen=True)
@@ -120,16 +124,27 @@ class Emulation:
     micro_slip: MicroSlip | None = None
 
     def __post_init__(self) -> None:
-        """Raises StickslipError: more than two discs, no angle sensor, or a time that is not positive."""
+        """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
         if len(self.discs) > 2:
             raise StickslipError(f"'{self.name}': the rig has places for two driving discs, not {len(self.discs)}.")
         if self.laser is None and self.encoder is None:
             raise StickslipError(f"'{self.name}': no sensor sees the disc. Fit the laser or the encoder.")
-        if not (self.duration > 0 and self.transient >= 0 and self.sampling_rate > 0):
+        if not (self.duration > 0 and self.transient >= 0 and self.duration + self.transient <= LONGEST):
             raise StickslipError(
-                f"'{self.name}': duration {self.duration:g} s and sampling rate {self.sampling_rate:g} Hz must be "
-                f"positive, transient {self.transient:g} s not negative."
+                f"'{self.name}': a duration of {self.duration:g} s after a transient of {self.transient:g} s cannot be "
+                f"emulated. Choose a positive duration, a transient not negative, together up to {LONGEST:g} s."
             )
+        if not (self.sampling_rate * self.duration >= SHORTEST and self.sampling_rate <= 2.0 * TRUTH_RATE):
+            raise StickslipError(
+                f"'{self.name}': {self.sampling_rate:g} Hz over {self.duration:g} s is no log. Take at least "
+                f"{SHORTEST} samples, at up to {2.0 * TRUTH_RATE:g} Hz."
+            )
+        for disc in self.discs:
+            if not abs(disc.drive_speed) <= FASTEST:
+                raise StickslipError(
+                    f"'{self.name}': a drive speed of {disc.drive_speed:g} rad/s is out of range. The rig's drives "
+                    f"reach 2.7 rad/s; up to {FASTEST:g} is emulated."
+                )
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -198,6 +213,7 @@ def emulate_set(
     Raises:
         StickslipError: as in `emulate` and `rig_io.log.write_package`.
     """
+    check_target(Path(folder), [one.name for one in settings], overwrite)
     logs = []
     for number, one in enumerate(settings):
         if progress is not None:
@@ -224,7 +240,7 @@ def standard_set(name: str = "paper/rubber", speeds: Sequence[float] | None = No
     stem = name.replace("/", "-")
     decay = {key: value for key, value in settings.items() if key not in ("transient", "start_angle", "micro_slip")}
     runs = [
-        Emulation(f"{stem}-{speed:.3g}", discs=(Disc(pair, speed),), **settings)
+        Emulation(f"{stem}-{speed:g}", discs=(Disc(pair, speed),), **settings)
         for speed in (STANDARD_SPEEDS[name] if speeds is None else speeds)
     ]
     return [*runs, free_decay(**decay)]

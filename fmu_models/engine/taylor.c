@@ -67,9 +67,18 @@ static void extend(Jets *j, int k)
     }
 }
 
-/* whether the terms of order k are below the tolerance over the given length, for every state */
+/*
+ * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
+ * for every force in stick: in stick the states may be polynomials while the force, which decides the release, is not
+ */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->state[c] == CONTACT_STICK
+            && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
+            return 0;
+        }
+    }
     for (int i = 0; i < MODEL_NX; i++) {
         const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
         if (fabs(j->x[i][k]) * power > 0.01 * r->tolerances.step * size) {
@@ -87,7 +96,7 @@ int taylor_series(Run *r, Jets *j, int order, double limit)
     for (int k = 0; k < order; k++) {
         taylor_field(r, j, k);
         extend(j, k);
-        if (k + 1 >= 3) {
+        if (k + 1 >= 3 && isfinite(limit)) {
             vanished = vanishes(r, j, k + 1, power, limit) ? vanished + 1 : 0;
             if (vanished == 2) {
                 order = k + 1;
@@ -140,7 +149,7 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
     return isfinite(length) ? length : 1.0;
 }
 
-/* the same for slip speeds too, where they matter to a force */
+/* the same for slip speeds too, where they matter to a force, and for the forces in stick */
 static double taylor_length(const Run *r, const Jets *j, int order)
 {
     const double log_tolerance = log2(r->tolerances.step);
@@ -148,6 +157,9 @@ static double taylor_length(const Run *r, const Jets *j, int order)
     for (int c = 0; c < MODEL_NC; c++) {
         if (j->sign[c] != 0.0 && j->force[c][0] != 0.0) {
             length = shorter_length(length, j->slip[c], r->known[c], order, log_tolerance);
+        }
+        if (r->state[c] == CONTACT_STICK) {
+            length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
         }
     }
     return exp2(length);

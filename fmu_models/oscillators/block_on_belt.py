@@ -30,9 +30,7 @@ mu_k = Parameter("mu_k", 0.35, "1", "kinetic friction coefficient", minimum=0.0)
 p = Parameter("p", 15.0, "s/m", "steepness of the friction law", minimum=0.0)
 v_belt = Input("v_belt", 0.1, "m/s", "speed of the belt")
 
-x = Coordinate(
-    "x", "m", "displacement of the block from the relaxed spring", velocity="v", nominal=0.1, v_nominal=0.1
-)
+x = Coordinate("x", "m", "displacement of the block from the relaxed spring", velocity="v", nominal=0.1, v_nominal=0.1)
 belt = Friction(name="belt", slip=x.v - v_belt, law=Conti(N, mu_s, mu_k, p), description="block on belt")
 
 MODEL = Mechanism(

@@ -175,6 +175,19 @@ def test_a_set_is_written_to_the_same_bytes_and_read_back(tmp_path) -> None:
             np.testing.assert_array_equal(log.column(name), values)
 
 
+def test_a_set_that_cannot_be_written_is_refused_before_the_work(tmp_path) -> None:
+    def never(name: str) -> None:
+        raise AssertionError(name)
+
+    with pytest.raises(StickslipError, match="Two logs have one name"):
+        emulate_set(tmp_path / "bench", standard_set(speeds=(0.4, 0.4)), progress=never)
+    (tmp_path / "bench").mkdir()
+    (tmp_path / "bench" / "notes.txt").write_text("mine")
+    with pytest.raises(StickslipError, match="exists already"):
+        emulate_set(tmp_path / "bench", standard_set(), progress=never)
+    assert [file.name for file in (tmp_path / "bench").iterdir()] == ["notes.txt"]
+
+
 @pytest.mark.parametrize("name", MATERIALS)
 def test_the_standard_speeds_show_stick_and_slip(name: str) -> None:
     fastest = []
@@ -192,8 +205,14 @@ def test_settings_that_make_no_log_are_refused() -> None:
         Emulation("a", discs=(Disc(), Disc(), Disc()))
     with pytest.raises(StickslipError, match="no sensor"):
         Emulation("a", laser=None, encoder=None)
-    with pytest.raises(StickslipError, match="duration -1 s"):
-        Emulation("a", duration=-1.0)
+    for duration in (-1.0, 0.0, float("nan"), 1e9):
+        with pytest.raises(StickslipError, match="a duration of"):
+            Emulation("a", duration=duration)
+    with pytest.raises(StickslipError, match="is no log"):
+        Emulation("a", duration=0.005)
+    for speed in (float("nan"), float("inf"), -1e6):
+        with pytest.raises(StickslipError, match="drive speed of"):
+            Emulation("a", discs=(Disc(drive_speed=speed),))
     with pytest.raises(StickslipError, match="seed"):
         emulate(Emulation("a"), seed=-1)
     with pytest.raises(StickslipError, match=re.escape("no material 'paper/ruber'. Did you mean 'paper/rubber'?")):

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from rig_io.columns import COLUMNS
-from rig_io.datapackage import file_hash
 from rig_io.emulator import emulate, standard_set
 from rig_io.log import RigLog, read_package
+from rig_io.sidecar import file_hash
 
 DATA = Path(__file__).parents[2] / "data"
 README = (DATA / "README.md").read_text(encoding="utf-8")

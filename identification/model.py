@@ -1,0 +1,111 @@
+"""The fitted model, run: the rig's FMU with the fitted friction law, at the drive speed of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.pooling import RigValues, pool, rig_values
+from identification.portraits import PortraitComparison, compare_portraits, portrait
+from identification.result import FrictionFit
+from rig_io.log import RigLog
+
+TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedMotion:
+    """time: (n,) s from 0; angle: (n,) rad; speed: (n,) rad/s; transient left out."""
+
+    time: np.ndarray
+    angle: np.ndarray
+    speed: np.ndarray
+
+
+Simulator = Callable[[float, float, float], SimulatedMotion]
+"""drive speed rad/s, duration s, sample interval s -> motion."""
+
+
+def fmu_simulator(fit: FrictionFit) -> Simulator:
+    """The FMU of the disc rig with one disc in contact, under the fitted law and the constants that the fit used.
+
+    Raises:
+        StickslipError: the law is not one of the FMU's, or its values are out of the model's range.
+    """
+    if fit.law != "Conti":
+        raise StickslipError(f"The law '{fit.law}' cannot be simulated yet; 'Conti' can.")
+    rig = fitted_rig(fit)
+
+    def run(drive_speed: float, duration: float, step: float) -> SimulatedMotion:
+        from fmu_models.codegen.package import built
+        from fmu_models.simulation.fmu import Fmu
+        from fmu_models.simulation.system import simulate
+
+        disc = fit.contact[-1]
+        transient = TRANSIENT * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
+        times = transient + step * np.arange(round(duration / step) + 1)
+        trajectory = simulate(
+            Fmu.open(built("disc_rig", contacts=(fit.contact,))),
+            float(times[-1]),
+            parameters=fmu_parameters(fit),
+            start={"theta": 0.0, "omega": rig.r * drive_speed / rig.R},
+            inputs={f"w{disc}": drive_speed},
+            output_times=times,
+        )
+        return SimulatedMotion(times - transient, trajectory["theta"], trajectory["omega"])
+
+    return run
+
+
+def fitted_rig(fit: FrictionFit) -> RigValues:
+    """The constants of the rig with which a law was fitted."""
+    return rig_values({constant.name: constant.value for constant in fit.constants})
+
+
+def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
+    """Parameters of the rig's FMU by name: fitted law and constants, for `simulate` or for an FMU to hand on."""
+    rig, disc = fitted_rig(fit), fit.contact[-1]
+    constants = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N}
+    return constants | {f"{parameter.name}{disc}": parameter.value for parameter in fit.parameters}
+
+
+def compare(
+    fit: FrictionFit, logs: Sequence[RigLog], *, simulate: Simulator | None = None
+) -> tuple[PortraitComparison, ...]:
+    """Measured against modelled phase portrait of each stick-slip log, at its mean drive speed.
+
+    logs: of the rig of the fit (a free decay among them is ignored); they need not be those fitted. simulate: runs the
+    model; the rig's FMU if None.
+
+    Raises:
+        StickslipError: a log that `pool` refuses, a log of another rig, or a model without a cycle.
+    """
+    sliding = [log for log in logs if log.kind != "free-decay"]
+    ready = pool(sliding)
+    if ready.contact != fit.contact:
+        raise StickslipError(
+            f"The fit is of '{fit.contact}', the logs are of '{ready.contact}'. Compare like with like."
+        )
+    if fit.materials and ready.materials and fit.materials != ready.materials:
+        raise StickslipError(
+            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare like "
+            "with like."
+        )
+    run = fmu_simulator(fit) if simulate is None else simulate
+    rig = fitted_rig(fit)
+    shape = {"r": rig.r, "R": rig.R, "natural_period": float(2 * np.pi * np.sqrt(rig.J / rig.k))}
+    comparisons = []
+    for motion in ready.motions:
+        drive_speed = float(np.mean(motion.drive))
+        measured = portrait(motion.time, motion.angle, motion.drive, what=f"log '{motion.log.name}'", **shape)
+        modelled = run(drive_speed, motion.time[-1] - motion.time[0], motion.step)
+        drive = np.full(len(modelled.time), drive_speed)
+        what = f"the model at {drive_speed:.3g} rad/s"
+        model = portrait(modelled.time, modelled.angle, drive, what=what, **shape)
+        comparisons.append(
+            PortraitComparison(motion.log.name, drive_speed, measured, model, compare_portraits(measured, model))
+        )
+    return tuple(comparisons)

@@ -1,0 +1,150 @@
+"""Figures: friction against slip speed with the fitted law and residuals; measured against modelled phase portraits.
+
+Curves and marks differ in shape and line as well as in colour. matplotlib is imported only here, inside the functions.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.files import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from identification.inverse_dynamics import FrictionSamples
+    from identification.portraits import PortraitComparison
+    from identification.result import FrictionFit
+
+# colours of Okabe and Ito, told apart by colour-blind readers
+MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#777777", "#f0e442")
+SHOWN = 400  # marks per log: more hide each other
+FORMATS = (".svg", ".png", ".pdf")
+
+
+def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
+    """Measured friction coefficient against slip speed, with the fitted law, and the residuals below.
+
+    samples: of `identification.inverse_dynamics.friction_samples`, whichever estimator fitted the law.
+    """
+    from matplotlib.figure import Figure
+
+    law = fitted_law(fit)
+    figure = Figure(figsize=(7.0, 6.0), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
+    for number, log in enumerate(fit.logs):
+        inside = np.flatnonzero(samples.log == number)
+        shown = inside[:: max(len(inside) // SHOWN, 1)]
+        style = {
+            "marker": MARKS[number % len(MARKS)],
+            "color": COLOURS[number % len(COLOURS)],
+            "linestyle": "none",
+            "markersize": 3,
+            "markerfacecolor": "none",
+            "alpha": 0.6,
+        }
+        label = f"{log.name} ({log.drive_speed:.3g} rad/s)"
+        above.plot(samples.slip[shown], samples.coefficient[shown], label=label, **style)
+        below.plot(samples.slip[shown], samples.coefficient[shown] - law(samples.slip[shown]), **style)
+    speed = np.linspace(0, 1.05 * float(samples.slip.max()), 300)
+    above.plot(speed, law(speed), color="black", linewidth=1.8, label=f"{fit.law} law, {fit.estimator}")
+    below.axhline(0.0, color="black", linewidth=1.2)
+    bins = [b for b in fit.bins if b.standard_error is not None]
+    below.errorbar(
+        [b.slip for b in bins],
+        [b.coefficient - b.fitted for b in bins],
+        yerr=[1.96 * (b.standard_error or 0.0) for b in bins],
+        fmt="_",
+        color="black",
+        capsize=3,
+        label=f"means used by {fit.estimator}, 95 %",
+    )
+    above.set_ylabel("friction coefficient F/N (1)")
+    below.set_ylabel("residual (1)")
+    below.set_xlabel("slip speed |r w - R th'| (m/s)")
+    spread = float(np.quantile(np.abs(samples.coefficient - law(samples.slip)), 0.98))
+    below.set_ylim(-1.5 * spread, 1.5 * spread)
+    centre = law(speed)
+    above.set_ylim(max(float(centre.min()) - 3 * spread, 0.0), float(centre.max()) + 3 * spread)
+    for axes in (above, below):
+        axes.legend(fontsize="small", frameon=False)
+        axes.grid(alpha=0.25)
+    values = ", ".join(
+        f"{q.name} = {q.value:.4g} ± {q.standard_deviation:.1g}" + (f" {q.unit}" if q.unit != "1" else "")
+        for q in fit.parameters
+    )
+    above.set_title(values, fontsize="medium")
+    return figure
+
+
+def portrait_figure(comparisons: Sequence[PortraitComparison]) -> Figure:
+    """Measured (broad grey line) and modelled (thin black, dashed, with rings) mean cycle of each log."""
+    from matplotlib.figure import Figure
+
+    if not comparisons:
+        raise StickslipError("There is no comparison to draw: give at least one stick-slip log.")
+    columns = min(len(comparisons), 3)
+    rows = -(-len(comparisons) // columns)
+    figure = Figure(figsize=(4.0 * columns, 3.8 * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, one in zip(grid, comparisons, strict=False):
+        closed = np.append(np.arange(len(one.measured.angle)), 0)
+        axes.plot(
+            one.measured.angle[closed], one.measured.speed[closed], color="#999999", linewidth=4, label="measured"
+        )
+        axes.plot(
+            one.model.angle[closed],
+            one.model.speed[closed],
+            color="black",
+            linewidth=1.3,
+            linestyle="--",
+            marker="o",
+            markersize=4,
+            markerfacecolor="white",
+            markevery=20,
+            label="model",
+        )
+        failed = [verdict.name for verdict in one.verdicts if verdict.passed is False]
+        outcome = "pass" if one.passed else f"fail: {', '.join(failed)}"
+        axes.set_title(f"{one.log}, drive {one.drive_speed:.3g} rad/s\n{outcome}", fontsize="medium")
+        axes.set_xlabel("angle (rad)")
+        axes.set_ylabel("angular speed (rad/s)")
+        axes.grid(alpha=0.25)
+        axes.legend(fontsize="small", frameon=False)
+    for axes in grid[len(comparisons) :]:
+        axes.set_visible(False)
+    return figure
+
+
+def fitted_law(fit: FrictionFit) -> Callable[[np.ndarray], np.ndarray]:
+    """The fitted friction coefficient as a function of slip speed (n,), m/s.
+
+    Raises:
+        StickslipError: the fit is of an unknown law.
+    """
+    from identification.laws_fit import LAWS
+
+    if fit.law not in LAWS:
+        raise StickslipError(f"There is no friction law '{fit.law}'.{nearest(fit.law, LAWS)}")
+    return lambda slip: LAWS[fit.law].value(np.abs(slip), fit.law_values)
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    """Write a figure whole; the format follows the suffix (.svg, .png, .pdf).
+
+    Raises:
+        StickslipError: unknown suffix, the file exists, or its folder cannot be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in FORMATS:
+        raise StickslipError(f"'{target.name}' has no known format; end it in one of {', '.join(FORMATS)}.")
+    with write_whole(target, overwrite=overwrite) as temporary:
+        figure.savefig(temporary, format=target.suffix.lower()[1:], dpi=150)
+    return target

@@ -1,0 +1,204 @@
+"""What ``datapackage.json`` says of a log, as values, and back.
+
+Package level: ``rig``: {name: {value, unit, standard_uncertainty}}. Per resource: ``experiment`` (kind, contacts,
+materials, drive_speed in rad/s), ``calibration`` (laser, encoder, drive0, drive1), ``rig`` where a log departs from the
+package's constants, and ``hash``. Every function that reads takes ``where``, with which its errors begin.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from fmu_models.errors import StickslipError, nearest
+from rig_io.columns import COLUMNS, TIME
+from rig_io.log import (
+    RIG_UNITS,
+    Calibration,
+    EncoderCalibration,
+    Experiment,
+    LaserCalibration,
+    Quantity,
+    RigConstants,
+    RigLog,
+)
+from rig_io.table import conversion
+
+SIDECAR = "datapackage.json"
+LICENCE = {
+    "name": "CC0-1.0",
+    "title": "Creative Commons Zero v1.0",
+    "path": "https://creativecommons.org/publicdomain/zero/1.0/",
+}
+
+
+def load_json(sidecar: Path) -> dict[str, Any]:
+    try:
+        package = json.loads(sidecar.read_text(encoding="utf-8-sig"))
+    except json.JSONDecodeError as error:
+        raise StickslipError(f"'{sidecar}' is not JSON: {error.msg} on line {error.lineno}. Mend it there.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise StickslipError(f"'{sidecar}' cannot be read: {error}. Save it as JSON in UTF-8.") from error
+    resources = package.get("resources") if isinstance(package, dict) else None
+    if (
+        not isinstance(resources, list)
+        or not resources
+        or not all(isinstance(r, dict) and "path" in r for r in resources)
+    ):
+        raise StickslipError(f'\'{sidecar}\' lists no logs. Expected "resources": [{{"path": "....csv", ...}}].')
+    for resource in resources:
+        if str(resource["path"]) != Path(str(resource["path"])).name:
+            raise StickslipError(
+                f"'{sidecar}': the path '{resource['path']}' leaves the folder. Keep logs beside {SIDECAR}."
+            )
+    return package
+
+
+def mapping(parent: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
+    found = parent.get(key, {})
+    if not isinstance(found, dict):
+        raise StickslipError(f'{where}: "{key}" holds {found!r}; expected an object {{...}}.')
+    return found
+
+
+def _list(parent: Mapping[str, Any], key: str, default: tuple[str, ...], where: str) -> list[Any]:
+    found = parent.get(key, list(default))
+    if not isinstance(found, list):
+        raise StickslipError(f'{where}: "{key}" holds {found!r}; expected a list [...].')
+    return found
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+        raise StickslipError(f"{where} holds {value!r}; expected a finite number.")
+    return float(value)
+
+
+def units(resource: Mapping[str, Any], where: str) -> dict[str, str]:
+    described = _list(mapping(resource, "schema", where), "fields", (), where)
+    return {str(f["name"]): str(f["unit"]) for f in described if isinstance(f, dict) and "name" in f and "unit" in f}
+
+
+def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
+    constants: dict[str, Quantity] = {}
+    for name in entries:
+        at = f"{where}: rig constant '{name}'"
+        if name not in RIG_UNITS:
+            raise StickslipError(f"{at} is unknown.{nearest(name, RIG_UNITS)}")
+        entry = mapping(entries, name, where)
+        if "value" not in entry or "unit" not in entry:
+            raise StickslipError(f'{at} needs "value" and "unit" ({RIG_UNITS[name]}).')
+        factor = conversion(str(entry["unit"]), RIG_UNITS[name], at)
+        value = _number(entry["value"], at) * factor
+        sd = _number(entry.get("standard_uncertainty", 0.0), at) * factor
+        if value < 0 or (value == 0 and name in ("J", "k", "R", "r")) or sd < 0:
+            raise StickslipError(f"{at} is {value:g} +- {sd:g} {RIG_UNITS[name]}; expected a positive value.")
+        constants[name] = Quantity(value, RIG_UNITS[name], sd)
+    return RigConstants(**constants)
+
+
+def calibration(entries: Mapping[str, Any], where: str) -> Calibration:
+    kinds = {f.name: LaserCalibration if f.name == "laser" else EncoderCalibration for f in fields(Calibration)}
+    made: dict[str, Any] = {}
+    for instrument in entries:
+        at = f"{where}: calibration of '{instrument}'"
+        if instrument not in kinds:
+            raise StickslipError(f"{at}: there is no such instrument.{nearest(instrument, kinds)}")
+        kind, entry = kinds[instrument], dict(mapping(entries, instrument, where))
+        known = [f.name for f in fields(kind)]
+        needed = "gain" if instrument == "laser" else "pulses_per_revolution"
+        if needed not in entry:
+            raise StickslipError(f'{at} lacks "{needed}".')
+        for key in entry:
+            if key not in known:
+                raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, known)}")
+            if key != "quadrature":
+                entry[key] = _number(entry[key], f"{at}, '{key}'")
+            elif not isinstance(entry[key], bool):
+                raise StickslipError(f"{at}, 'quadrature' holds {entry[key]!r}; expected true or false.")
+        if entry[needed] == 0 or (instrument != "laser" and (entry[needed] < 1 or entry[needed] % 1)):
+            raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
+        if instrument != "laser":
+            entry[needed] = int(entry[needed])
+        made[instrument] = kind(**entry)
+    return Calibration(**made)
+
+
+def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
+    kind = entry.get("kind", "stick-slip")
+    if kind not in ("stick-slip", "free-decay"):
+        raise StickslipError(f"{where}: experiment kind {kind!r} is unknown. Expected 'stick-slip' or 'free-decay'.")
+    contacts = tuple(str(c) for c in _list(entry, "contacts", () if kind == "free-decay" else ("disc0",), where))
+    if not set(contacts) <= {"disc0", "disc1"}:
+        raise StickslipError(f"{where}: contacts {list(contacts)} are unknown. Expected 'disc0', 'disc1' or both.")
+    speeds = tuple(_number(v, f"{where}: drive_speed") for v in _list(entry, "drive_speed", (), where))
+    if speeds and len(speeds) != len(contacts):
+        raise StickslipError(
+            f"{where}: {len(speeds)} drive speeds for {len(contacts)} discs. Give one for each contact."
+        )
+    materials = tuple(str(m) for m in _list(entry, "materials", (), where))
+    return Experiment(kind, contacts, materials, speeds, mapping(entry, "emulation", where))
+
+
+def package(name: str, logs: list[RigLog], work: Path, title: str, description: str) -> dict[str, Any]:
+    """The sidecar; constants that all logs share stand at the package, the others at their log."""
+    rigs = [_present(log.rig) for log in logs]
+    shared = {key: value for key, value in rigs[0].items() if all(rig.get(key) == value for rig in rigs)}
+    slug = re.sub(r"[^a-z0-9._-]+", "-", name.lower()).strip("-") or "logs"
+    return {
+        "profile": "tabular-data-package",
+        "name": slug,
+        "title": title or slug,
+        "description": description or "Logs of a disc rig.",
+        "licenses": [LICENCE],
+        "rig": shared,
+        "resources": [
+            _resource(log, work, {k: v for k, v in rig.items() if k not in shared})
+            for log, rig in zip(logs, rigs, strict=True)
+        ],
+    }
+
+
+def _present(record: Any) -> dict[str, Any]:
+    """Fields of a dataclass as JSON values, without those that are absent or infinite."""
+    return {k: v for k, v in asdict(record).items() if v is not None and v not in (float("inf"), -float("inf"))}
+
+
+def _resource(log: RigLog, work: Path, rig: dict[str, Any]) -> dict[str, Any]:
+    file = work / f"{log.name}.csv"
+    experiment = {k: v for k, v in asdict(log.experiment).items() if v or k in ("kind", "contacts")}
+    instruments = [i for i in ("laser", "encoder", "drive0", "drive1") if getattr(log.calibration, i) is not None]
+    resource: dict[str, Any] = {
+        "profile": "tabular-data-resource",
+        "name": log.name,
+        "path": file.name,
+        "format": "csv",
+        "mediatype": "text/csv",
+        "encoding": "utf-8",
+        "bytes": file.stat().st_size,
+        "hash": file_hash(file),
+        "experiment": experiment,
+        "calibration": {name: _present(getattr(log.calibration, name)) for name in instruments},
+        "schema": {"fields": [_field(name) for name in (TIME.name, *log.columns)]},
+    }
+    return resource | ({"rig": rig} if rig else {})
+
+
+def _field(name: str) -> dict[str, Any]:
+    column = COLUMNS[name]
+    return {
+        "name": name,
+        "type": "integer" if column.whole else "number",
+        "unit": column.unit,
+        "description": column.description,
+    }
+
+
+def file_hash(path: Path) -> str:
+    """Checksum as the data package writes it: ``sha256:<hex>``."""
+    return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,87 @@
+"""Directional derivatives against differences of what the FMU itself computes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from faces import Face, face
+
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.system import simulate
+
+
+def at_state(instance: Face, x: np.ndarray) -> None:
+    """Initialize Model Exchange at x and go to continuous-time mode."""
+    instance.api.reset()
+    instance.set(dict(zip(instance.fmu.states, x.tolist(), strict=True)))
+    instance.initialize()
+    instance.update()
+    instance.api.enterContinuousTimeMode()
+
+
+def unknowns(fmu: Fmu) -> list[str]:
+    return [*(f"der({name})" for name in fmu.states), *fmu.outputs]
+
+
+@pytest.fixture(scope="module", params=["slip", "stick"])
+def point(fmu: Fmu, request: pytest.FixtureRequest) -> np.ndarray:
+    """States in the middle of the second slip or stick of a run."""
+    run = simulate(fmu, 5.0)
+    changes = [e for e in run.events if (e.after == 0) == (request.param == "stick")]
+    start = changes[1]
+    end = next(e.time for e in run.events if e.time > start.time)
+    there = simulate(fmu, 5.0, output_times=[(start.time + end) / 2])
+    return np.array([there[name][0] for name in fmu.states])
+
+
+def test_they_match_central_differences(fmu: Fmu, point: np.ndarray) -> None:
+    with face(fmu, co_simulation=False) as one:
+        at_state(one, point)
+        names, states = unknowns(fmu), one.contact_states()
+        inputs = [*fmu.inputs, *(f"{name}_rate" for name in fmu.inputs)]
+        for known in [*fmu.states, *inputs]:
+            value = one.get([known])[0]
+            h, sides = 1e-6, []
+            for side in (-h, h):
+                if known in inputs:
+                    one.set({known: value + side})
+                else:
+                    x = point.copy()
+                    x[fmu.states.index(known)] += side
+                    one.set_states(x)
+                sides.append(one.get(names))
+            (one.set({known: value}) if known in inputs else one.set_states(point))
+            difference = (sides[1] - sides[0]) / (2 * h)
+            exact = one.directional(names, known, 1.0)
+            assert one.contact_states() == states
+            scale = max(1.0, np.abs(exact).max())
+            # truncation h^2, rounding eps/h: both below 1e-9 of the values, which are at most some hundred
+            assert np.abs(exact - difference).max() < 1e-6 * scale, known
+
+
+def test_they_are_linear_in_the_seed(fmu: Fmu, point: np.ndarray) -> None:
+    with face(fmu, co_simulation=False) as one:
+        at_state(one, point)
+        for known in [*fmu.states, *fmu.inputs, *(f"{name}_rate" for name in fmu.inputs)]:
+            whole = one.directional(unknowns(fmu), known, 1.0)
+            # powers of two: exact where the computation is, and rates are differences of values near one
+            assert one.directional(unknowns(fmu), known, -0.25) == pytest.approx(-0.25 * whole, rel=1e-13, abs=1e-13)
+            assert not one.directional(unknowns(fmu), known, 0.0).any()
+
+
+def test_the_rate_of_a_coordinate_is_its_velocity(fmu: Fmu, point: np.ndarray) -> None:
+    with face(fmu, co_simulation=False) as one:
+        at_state(one, point)
+        coordinate, velocity = fmu.states[0], fmu.states[len(fmu.states) // 2]
+        assert one.directional([f"der({coordinate})"], velocity, 3.0).tolist() == [3.0]
+        assert one.directional([f"der({coordinate})"], coordinate, 3.0).tolist() == [0.0]
+
+
+def test_dependencies_of_the_model_structure_are_complete(fmu: Fmu, point: np.ndarray) -> None:
+    structure = {u.variable.name: u for u in (*fmu.description.derivatives, *fmu.description.outputs)}
+    with face(fmu, co_simulation=False) as one:
+        at_state(one, point)
+        for known in [*fmu.states, *fmu.inputs, *(f"{name}_rate" for name in fmu.inputs)]:
+            for name, slope in zip(unknowns(fmu), one.directional(unknowns(fmu), known, 1.0), strict=True):
+                if slope != 0.0:
+                    assert known in [v.name for v in structure[name].dependencies], (name, known)

@@ -1,0 +1,76 @@
+"""modelDescription.xml: units, references and structure against what the mechanism says."""
+
+from __future__ import annotations
+
+import pytest
+
+from fmu_models.codegen.model_description import Description, _base_unit, model_description
+from fmu_models.codegen.package import variant
+from fmu_models.lowering.lower import lower
+
+
+@pytest.fixture(scope="module")
+def rig() -> Description:
+    return Description(lower(variant("disc_rig")))
+
+
+@pytest.mark.parametrize(
+    ("unit", "base"),
+    [
+        ("N m/rad", {"kg": 1, "m": 2, "s": -2, "rad": -1}),
+        ("kg m2", {"kg": 1, "m": 2}),
+        ("N m s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}),
+        ("rad/s2", {"rad": 1, "s": -2}),
+        ("s/m", {"m": -1, "s": 1}),
+        ("1", {}),
+        ("mm", {"m": 1, "factor": 0.001}),
+    ],
+)
+def test_units_in_base_units(unit: str, base: dict[str, float]) -> None:
+    assert _base_unit(unit) == base
+
+
+def test_references_are_consecutive_in_the_order_of_the_engine(rig: Description) -> None:
+    names = [v.name for v in rig.variables]
+    assert [v.reference for v in rig.variables] == list(range(len(names)))
+    order = ["time", "J", "w0", "w1", "w0_rate", "w1_rate", "theta", "omega", "der(theta)", "der(omega)", "F0"]
+    order += ["disc0_state", "disc1_state", "disc0_indicator", "disc1_indicator"]
+    assert [name for name in names if name in order] == order
+
+
+def test_dependencies_follow_the_equations(rig: Description) -> None:
+    names = [v.name for v in rig.variables]
+    unknowns = [*rig.derivative_unknowns, *rig.output_unknowns, *rig.indicator_unknowns]
+    depends = {u.variable.name: u.dependencies and {names[r] for r in u.dependencies} for u in unknowns}
+    assert depends["der(theta)"] == {"omega"}
+    assert depends["slip0"] == {"omega", "w0"}
+    # in stick the forces carry the spring, the dashpot and both drives' accelerations
+    everything = {"theta", "omega", "w0", "w1", "w0_rate", "w1_rate"}
+    assert depends["der(omega)"] == depends["F0"] == depends["alpha"] == everything
+    assert depends["disc0_state"] is None
+
+
+def test_a_free_mechanism_depends_on_its_states_alone() -> None:
+    free = Description(lower(variant("disc_rig", contacts=[])))
+    names = [v.name for v in free.variables]
+    (alpha,) = (u for u in free.output_unknowns if u.variable.name == "alpha")
+    assert {names[r] for r in alpha.dependencies or ()} == {"theta", "omega"}
+    assert free.indicators == []
+
+
+def test_bounds_and_nominal_values(rig: Description) -> None:
+    by_name = {v.name: v for v in rig.variables}
+    assert by_name["J"].attributes["min"] == "0.0"
+    assert by_name["theta"].attributes["nominal"] == "0.1"
+    assert by_name["disc0_state"].attributes["min"] == "-1"
+    assert by_name["der(omega)"].unit == "rad/s2"
+    assert by_name["der(omega)"].derivative == by_name["omega"].reference
+
+
+def test_text_is_escaped() -> None:
+    import dataclasses
+
+    system = dataclasses.replace(lower(variant("block_on_belt")), title='block & "belt" <1>')
+    for version in ("2.0", "3.0"):
+        text = model_description(system, "token", version, "tool")
+        assert 'description="block &amp; &#34;belt&#34; &lt;1&gt;"' in text

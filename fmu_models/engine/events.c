@@ -1,8 +1,14 @@
 /*
  * What happens at an event.
  *
- *     candidates: the contacts whose indicator falls to zero now, those at zero slip within rounding, and all that
- *                 stick (another contact's change can tear them loose)
+ *     transit:    an indicator has fallen to zero. By its slot and the state of its contact:
+ *                     friction  normal      inside -> away; away -> inside, slipping as the slip speed says
+ *                               tangential  candidate for another state
+ *                     stop      normal      away -> touching, the speed of entry kept; touching or released -> away
+ *                               tangential  touching -> released (away if no longer inside); released -> touching
+ *                 a switch with a jump of the states makes it first
+ *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
+ *                 and all that stick (another contact's change can tear them loose)
  *     choose:     of all assignments {stick, slip+, slip-} to the candidates, most sticking first, the first in which
  *                     every sticking candidate    has margin = capacity - |force| > 0, and its slip stays at rest
  *                     every slipping candidate    has sign * (rate of slip) > 0
@@ -70,7 +76,8 @@ static int stick_holds(Run *r, Trial *trial, int c)
     const double tolerance = r->tolerances.margin;
     double magnitude;
     trial->zeros[c] = 0;
-    if (!(capacity > 0.0)) {
+    /* without load nothing holds; where the force would drive the slip away from zero nothing holds for long */
+    if (!(capacity > 0.0) || !(j->G[c][c][0] > 0.0)) {
         return 0;
     }
     /* contacts that constrain the same motion in different ways cannot all stick */
@@ -193,7 +200,7 @@ static int project(Run *r, const Trial *trial)
     return any && contact_project(r, member);
 }
 
-int events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
+void events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
     Trial trial = {.count = 0, .at_limit = at_limit};
     memcpy(trial.before, r->state, sizeof trial.before);
@@ -203,7 +210,7 @@ int events_choose(Run *r, const signed char *candidate, const signed char *at_li
         }
     }
     if (trial.count == 0) {
-        return 0;
+        return;
     }
     if (!search(r, &trial)) {
         memcpy(r->state, trial.before, sizeof trial.before);
@@ -212,34 +219,170 @@ int events_choose(Run *r, const signed char *candidate, const signed char *at_li
         }
     }
     for (int i = 0; i < trial.count; i++) {
-        r->known[trial.contact[i]] = trial.zeros[trial.contact[i]];
+        r->known[trial.contact[i]][SLOT_TANGENTIAL] = trial.zeros[trial.contact[i]];
     }
     *moved |= project(r, &trial);
-    return trial.count;
+}
+
+static int at_zero_slip(const Run *r, int c)
+{
+    return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, &r->scratch, c);
+}
+
+/* slip speeds and depths at r's instant, in scratch */
+static void load_contacts(Run *r)
+{
+    taylor_load(r, &r->scratch);
+    model_slip(r->p, r->d, &r->scratch, 0);
+    if (MODEL_BOUNDED) {
+        model_depth(r->p, r->d, &r->scratch, 0);
+    }
+}
+
+/* a contact of friction that is inside slips as its slip speed says */
+static signed char slipping_state(const Run *r, int c)
+{
+    return r->scratch.slip[c][0] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+}
+
+/* the state of a stop that is inside: released where its force would pull */
+static signed char inside_state(Run *r, int c)
+{
+    if (model_contact_releases[c]) {
+        model_release(r->p, r->d, &r->scratch, 0, c);
+        return r->scratch.release[c][0] > 0.0 ? CONTACT_TOUCHING : CONTACT_RELEASED;
+    }
+    return CONTACT_TOUCHING;
+}
+
+/* rate of the depth of a region, which is not the rate that y stands for */
+static double depth_rate(Run *r, int c)
+{
+    Jets *j = &r->scratch;
+    taylor_field(r, j, 0);
+    for (int i = 0; i < MODEL_NQ; i++) {
+        j->x[i][1] = j->x[MODEL_NQ + i][0];
+    }
+    for (int i = 0; i < MODEL_NV; i++) {
+        j->x[MODEL_NQ + i][1] = contact_acceleration(j, i, 0);
+    }
+    model_depth(r->p, r->d, j, 1);
+    return j->depth[c][1];
+}
+
+void events_place(Run *r, signed char *candidate)
+{
+    load_contacts(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        int inside = 1;
+        candidate[c] = 0;
+        if (model_contact_bounded[c]) {
+            const double depth = r->scratch.depth[c][0];
+            const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->p, r->d, &r->scratch, c);
+            /* at the bound itself the rate of the depth decides; at rest there a region counts as entered, a stop does not */
+            double rate = 0.0;
+            if (at_bound) {
+                rate = model_contact_is_stop[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
+                r->known[c][SLOT_NORMAL] = 1;
+            }
+            inside = at_bound ? (rate > 0.0 || (rate == 0.0 && !model_contact_is_stop[c])) : depth > 0.0;
+            if (at_bound && inside && model_contact_is_stop[c]) {
+                r->memory[c] = fabs(rate);
+            }
+        }
+        const int was_inside = r->state[c] != CONTACT_AWAY;
+        if (!inside) {
+            r->state[c] = CONTACT_AWAY;
+        } else if (model_contact_is_stop[c]) {
+            r->state[c] = was_inside && r->state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
+        } else if (at_zero_slip(r, c)) {
+            candidate[c] = 1;
+            r->state[c] = was_inside ? r->state[c] : CONTACT_SLIP_PLUS;
+        } else {
+            r->state[c] = slipping_state(r, c);
+        }
+    }
+}
+
+/* states jump where the contact's switching function reaches zero from the side it was on */
+static int jump(Run *r, int c, int *moved)
+{
+    const int side = r->state[c] == CONTACT_SLIP_PLUS ? 1 : r->state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
+    if (!(model_contact_resets[c] & side)) {
+        return 0;
+    }
+    model_reset(r->p, r->d, &r->scratch, c, r->x);
+    load_contacts(r);
+    *moved = 1;
+    return 1;
+}
+
+/* the new state of contact c after the fall of its normal indicator; 1 if it is now inside with friction */
+static int cross_bound(Run *r, int c)
+{
+    signed char *state = &r->state[c];
+    r->known[c][SLOT_NORMAL] = 1;
+    if (*state != CONTACT_AWAY) {
+        *state = CONTACT_AWAY;
+        return 0;
+    }
+    if (!model_contact_is_stop[c]) {
+        *state = slipping_state(r, c);
+        return 1;
+    }
+    *state = CONTACT_TOUCHING;
+    r->memory[c] = fabs(r->scratch.slip[c][0]);
+    if (model_contact_releases[c]) {
+        /* at the bound exactly: a stop without damping has no force yet */
+        r->scratch.depth[c][0] = 0.0;
+        r->scratch.memory[c] = r->memory[c];
+        model_release(r->p, r->d, &r->scratch, 0, c);
+        r->known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
+    }
+    return 0;
+}
+
+void events_transit(Run *r, int *moved)
+{
+    signed char candidate[NC];
+    signed char at_limit[NC];
+    load_contacts(r);
+    memset(r->known, 0, sizeof r->known);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int sticks = r->state[c] == CONTACT_STICK;
+        const int falls = r->falling[c][SLOT_TANGENTIAL];
+        at_limit[c] = sticks && falls;
+        candidate[c] = 0;
+        if (r->falling[c][SLOT_NORMAL]) {
+            candidate[c] = (signed char)(cross_bound(r, c) && at_zero_slip(r, c));
+        } else if (r->state[c] == CONTACT_AWAY) {
+            continue;
+        } else if (model_contact_is_stop[c]) {
+            if (falls) {
+                const int inside = r->scratch.depth[c][0] > 0.0;
+                r->known[c][SLOT_TANGENTIAL] = 1;
+                r->state[c] = r->state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
+            }
+        } else {
+            const int jumped = falls && jump(r, c, moved);
+            candidate[c] = sticks || at_zero_slip(r, c) || (falls && !jumped);
+            if (jumped && !candidate[c]) {
+                r->state[c] = slipping_state(r, c);
+            }
+        }
+    }
+    events_choose(r, candidate, at_limit, moved);
 }
 
 RunStatus events_resolve(Run *r, EventSink sink, void *context)
 {
-    signed char candidate[NC];
-    signed char at_limit[NC];
     signed char before[NC];
     int moved = 0;
-    memcpy(before, r->state, sizeof before);
-    taylor_load(r, &r->scratch);
-    model_slip(r->p, r->d, &r->scratch, 0);
-    for (int c = 0; c < MODEL_NC; c++) {
-        const int sticks = before[c] == CONTACT_STICK;
-        const double slip = fabs(r->scratch.slip[c][0]);
-        at_limit[c] = sticks && r->falling[c];
-        candidate[c] = before[c] != CONTACT_AWAY
-                       && (sticks || r->falling[c]
-                           || slip <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, &r->scratch, c));
-        r->known[c] = 0;
-    }
-    events_choose(r, candidate, at_limit, &moved);
     int last = 0;
+    memcpy(before, r->state, sizeof before);
+    events_transit(r, &moved);
     for (int c = 0; c < MODEL_NC; c++) {
-        last = r->falling[c] ? c : last;
+        last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
         if (r->state[c] != before[c]) {
             r->events++;
             if (sink) {

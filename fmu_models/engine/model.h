@@ -32,6 +32,7 @@
  * MODEL_ND   constants derived from the parameters
  * MODEL_NW   intermediate results that need Taylor coefficients
  * MODEL_CONSTANT_INERTIA  1 if W and G depend on the parameters alone
+ * MODEL_BOUNDED  1 if any contact has a depth
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
  */
 #define MODEL_NX (MODEL_NQ + MODEL_NV + MODEL_NZ) /* states: q, then v, then z */
@@ -56,6 +57,7 @@ typedef double Series[MODEL_TERMS + 1];
 /* all series of one step; the engine fills t, u, x and sign, the model the rest */
 typedef struct {
     Series t;
+    double time_rest;                         /* what rounding took from t[0]; only a phase needs it */
     Series u[MODEL_ROOM(MODEL_NU)];
     Series du[MODEL_ROOM(MODEL_NU)];          /* rates of the inputs */
     Series x[MODEL_ROOM(MODEL_NX)];

@@ -68,19 +68,6 @@ static RunStatus check_finite(Run *r, const char *what, const double *values, in
     return RUN_OK;
 }
 
-/* slip speeds at r's instant, in scratch */
-static void load_slip(Run *r)
-{
-    taylor_load(r, &r->scratch);
-    model_slip(r->p, r->d, &r->scratch, 0);
-}
-
-static int at_zero_slip(const Run *r, int c)
-{
-    return fabs(r->scratch.slip[c][0])
-           <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, &r->scratch, c);
-}
-
 RunStatus run_initialize(Run *r)
 {
     run_parameters_changed(r);
@@ -94,9 +81,18 @@ RunStatus run_initialize(Run *r)
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        r->state[c] = CONTACT_SLIP_PLUS;
+        r->state[c] = CONTACT_AWAY;
     }
-    return run_reconsider(r, NULL);
+    if (run_reconsider(r, NULL) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_remembers[c] && r->state[c] == CONTACT_TOUCHING && !(r->memory[c] > 0.0)) {
+            return run_fail(r, "the motion starts inside the stop '%s', whose force depends on the speed at which it was entered: "
+                               "give that speed as %s_memory, or start outside", model_contact_names[c], model_contact_names[c]);
+        }
+    }
+    return RUN_OK;
 }
 
 RunStatus run_reconsider(Run *r, int *changed)
@@ -105,13 +101,7 @@ RunStatus run_reconsider(Run *r, int *changed)
     const signed char at_limit[NC] = {0};
     int moved = 0;
     run_touched(r);
-    load_slip(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        candidate[c] = r->state[c] != CONTACT_AWAY && at_zero_slip(r, c);
-        if (r->state[c] != CONTACT_AWAY && !candidate[c]) {
-            r->state[c] = r->scratch.slip[c][0] > 0.0 ? CONTACT_SLIP_PLUS : CONTACT_SLIP_MINUS;
-        }
-    }
+    events_place(r, candidate);
     events_choose(r, candidate, at_limit, &moved);
     if (changed) {
         *changed = moved;
@@ -119,16 +109,28 @@ RunStatus run_reconsider(Run *r, int *changed)
     return RUN_OK;
 }
 
-/* states and inputs at a time inside the present segment; the end itself uses the located length, free of the rounding of time */
+/* states and inputs inside the present segment; its end uses the located length, free of the rounding of time */
 static void evaluate_segment(Run *r, double time, double since_start)
 {
+    const double s = r->segment_rooted ? sqrt(since_start) : since_start;
     for (int i = 0; i < MODEL_NX; i++) {
-        r->x[i] = polynomial_value(r->jets.x[i], r->segment_order, since_start);
+        r->x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
     }
     for (int i = 0; i < MODEL_NU; i++) {
-        r->u[i] = r->jets.u[i][0] + r->jets.u[i][1] * since_start;
+        r->u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
     }
     r->time = time;
+}
+
+/* go to the end of the segment; what rounding takes from the sum of lengths is kept */
+static void finish_segment(Run *r)
+{
+    const double start = r->segment_start;
+    const double end = start + r->segment_length;
+    const double rest = r->jets.time_rest + (r->segment_length - (end - start));
+    evaluate_segment(r, end, r->segment_length);
+    r->time_rest = rest;
+    r->segment_valid = 0;
 }
 
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
@@ -145,14 +147,14 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         }
         const double end = r->segment_start + r->segment_length;
         if (end > t) {
-            evaluate_segment(r, t, t - r->segment_start);
+            evaluate_segment(r, t, (t - r->segment_start) - r->jets.time_rest);
+            r->time_rest = 0.0;
             break;
         }
         if (end > r->time) {
             r->stalled = 0;
         }
-        evaluate_segment(r, end, r->segment_length);
-        r->segment_valid = 0;
+        finish_segment(r);
         if (!r->segment_event) {
             memset(r->known, 0, sizeof r->known);
             continue;
@@ -176,45 +178,82 @@ RunStatus run_derivatives(Run *r, double *dx)
     taylor_field(r, j, 0);
     for (int i = 0; i < MODEL_NQ; i++) {
         dx[i] = j->x[MODEL_NQ + i][0];
+    }
+    for (int i = 0; i < MODEL_NV; i++) {
         dx[MODEL_NQ + i] = contact_acceleration(j, i, 0);
     }
     for (int i = 0; i < MODEL_NZ; i++) {
-        dx[2 * MODEL_NQ + i] = j->zrate[i][0];
+        dx[MODEL_NQ + MODEL_NV + i] = j->zrate[i][0];
     }
     return check_finite(r, "derivative of state", dx, MODEL_NX);
 }
 
-RunStatus run_indicators(Run *r, double *z)
+/* what an importer watches in a slot of contact c: positive while the contact keeps its state; scratch holds order 0 */
+static double watched(Run *r, int c, Slot slot)
 {
-    Jets *j = &r->scratch;
-    taylor_load(r, j);
-    taylor_field(r, j, 0);
+    const Jets *j = &r->scratch;
+    const int sign = taylor_indicator(r, c, slot);
+    const double shift = r->tolerances.importer;
+    if (sign == 0) {
+        return 1.0;
+    }
+    if (slot == SLOT_NORMAL) {
+        return sign * j->depth[c][0] + shift * model_depth_magnitude(r->p, r->d, j, c);
+    }
+    if (model_contact_is_stop[c]) {
+        return sign * j->release[c][0];
+    }
+    if (r->state[c] == CONTACT_STICK) {
+        return j->capacity[c][0] * (1.0 + shift) - fabs(j->force[c][0]);
+    }
+    return sign * j->slip[c][0] + shift * model_slip_magnitude(r->p, r->d, j, c);
+}
+
+/* order 0 of all that indicators read, in scratch */
+static void load_indicators(Run *r)
+{
+    taylor_load(r, &r->scratch);
+    taylor_field(r, &r->scratch, 0);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (r->state[c] == CONTACT_STICK) {
-            z[c] = j->capacity[c][0] * (1.0 + r->tolerances.importer) - fabs(j->force[c][0]);
-        } else {
-            z[c] = j->sign[c] * j->slip[c][0]
-                   + r->tolerances.importer * model_slip_magnitude(r->p, r->d, j, c);
+        if (model_contact_releases[c]) {
+            model_release(r->p, r->d, &r->scratch, 0, c);
         }
     }
-    return check_finite(r, "event indicator", z, MODEL_NC);
+}
+
+RunStatus run_indicators(Run *r, double *z)
+{
+    int i = 0;
+    load_indicators(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_bounded[c]) {
+            z[i++] = watched(r, c, SLOT_NORMAL);
+        }
+        if (!model_contact_is_stop[c] || model_contact_releases[c]) {
+            z[i++] = watched(r, c, SLOT_TANGENTIAL);
+        }
+    }
+    return check_finite(r, "event indicator", z, MODEL_NI);
 }
 
 RunStatus run_event(Run *r, int *changed)
 {
-    Jets *j = &r->scratch;
-    signed char candidate[NC];
-    signed char at_limit[NC];
     int moved = 0;
     run_touched(r);
-    taylor_load(r, j);
-    taylor_field(r, j, 0);
+    load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
-        const int sticks = r->state[c] == CONTACT_STICK;
-        at_limit[c] = 0;
-        candidate[c] = r->state[c] != CONTACT_AWAY && (sticks || at_zero_slip(r, c) || j->sign[c] * j->slip[c][0] <= 0.0);
+        for (int slot = 0; slot < SLOTS; slot++) {
+            const double margin = slot == SLOT_NORMAL
+                                      ? r->tolerances.importer * model_depth_magnitude(r->p, r->d, &r->scratch, c)
+                                  : model_contact_is_stop[c] || r->state[c] == CONTACT_STICK
+                                      ? 0.0
+                                      : r->tolerances.importer * model_slip_magnitude(r->p, r->d, &r->scratch, c);
+            /* sticking contacts are candidates anyway; whether they hold is for their forces to say */
+            const int sticks = slot == SLOT_TANGENTIAL && r->state[c] == CONTACT_STICK;
+            r->falling[c][slot] = !sticks && watched(r, c, (Slot)slot) <= margin;
+        }
     }
-    events_choose(r, candidate, at_limit, &moved);
+    events_transit(r, &moved);
     *changed = moved;
     return RUN_OK;
 }
@@ -241,7 +280,6 @@ RunStatus run_directional(Run *r, const double *xdot, const double *udot, double
     j->t[1] = 0.0;
     for (int i = 0; i < MODEL_NU; i++) {
         j->u[i][1] = udot ? udot[i] : 0.0;
-        j->u[i][2] = 0.0;
     }
     for (int i = 0; i < MODEL_NX; i++) {
         j->x[i][1] = xdot ? xdot[i] : 0.0;
@@ -250,10 +288,12 @@ RunStatus run_directional(Run *r, const double *xdot, const double *udot, double
     model_outputs(r->p, r->d, j, 1);
     for (int i = 0; dxdot && i < MODEL_NQ; i++) {
         dxdot[i] = j->x[MODEL_NQ + i][1];
+    }
+    for (int i = 0; dxdot && i < MODEL_NV; i++) {
         dxdot[MODEL_NQ + i] = contact_acceleration(j, i, 1);
     }
     for (int i = 0; dxdot && i < MODEL_NZ; i++) {
-        dxdot[2 * MODEL_NQ + i] = j->zrate[i][1];
+        dxdot[MODEL_NQ + MODEL_NV + i] = j->zrate[i][1];
     }
     for (int i = 0; ydot && i < MODEL_NY; i++) {
         ydot[i] = j->y[i][1];

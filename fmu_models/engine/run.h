@@ -39,6 +39,7 @@ typedef struct {
 typedef struct {
     Tolerances tolerances;
     double time;
+    double time_rest;                                   /* low part of the time, which rounding of sums took from it */
     double horizon;                                     /* no step reaches beyond: the next knot of an input, or infinity */
     double p[MODEL_ROOM(MODEL_NP)];
     double d[MODEL_ROOM(MODEL_ND)];

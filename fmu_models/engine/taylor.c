@@ -6,6 +6,8 @@
  *     length:   the last two terms stay below the tolerance times the larger of the first two, so that the result
  *               depends neither on units nor on the steps before; slip speeds count like states, since just after
  *               a release they are far smaller than the velocities they come from
+ *     root:     a law with half-integer powers of the depth is not analytic in time where its contact is entered; that
+ *               step runs in the square root of time, where it is
  *     events:   first fall of each indicator's own polynomial, its known zeros divided out; the earliest ends the step
  *
  * Sources: Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
@@ -24,26 +26,58 @@ int taylor_order(const Run *r)
     return order < 8 ? 8 : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
 }
 
-void taylor_load(const Run *r, Jets *j)
+/* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
+static int time_power(int rooted) { return rooted ? 2 : 1; }
+
+/* value + rate * time as a series */
+static void load_line(double *series, double value, double rate, int rooted)
 {
-    j->t[0] = r->time;
-    j->t[1] = 1.0;
+    series[0] = value;
+    series[1] = 0.0;
+    series[2] = 0.0;
+    series[time_power(rooted)] = rate;
+}
+
+static void load(const Run *r, Jets *j, int rooted)
+{
+    load_line(j->t, r->time, 1.0, rooted);
+    j->time_rest = r->time_rest;
     for (int i = 0; i < MODEL_NU; i++) {
-        j->u[i][0] = r->u[i];
-        j->u[i][1] = r->du[i];
+        load_line(j->u[i], r->u[i], r->du[i], rooted);
+        load_line(j->du[i], r->du[i], 0.0, rooted);
     }
     for (int i = 0; i < MODEL_NX; i++) {
         j->x[i][0] = r->x[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         j->sign[c] = r->state[c] == CONTACT_SLIP_PLUS ? 1.0 : r->state[c] == CONTACT_SLIP_MINUS ? -1.0 : 0.0;
+        j->memory[c] = r->memory[c];
     }
 }
 
-void taylor_field(Run *r, Jets *j, int k)
+void taylor_load(const Run *r, Jets *j)
+{
+    load(r, j, 0);
+}
+
+/* order k of the depths in the root of time; a contact just entered has none of the rounding that its position carries */
+static void rooted_depths(Run *r, Jets *j, int k)
+{
+    model_depth(r->p, r->d, j, k);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->state[c] == CONTACT_TOUCHING && k < 2 * r->known[c][SLOT_NORMAL]) {
+            j->depth[c][k] = 0.0;
+        }
+    }
+}
+
+static void field(Run *r, Jets *j, int k, int rooted)
 {
     r->evaluations++;
     model_slip(r->p, r->d, j, k);
+    if (MODEL_BOUNDED && !rooted) {
+        model_depth(r->p, r->d, j, k);
+    }
     model_acceleration(r->p, r->d, j, k);
     if (!MODEL_CONSTANT_INERTIA) {
         model_inertia(r->p, r->d, j, k);
@@ -54,28 +88,41 @@ void taylor_field(Run *r, Jets *j, int k)
     }
 }
 
-/* order k + 1 of the states */
-static void extend(Jets *j, int k)
+void taylor_field(Run *r, Jets *j, int k)
 {
-    const double n = 1.0 / (k + 1);
+    field(r, j, k, 0);
+}
+
+/* order n of the states from their rates: x' = rate in time, x' = 2 s rate in its root */
+static void extend(Jets *j, int n, int rooted)
+{
+    const int k = n - time_power(rooted);
+    const double f = (double)time_power(rooted) / n;
     for (int i = 0; i < MODEL_NQ; i++) {
-        j->x[i][k + 1] = n * j->x[MODEL_NQ + i][k];
-        j->x[MODEL_NQ + i][k + 1] = n * contact_acceleration(j, i, k);
+        j->x[i][n] = k < 0 ? 0.0 : f * j->x[MODEL_NQ + i][k];
+    }
+    for (int i = 0; i < MODEL_NV; i++) {
+        j->x[MODEL_NQ + i][n] = k < 0 ? 0.0 : f * contact_acceleration(j, i, k);
     }
     for (int i = 0; i < MODEL_NZ; i++) {
-        j->x[2 * MODEL_NQ + i][k + 1] = n * j->zrate[i][k];
+        j->x[MODEL_NQ + MODEL_NV + i][n] = k < 0 ? 0.0 : f * j->zrate[i][k];
     }
 }
 
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
- * for every force in stick: in stick the states may be polynomials while the force, which decides the release, is not
+ * for every force in stick, and of depths: the states may be polynomials while what decides an event is not
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         if (r->state[c] == CONTACT_STICK
             && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
+            return 0;
+        }
+        const double depth = fmax(fabs(j->depth[c][0]), fabs(j->depth[c][1]) * length);
+        if (model_contact_bounded[c]
+            && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length) {
             return 0;
         }
     }
@@ -88,14 +135,25 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
     return 1;
 }
 
+/* the release indicators of touching and released stops up to the order given */
+static void releases(Run *r, Jets *j, int order)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int inside = r->state[c] == CONTACT_TOUCHING || r->state[c] == CONTACT_RELEASED;
+        for (int k = 0; model_contact_releases[c] && inside && k <= order; k++) {
+            model_release(r->p, r->d, j, k, c);
+        }
+    }
+}
+
 int taylor_series(Run *r, Jets *j, int order, double limit)
 {
-    taylor_load(r, j);
+    load(r, j, 0);
     double power = limit;
     int vanished = 0;
     for (int k = 0; k < order; k++) {
-        taylor_field(r, j, k);
-        extend(j, k);
+        field(r, j, k, 0);
+        extend(j, k + 1, 0);
         if (k + 1 >= 3 && isfinite(limit)) {
             vanished = vanishes(r, j, k + 1, power, limit) ? vanished + 1 : 0;
             if (vanished == 2) {
@@ -105,6 +163,33 @@ int taylor_series(Run *r, Jets *j, int order, double limit)
         power *= limit;
     }
     model_slip(r->p, r->d, j, order);
+    if (MODEL_BOUNDED) {
+        model_depth(r->p, r->d, j, order);
+    }
+    releases(r, j, order);
+    return order;
+}
+
+/*
+ * The same in s = sqrt(time since the start), in which a force like depth^(3/2) is analytic at the moment of entry:
+ * depth = s^2 P(s). Rates reach the states one order later than in time, so that all states, and the depths, are known
+ * one order ahead of the forces.
+ */
+static int rooted_series(Run *r, Jets *j, int order)
+{
+    load(r, j, 1);
+    extend(j, 1, 1);
+    model_slip(r->p, r->d, j, 0);
+    rooted_depths(r, j, 0);
+    for (int k = 0; k < order; k++) {
+        rooted_depths(r, j, k + 1);
+        field(r, j, k, 1);
+        if (k + 2 <= order + 1) {
+            extend(j, k + 2, 1);
+        }
+    }
+    model_slip(r->p, r->d, j, order);
+    releases(r, j, order);
     return order;
 }
 
@@ -149,44 +234,69 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
     return isfinite(length) ? length : 1.0;
 }
 
-/* the same for slip speeds too, where they matter to a force, and for the forces in stick */
+/* the same for slip speeds too, where they matter to a force, for the forces in stick and for depths */
 static double taylor_length(const Run *r, const Jets *j, int order)
 {
     const double log_tolerance = log2(r->tolerances.step);
     double length = state_length(j, order, log_tolerance);
     for (int c = 0; c < MODEL_NC; c++) {
         if (j->sign[c] != 0.0 && j->force[c][0] != 0.0) {
-            length = shorter_length(length, j->slip[c], r->known[c], order, log_tolerance);
+            length = shorter_length(length, j->slip[c], r->known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted), order,
+                                    log_tolerance);
         }
         if (r->state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
+        }
+        if (model_contact_bounded[c]) {
+            const int known = r->known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
+            length = shorter_length(length, j->depth[c], known, order, log_tolerance);
         }
     }
     return exp2(length);
 }
 
-/* time to the first fall of contact c's indicator within h, or -1 */
-static double fall_of_contact(const Run *r, const Jets *j, int c, int order, double h)
+int taylor_indicator(const Run *r, int c, Slot slot)
 {
-    const int known = r->known[c];
+    const int state = r->state[c];
+    if (slot == SLOT_NORMAL) {
+        if (!model_contact_bounded[c]) {
+            return 0;
+        }
+        if (state == CONTACT_TOUCHING && model_contact_releases[c]) {
+            return 0; /* the force falls to zero before the depth does */
+        }
+        return state == CONTACT_AWAY ? -1 : 1;
+    }
+    if (model_contact_is_stop[c]) {
+        return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
+    }
+    return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
+}
+
+/* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none */
+static double fall_of(const double *series, double sign, int known, int order, double h)
+{
+    double indicator[POLYNOMIAL_TERMS];
     if (known >= order) {
         return -1.0; /* all its terms vanish over this step */
     }
-    double indicator[POLYNOMIAL_TERMS];
-    if (r->state[c] != CONTACT_STICK) {
-        for (int k = known; k <= order; k++) {
-            indicator[k - known] = j->sign[c] * j->slip[c][k];
-        }
-        return first_fall(indicator, order - known, h);
+    for (int k = known; k <= order; k++) {
+        indicator[k - known] = sign * series[k];
     }
+    return first_fall(indicator, order - known, h);
+}
+
+/* first fall of the margin of a sticking contact */
+static double fall_of_margin(const Jets *j, int c, int known, int order, double h)
+{
     double first = -1.0;
     for (int side = -1; side <= 1; side += 2) {
-        /* a margin that starts at zero does so on one side only */
-        const int zeros = side * j->force[c][0] > 0.0 ? known : 0;
-        for (int k = zeros; k < order; k++) {
-            indicator[k - zeros] = j->capacity[c][k] - side * j->force[c][k];
+        double margin[POLYNOMIAL_TERMS];
+        for (int k = 0; k < order; k++) {
+            margin[k] = j->capacity[c][k] - side * j->force[c][k];
         }
-        const double fall = first_fall(indicator, order - 1 - zeros, h);
+        /* a margin that starts at zero does so on one side only */
+        const double fall = fall_of(margin, 1.0, side * j->force[c][0] > 0.0 ? known : 0, order - 1, h);
         if (fall >= 0.0 && (first < 0.0 || fall < first)) {
             first = fall;
         }
@@ -194,30 +304,71 @@ static double fall_of_contact(const Run *r, const Jets *j, int c, int order, dou
     return first;
 }
 
-RunStatus taylor_step(Run *r, double limit)
+static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h)
 {
-    Jets *j = &r->jets;
-    const int order = taylor_series(r, j, taylor_order(r), limit);
-    double h = fmin(order < taylor_order(r) ? limit : taylor_length(r, j, order), limit);
-    if (!(h > 0.0) || !isfinite(h) || !(r->time + h > r->time)) {
-        return run_fail(r, "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
-                           "(a state that is not finite, or a singular law)", r->time);
+    const int sign = taylor_indicator(r, c, slot);
+    const int known = r->known[c][slot] * time_power(r->segment_rooted);
+    if (sign == 0) {
+        return -1.0;
     }
-    double falls[NC];
+    if (slot == SLOT_NORMAL) {
+        return fall_of(j->depth[c], sign, known, order, h);
+    }
+    if (model_contact_is_stop[c]) {
+        return fall_of(j->release[c], sign, known, order, h);
+    }
+    return r->state[c] == CONTACT_STICK ? fall_of_margin(j, c, known, order, h)
+                                        : fall_of(j->slip[c], sign, known, order, h);
+}
+
+/* cut a step of length h at the first fall of an indicator and note all that fall there */
+static double cut(Run *r, int order, double h)
+{
+    double falls[MODEL_ROOM(MODEL_NC)][SLOTS];
     r->segment_event = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        falls[c] = r->state[c] == CONTACT_AWAY ? -1.0 : fall_of_contact(r, j, c, order, h);
-        if (falls[c] >= 0.0) {
-            h = falls[c];
-            r->segment_event = 1;
+        for (int slot = 0; slot < SLOTS; slot++) {
+            falls[c][slot] = fall_in_slot(r, &r->jets, c, (Slot)slot, order, h);
+            if (falls[c][slot] >= 0.0) {
+                h = falls[c][slot];
+                r->segment_event = 1;
+            }
         }
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        r->falling[c] = falls[c] >= 0.0 && falls[c] <= h;
+        for (int slot = 0; slot < SLOTS; slot++) {
+            r->falling[c][slot] = falls[c][slot] >= 0.0 && falls[c][slot] <= h;
+        }
     }
+    return h;
+}
+
+/* whether a law with half-integer powers of its depth starts at zero depth */
+static int starts_rooted(const Run *r)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_rooted[c] && r->state[c] == CONTACT_TOUCHING && r->known[c][SLOT_NORMAL] > 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+RunStatus taylor_step(Run *r, double limit)
+{
+    const int full = taylor_order(r);
+    const int rooted = r->segment_rooted = starts_rooted(r);
+    const int order = rooted ? rooted_series(r, &r->jets, full) : taylor_series(r, &r->jets, full, limit);
+    const double end = rooted ? sqrt(limit) : limit;
+    double h = fmin(order < full ? end : taylor_length(r, &r->jets, order), end);
+    if (!(h > 0.0) || !isfinite(h) || !(r->time + (rooted ? h * h : h) > r->time)) {
+        return run_fail(r, "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
+                           "(a state that is not finite, or a singular law)", r->time);
+    }
+    h = cut(r, order, h);
     r->segment_order = order;
     r->segment_start = r->time;
-    r->segment_length = h;
+    r->segment_length = rooted ? h * h : h;
     r->segment_valid = 1;
     r->steps++;
     return RUN_OK;

@@ -43,7 +43,12 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
     functions = _functions(system, names)
     facts = _facts(system)
-    guards = [_violation(system, names), _magnitude(system, names)]
+    guards = [
+        _violation(system, names),
+        _magnitude(system, names, "slip"),
+        _magnitude(system, names, "depth"),
+        _reset(system, names),
+    ]
     prepare = _prepare(names)
     head = (
         _HEAD.format(name=system.name)
@@ -64,15 +69,23 @@ class _Names:
         self.parameters: dict[sympy.Basic, str] = {q: f"p[{i}]" for i, q in enumerate(system.parameters)}
         self.inputs: dict[sympy.Basic, str] = {q: f"j->u[{i}]" for i, q in enumerate(system.inputs)}
         self.states: dict[sympy.Basic, str] = {q: f"j->x[{i}]" for i, q in enumerate(system.states)}
-        self.free = {TIME: "j->t", **self.inputs, **self.states}
-        self.rates: dict[sympy.Basic, str] = {q.rate: f"j->u[{i}]" for i, q in enumerate(system.inputs)}
-        self.accelerations: dict[sympy.Basic, str] = {q.a: f"j->a[{i}]" for i, q in enumerate(system.coordinates)}
-        signs: dict[sympy.Basic, str] = {c.sign_symbol: f"j->sign[{i}]" for i, c in enumerate(system.contacts)}
+        rates: dict[sympy.Basic, str] = {q.rate: f"j->du[{i}]" for i, q in enumerate(system.inputs)}
+        self.free = {TIME: "j->t", **self.inputs, **rates, **self.states}
+        self.accelerations: dict[sympy.Basic, str] = {a: f"j->a[{i}]" for i, a in enumerate(system.rate_symbols)}
+        # what outputs read of the rates of driven states: these are without contact forces
+        self.free_rates = {a: sympy.Dummy(f"{a}_free", real=True) for a in system.rate_symbols}
+        held: dict[sympy.Basic, str] = {}
         self.slips: dict[sympy.Basic, str] = {}
+        self.depths: dict[sympy.Basic, str] = {}
         for i, c in enumerate(system.contacts):
+            held[c.sign_symbol] = f"j->sign[{i}]"
+            if c.memory_symbol is not None:
+                held[c.memory_symbol] = f"j->memory[{i}]"
+            if c.depth_symbol is not None:
+                self.depths[c.depth_symbol] = f"j->depth[{i}]"
             self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
         self.forces: dict[sympy.Basic, str] = {c.force_symbol: f"j->force[{i}]" for i, c in enumerate(system.contacts)}
-        self.constants = Constants(self.parameters, signs)
+        self.constants = Constants(self.parameters, held)
         self.slots = Slots()
 
     def recurrences(self, *series: Mapping[sympy.Basic, str]) -> Recurrences:
@@ -80,58 +93,58 @@ class _Names:
         known = dict(self.free)
         for more in series:
             known |= more
-        return Recurrences(known, self.rates, self.constants, self.slots)
+        return Recurrences(known, self.constants, self.slots, rooted=set(self.depths))
 
 
 def _functions(system: HybridSystem, names: _Names) -> list[str]:
     """The functions of model.h that work on series."""
-    slip = names.recurrences()
-    for i, contact in enumerate(system.contacts):
-        slip.assign(f"j->slip[{i}]", contact.slip)
-    acceleration = names.recurrences()
-    for i, a in enumerate(system.acceleration):
-        acceleration.assign(f"j->a[{i}]", a)
-    inertia = names.recurrences()
-    for matrix, letter in ((system.W, "W"), (system.G, "G")):
-        for row in range(matrix.rows):
-            for column in range(matrix.cols):
-                inertia.assign(f"j->{letter}[{row}][{column}]", matrix[row, column])
-    laws, sticks = [], []
-    for i, contact in enumerate(system.contacts):
-        law = names.recurrences(names.slips)
-        law.assign(f"j->force[{i}]", contact.force)
-        laws.append(law)
-        stick = names.recurrences(names.slips, names.accelerations)
-        stick.assign(f"j->slip_rate[{i}]", contact.slip_rate)
-        stick.assign(f"j->capacity[{i}]", contact.capacity)
-        sticks.append(stick)
-    internal = names.recurrences(names.slips)
-    for i, rate in enumerate(system.internal_rates):
-        internal.assign(f"j->zrate[{i}]", rate)
+    contacts = list(enumerate(system.contacts))
+    met = names.slips, names.depths
+    moving = names.slips, names.accelerations
+    inertia = {
+        f"j->{letter}[{row}][{column}]": matrix[row, column]
+        for matrix, letter in ((system.W, "W"), (system.G, "G"))
+        for row in range(matrix.rows)
+        for column in range(matrix.cols)
+    }
+    depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
+    forces = [{f"j->force[{i}]": c.force} for i, c in contacts]
+    releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
+    sticks = [{f"j->slip_rate[{i}]": c.slip_rate, f"j->capacity[{i}]": c.capacity} for i, c in contacts]
+    internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(system.internal_rates)}
+    accelerations = {f"j->a[{i}]": a for i, a in enumerate(system.acceleration)}
+
+    free_rates = {names.free_rates[a]: name for a, name in names.accelerations.items()}
+
+    def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
+        recurrences = names.recurrences(*series)
+        for target, expression in assignments.items():
+            recurrences.assign(target, expression)
+        return recurrences.lines
+
     return [
-        _function("slip", slip.lines),
-        _function("acceleration", acceleration.lines),
-        _function("inertia", inertia.lines),
-        _by_contact("law", [law.lines for law in laws]),
-        _by_contact("stick", [stick.lines for stick in sticks]),
-        _function("internal", internal.lines),
-        _function("outputs", _outputs(system, names).lines),
+        _function("slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
+        _function("depth", body(depths)),
+        _function("acceleration", body(accelerations)),
+        _function("inertia", body(inertia)),
+        _by_contact("law", [body(force, *met) for force in forces]),
+        _by_contact("release", [body(release, *met) for release in releases]),
+        _by_contact("stick", [body(stick, *moving) for stick in sticks]),
+        _function("internal", body(internal, *met)),
+        _function("outputs", body(_outputs(system, names), *met, names.forces, free_rates)),
     ]
 
 
-def _outputs(system: HybridSystem, names: _Names) -> Recurrences:
+def _outputs(system: HybridSystem, names: _Names) -> dict[str, sympy.Expr]:
     """Outputs, with every acceleration written as what it is without and with contact forces."""
-    by_forces = system.W * sympy.Matrix(len(system.contacts), 1, [contact.force_symbol for contact in system.contacts])
-    free: dict[sympy.Basic, str] = {}
-    full: dict[sympy.Basic, sympy.Basic] = {}
-    for (a, name), by_force in zip(names.accelerations.items(), sympy.flatten(by_forces), strict=True):
-        symbol = sympy.Dummy(f"{a}_free", real=True)
-        free[symbol] = name
-        full[a] = symbol + by_force
-    outputs = names.recurrences(names.slips, names.forces, free)
-    for i, output in enumerate(system.outputs):
-        outputs.assign(f"j->y[{i}]", sympy.sympify(output.expression).xreplace(full))
-    return outputs
+    forces = sympy.Matrix(len(system.contacts), 1, [contact.force_symbol for contact in system.contacts])
+    full = {
+        a: names.free_rates[a] + by_force
+        for a, by_force in zip(system.rate_symbols, sympy.flatten(system.W * forces), strict=True)
+    }
+    return {
+        f"j->y[{i}]": sympy.sympify(output.expression).xreplace(full) for i, output in enumerate(system.outputs)
+    }
 
 
 def _function(name: str, lines: Iterable[str]) -> str:
@@ -176,15 +189,32 @@ def _violation(system: HybridSystem, names: _Names) -> str:
     return f"const char *model_violation(const double *p)\n{{\n{body}\n}}\n"
 
 
-def _magnitude(system: HybridSystem, names: _Names) -> str:
+def _magnitude(system: HybridSystem, names: _Names, what: str) -> str:
+    """The sum of the magnitudes of the terms of every slip speed or depth."""
     values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
     cases = []
     for i, contact in enumerate(system.contacts):
-        terms = " + ".join(f"fabs({c_expression(term, values)})" for term in contact.slip_terms)
-        cases.append(f"    case {i}: return {terms};\n")
-    head = "double model_slip_magnitude(const double *p, const double *d, const Jets *j, int c)"
+        parts = contact.slip_terms if what == "slip" else contact.depth_terms
+        if parts:
+            terms = " + ".join(f"fabs({c_expression(term, values)})" for term in parts)
+            cases.append(f"    case {i}: return {terms};\n")
+    head = f"double model_{what}_magnitude(const double *p, const double *d, const Jets *j, int c)"
     choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+
+
+def _reset(system: HybridSystem, names: _Names) -> str:
+    """The states after a jump, all of them."""
+    values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
+    cases = []
+    for i, contact in enumerate(system.contacts):
+        if contact.reset:
+            after = [sympy.sympify(contact.reset.get(state, state)) for state in system.states]
+            lines = [f"        x[{n}] = {c_expression(value, values)};\n" for n, value in enumerate(after)]
+            cases.append(f"    case {i}:\n{''.join(lines)}        break;\n")
+    choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
+    head = "void model_reset(const double *p, const double *d, const Jets *j, int c, double *x)"
+    return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c, (void)x;\n{choice}}}\n"
 
 
 def _facts(system: HybridSystem) -> list[str]:
@@ -193,21 +223,36 @@ def _facts(system: HybridSystem) -> list[str]:
         return f"const double model_start_{name}[MODEL_ROOM({size})] = {{{text}}};"
 
     contact_names = ", ".join(c_string(c.name) for c in system.contacts) or '""'
-    sticks = ", ".join(str(int(c.sticks)) for c in system.contacts) or "0"
+    tables = {
+        "sticks": (c.sticks for c in system.contacts),
+        "is_stop": (c.kind == "stop" for c in system.contacts),
+        "bounded": (c.depth is not None for c in system.contacts),
+        "releases": (c.release is not None for c in system.contacts),
+        "remembers": (c.remembers for c in system.contacts),
+        "rooted": (c.rooted for c in system.contacts),
+        "resets": (c.reset_sides for c in system.contacts),
+    }
     return [
         numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
         numbers("inputs", "MODEL_NU", (q.value for q in system.inputs)),
         numbers("states", "MODEL_NX", (q.start for q in system.states)),
         f"const char *const model_contact_names[MODEL_ROOM(MODEL_NC)] = {{{contact_names}}};",
-        f"const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)] = {{{sticks}}};\n",
+        *(
+            f"const unsigned char model_contact_{name}[MODEL_ROOM(MODEL_NC)] = "
+            f"{{{', '.join(str(int(value)) for value in values) or '0'}}};"
+            for name, values in tables.items()
+        ),
+        "",
     ]
 
 
 def _sizes(system: HybridSystem, names: _Names) -> str:
     sizes = {
         "NQ": len(system.coordinates),
+        "NV": len(system.driven),
         "NZ": len(system.internal_states),
         "NC": len(system.contacts),
+        "NI": system.indicator_count,
         "NP": len(system.parameters),
         "NU": len(system.inputs),
         "NY": len(system.outputs),

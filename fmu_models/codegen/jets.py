@@ -7,72 +7,62 @@ new series ``j->w[n]``, computed from lower orders as engine/jets.h says.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import sympy
 
 from fmu_models.codegen.c_expression import Expr, c_factor, divisor_of, is_negative, unsupported
 from fmu_models.errors import StickslipError
+from fmu_models.language.quantities import TIME
 
 _ONE = sympy.S.One
 _HALF = sympy.Rational(1, 2)
 
 
-class Series(NamedTuple):
-    """A series in C, or, with ``rate``, the time derivative of one, which has no array of its own."""
-
-    name: str
-    rate: bool = False
-
-    @property
-    def coefficient(self) -> str:
-        """C code of coefficient k."""
-        return f"(k + 1) * {self.name}[k + 1]" if self.rate else f"{self.name}[k]"
-
-
 @dataclass(frozen=True)
 class Affine:
-    """c_0 + sum of c_i s_i; ``terms`` maps s_i to c_i."""
+    """c_0 + sum of c_i s_i; ``terms`` maps the C names of the s_i to the c_i."""
 
     constant: Expr
-    terms: dict[Series, Expr] = field(default_factory=dict)
+    terms: dict[str, Expr] = field(default_factory=dict)
 
     @property
     def single(self) -> tuple[str, Expr] | None:
-        """Name and factor of the series, if there is exactly one that other recurrences can read."""
+        """Name and factor of the series, if there is exactly one."""
         if len(self.terms) == 1:
             ((series, factor),) = self.terms.items()
-            if not series.rate:
-                return series.name, factor
+            return series, factor
         return None
 
 
 @dataclass
 class Constants:
-    """Constants of one model: parameters ``p[i]``, signs, and what is derived from parameters alone, ``d[i]``."""
+    """Constants of one model: parameters ``p[i]``, what is derived from parameters alone, ``d[i]``, and ``held``.
+
+    ``held`` are the constants of one step: signs of slip and speeds of entry.
+    """
 
     names: Mapping[sympy.Basic, str]
-    signs: Mapping[sympy.Basic, str]
+    held: Mapping[sympy.Basic, str]
     derived: dict[Expr, str] = field(default_factory=dict)
 
     def text(self, value: Expr) -> str:
         """C code of a constant; anything but a single parameter or number is computed once, in ``d``."""
-        if value in self.signs:
-            return self.signs[value]
+        if value in self.held:
+            return self.held[value]
         if value in self.names:
             return self.names[value]
         if not value.free_symbols:
             return c_factor(value, {})
-        if not value.free_symbols & set(self.signs):
+        if not value.free_symbols & set(self.held):
             return self.derived.setdefault(value, f"d[{len(self.derived)}]")
         if value.is_Mul:
-            own = [factor for factor in value.args if factor in self.signs]
-            rest = [factor for factor in value.args if factor not in self.signs]
-            if own and rest:
-                return " * ".join(self.text(factor) for factor in [*own, sympy.Mul(*rest)])
-        return c_factor(value, {**self.names, **self.signs})
+            own = [factor for factor in value.args if factor.free_symbols & set(self.held)]
+            rest = sympy.Mul(*(factor for factor in value.args if factor not in own))
+            if rest.free_symbols:
+                return f"{self.text(rest)} * {c_factor(sympy.Mul(*own), {**self.names, **self.held})}"
+        return c_factor(value, {**self.names, **self.held})
 
 
 @dataclass
@@ -92,22 +82,22 @@ class Recurrences:
 
     Args:
         series: C name of the series that a symbol (or a whole expression computed elsewhere) stands for.
-        rates: C name of the series whose time derivative a symbol stands for.
         constants, slots: of the model, shared by its functions.
+        rooted: symbols whose root is taken of a series that may begin with zeros.
     """
 
     def __init__(
         self,
         series: Mapping[sympy.Basic, str],
-        rates: Mapping[sympy.Basic, str],
         constants: Constants,
         slots: Slots,
+        rooted: Collection[sympy.Basic] = (),
     ) -> None:
         self.lines: list[str] = []
         self._constants = constants
         self._slots = slots
-        self._forms = {symbol: _alone(Series(name)) for symbol, name in series.items()}
-        self._forms |= {symbol: _alone(Series(name, rate=True)) for symbol, name in rates.items()}
+        self._rooted = rooted
+        self._forms = {symbol: _alone(name) for symbol, name in series.items()}
         self._variable = {s for s in self._forms if s.is_Symbol}
         self._nodes: dict[tuple[str, ...], str] = {}
 
@@ -146,7 +136,7 @@ class Recurrences:
 
     def _sum(self, parts: list[tuple[Expr, Affine]]) -> Affine:
         constant = sympy.Add(*(factor * part.constant for factor, part in parts))
-        terms: dict[Series, Expr] = {}
+        terms: dict[str, Expr] = {}
         for factor, part in parts:
             for series, coefficient in part.terms.items():
                 terms[series] = terms.get(series, sympy.S.Zero) + factor * coefficient
@@ -212,23 +202,38 @@ class Recurrences:
             even = self._times(half, half)
             return self._times(even, self._affine(base)) if exponent % 2 else even
         if exponent == _HALF:
-            return self._node("jet_sqrt({0}, {y}, k)", self._series(self._affine(base)))
+            root = "jet_root" if base in self._rooted else "jet_sqrt"
+            return self._node(f"{root}({{0}}, {{y}}, k)", self._series(self._affine(base)))
         if exponent.is_Rational and exponent.q == 2:
             return self._times(self._affine(sympy.Pow(base, exponent - _HALF)), self._affine(sympy.sqrt(base)))
         argument = self._series(self._affine(base))
         return self._node("jet_power({0}, {1}, {y}, k)", argument, self._text(exponent))
 
+    def _phase(self, angle: Expr) -> str | None:
+        """Series of an angle that grows in proportion to time, reduced exactly, however large; None for others."""
+        if angle.free_symbols & self._variable != {TIME}:
+            return None
+        rate = sympy.diff(angle, TIME)
+        if rate.has(TIME) or rate.free_symbols & set(self._constants.held):
+            return None
+        offset = self._text(sympy.expand(angle - rate * TIME))
+        frequency = rate / (2 * sympy.pi)
+        turns = not frequency.has(sympy.pi)
+        name, value = ("jet_turns", frequency) if turns else ("jet_angle", rate)
+        template = f"{name}({{0}}, {{1}}, {{2}}, j->time_rest, k)"
+        return self._name(template, self._text(value), offset, self._series(self._forms[TIME]))
+
     def _pair(self, e: Expr) -> Affine:
         """Sine and cosine, circular or hyperbolic: each needs the lower orders of the other."""
-        argument = self._series(self._affine(e.args[0]))
         h = "" if e.func in (sympy.sin, sympy.cos) else "h"
+        argument = (None if h else self._phase(e.args[0])) or self._series(self._affine(e.args[0]))
         sine, cosine = (f"sin{h}", argument), (f"cos{h}", argument)
         if sine not in self._nodes:
             s, c = self._slots.new(), self._slots.new()
             self._nodes |= {sine: s, cosine: c}
             self.lines.append(f"{s}[k] = jet_sin{h}({argument}, {c}, k);")
             self.lines.append(f"{c}[k] = jet_cos{h}({argument}, {s}, k);")
-        return _alone(Series(self._nodes[sine if e.func in (sympy.sin, sympy.sinh) else cosine]))
+        return _alone(self._nodes[sine if e.func in (sympy.sin, sympy.sinh) else cosine])
 
     def _tanh(self, argument: str) -> Affine:
         """Hyperbolic tangent, which needs the lower orders of its own square."""
@@ -238,11 +243,11 @@ class Recurrences:
             self._nodes |= {key: tanh, ("jet_square({0}, k)", tanh): square}
             self.lines.append(f"{tanh}[k] = jet_tanh({argument}, {square}, k);")
             self.lines.append(f"{square}[k] = jet_square({tanh}, k);")
-        return _alone(Series(self._nodes[key]))
+        return _alone(self._nodes[key])
 
     def _node(self, template: str, *operands: str) -> Affine:
         """The series that a recurrence of jets.h computes; ``{y}`` in the template is the series itself."""
-        return _alone(Series(self._name(template, *operands)))
+        return _alone(self._name(template, *operands))
 
     def _name(self, template: str, *operands: str) -> str:
         key = (template, *operands)
@@ -270,7 +275,7 @@ class Recurrences:
         parts = []
         for series, factor in form.terms.items():
             sign, text = self._signed(factor)
-            parts.append((sign, series.coefficient if text == "1.0" else f"{text} * {series.coefficient}"))
+            parts.append((sign, f"{series}[k]" if text == "1.0" else f"{text} * {series}[k]"))
         if form.constant != 0:
             sign, text = self._signed(form.constant)
             parts.append((sign, f"(k == 0 ? {text} : 0.0)"))
@@ -290,5 +295,5 @@ class Recurrences:
         return self._constants.text(value)
 
 
-def _alone(series: Series) -> Affine:
+def _alone(series: str) -> Affine:
     return Affine(sympy.S.Zero, {series: _ONE})

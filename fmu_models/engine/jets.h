@@ -63,6 +63,54 @@ static inline double jet_sqrt(const double *a, const double *y, int k)
     return k == 0 ? sqrt(a[0]) : (a[k] - jet_convolution(y, y, k, 1, k - 1)) / (2.0 * y[0]);
 }
 
+/*
+ * y = sqrt(a) where a may begin with zeros. In a series in the root s of time, a depth just entered is
+ * a = s^2 b, b[0] > 0, and y = s sqrt(b): coefficient k of y then needs coefficient k + 1 of a. A negative a counts as
+ * zero, of any function that y is a factor of together with a. At a zero of a that is none in s, the slope of the root
+ * is left out (where a y is wanted it has no part in it) and the rest refused.
+ */
+static inline double jet_root(const double *a, const double *y, int k)
+{
+    if (a[0] > 0.0) {
+        return jet_sqrt(a, y, k);
+    }
+    if (k == 0 || a[0] < 0.0) {
+        return 0.0;
+    }
+    if (k > 0 && a[1] == 0.0) {
+        return k == 1 ? sqrt(a[2]) : (a[k + 1] - jet_convolution(y, y, k + 1, 2, k - 1)) / (2.0 * y[1]);
+    }
+    return k == 1 ? 0.0 : NAN;
+}
+
+/* rate t + offset for the sine, with rate t reduced by whole turns; the time is t[0] + rest */
+static inline double jet_angle(double rate, double offset, const double *t, double rest, int k)
+{
+    if (k > 0) {
+        return rate * t[k];
+    }
+    /* two pi in two parts; every product with its rounding error */
+    const double turn = 6.283185307179586, turn_rest = 2.4492935982947064e-16;
+    const double angle = rate * t[0];
+    const double angle_rest = fma(rate, t[0], -angle) + rate * rest;
+    const double turns = rint(angle / turn);
+    const double whole = turns * turn;
+    const double whole_rest = fma(turns, turn, -whole) + turns * turn_rest;
+    return (angle - whole) + (angle_rest - whole_rest) + offset;
+}
+
+/* the same for rate = 2 pi frequency */
+static inline double jet_turns(double frequency, double offset, const double *t, double rest, int k)
+{
+    const double turn = 6.283185307179586;
+    if (k > 0) {
+        return turn * frequency * t[k];
+    }
+    const double turns = frequency * t[0];
+    const double turns_rest = fma(frequency, t[0], -turns) + frequency * rest;
+    return turn * ((turns - rint(turns)) + turns_rest) + offset;
+}
+
 /* y = a^e for a constant exponent: a y' = e a' y */
 static inline double jet_power(const double *a, double e, const double *y, int k)
 {

@@ -1,43 +1,56 @@
 """What every declaration is lowered to: one system in factored form.
 
-    q' = v
-    v' = a + W lambda               a acceleration without contact forces, lambda contact forces
+    q' = v                          coordinates; a system without a body has none
+    v' = a + W lambda               driven states: velocities, or all states of a system without a body
     z' = internal_rates             internal states of the laws
-    y  = slip                       slip speed of each contact
+    y  = slip                       slip speed, speed of approach or switching function of each contact
     y' = slip_rate + G lambda       slip_rate without contact forces; G = J W, J = dy/dv
 
-A contact slips (lambda = force), sticks (lambda keeps y' = 0 while |lambda| < capacity) or is away (lambda = 0).
+a is the rate without contact forces, lambda the contact forces. Friction slips (lambda = force), sticks (lambda keeps
+y' = 0 while |lambda| < capacity) or is away (lambda = 0); a stop touches (lambda = force), has released or is away
+(lambda = 0); a switch with sliding is a friction of capacity 1.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
 
 import sympy
 
 from fmu_models.language.contacts import ContactSymbol, Requirement
 from fmu_models.language.mechanism import Output
-from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, State, Velocity
+from fmu_models.language.quantities import Acceleration, Coordinate, Input, InternalState, Parameter, State, Velocity
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ContactDynamics:
-    """One friction contact.
+    """One contact: friction, a stop or a switch.
 
     Attributes:
         name, description: as declared.
-        slip: slip speed, m/s, from states, inputs and time.
-        slip_rate: its rate without contact forces, m/s2; may use accelerations ``Coordinate.a``, which then stand for
-            the accelerations without contact forces, and ``Input.rate``.
+        kind: what it is.
+        slip: y; m/s of a friction contact or a stop, the switching function of a switch.
+        slip_rate: y' without contact forces; may use rates of driven states (``Coordinate.a``), which then stand for
+            those without contact forces, and ``Input.rate``.
         slip_terms: the terms of which slip is the sum.
-        capacity: largest force in stick, N.
-        force: force law, N, from ``slip_symbol`` and ``sign_symbol`` besides states and inputs.
-        sticks: whether it can stick.
-        force_symbol, slip_symbol, sign_symbol: what outputs and laws call its force, slip speed and sign of slip.
+        capacity: largest |lambda| in stick; 0 of a stop.
+        force: lambda as long as the contact slips or touches, from the symbols below besides states and inputs.
+        sticks: whether it can stick (a switch: slide).
+        depth: of a contact with bounds, positive inside, else None; ``depth_terms`` those of which it is the sum.
+        release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
+        remembers: the law reads the speed at which the contact was entered.
+        rooted: the law has half-integer powers of the depth.
+        reset: states after the jump where y falls to zero, if they jump.
+        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0.
+        force_symbol, slip_symbol, sign_symbol, depth_symbol, memory_symbol: what outputs and laws call lambda, y, the
+            sign of y, the depth and the speed of entry.
     """
 
     name: str
     description: str
+    kind: Literal["friction", "stop", "switch"]
     slip: sympy.Expr
     slip_rate: sympy.Expr
     slip_terms: tuple[sympy.Expr, ...]
@@ -47,18 +60,36 @@ class ContactDynamics:
     force_symbol: ContactSymbol
     slip_symbol: ContactSymbol
     sign_symbol: ContactSymbol
+    depth_symbol: ContactSymbol | None = None
+    memory_symbol: ContactSymbol | None = None
+    depth: sympy.Expr | None = None
+    depth_terms: tuple[sympy.Expr, ...] = ()
+    release: sympy.Expr | None = None
+    remembers: bool = False
+    rooted: bool = False
+    reset: Mapping[State, sympy.Expr] = field(default_factory=dict)
+    reset_sides: int = 0
+
+    @property
+    def indicators(self) -> tuple[str, ...]:
+        """What its event indicators watch, in their order: "depth", then "slip", "release" or "function"."""
+        bounds = () if self.depth is None else ("depth",)
+        own = {"friction": ("slip",), "stop": () if self.release is None else ("release",), "switch": ("function",)}
+        return bounds + own[self.kind]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HybridSystem:
-    """A lowered mechanism; the equations are at the head of the module.
+    """A lowered declaration; the equations are at the head of the module.
 
     Attributes:
         name, title, source: as declared.
         parameters, inputs, coordinates, internal_states, outputs: in the order of the FMU's variables.
-        acceleration: a, one per coordinate.
-        W: (n_coordinates, n_contacts), acceleration per contact force.
-        G: (n_contacts, n_contacts), rate of slip speed per contact force.
+        driven: the states v.
+        rate_symbols: what outputs call the rates of the driven states (``Coordinate.a``).
+        acceleration: a, one per driven state.
+        W: (n_driven, n_contacts), rate of the driven states per contact force.
+        G: (n_contacts, n_contacts), rate of y per contact force.
         constant_inertia: W and G depend on parameters alone.
         contacts: the contacts.
         internal_rates: one per internal state.
@@ -71,6 +102,8 @@ class HybridSystem:
     parameters: tuple[Parameter, ...]
     inputs: tuple[Input, ...]
     coordinates: tuple[Coordinate, ...]
+    driven: tuple[State, ...]
+    rate_symbols: tuple[Acceleration, ...]
     internal_states: tuple[InternalState, ...]
     acceleration: tuple[sympy.Expr, ...]
     W: sympy.ImmutableDenseMatrix
@@ -88,5 +121,10 @@ class HybridSystem:
 
     @property
     def states(self) -> tuple[State, ...]:
-        """Continuous states: coordinates, then velocities, then internal states."""
-        return (*self.coordinates, *self.velocities, *self.internal_states)
+        """Continuous states: coordinates, then driven states, then internal states."""
+        return (*self.coordinates, *self.driven, *self.internal_states)
+
+    @property
+    def indicator_count(self) -> int:
+        """Number of event indicators of all contacts."""
+        return sum(len(contact.indicators) for contact in self.contacts)

@@ -27,6 +27,8 @@ def lower(mechanism: Mechanism) -> HybridSystem:
         parameters=mechanism.parameters,
         inputs=mechanism.inputs,
         coordinates=coordinates,
+        driven=tuple(velocities),
+        rate_symbols=tuple(q.a for q in coordinates),
         internal_states=mechanism.internal_states,
         acceleration=tuple(compliance * generalised_forces(mechanism)),
         W=W.as_immutable(),
@@ -45,6 +47,7 @@ def _contact_dynamics(contact: Friction, mechanism: Mechanism) -> ContactDynamic
     return ContactDynamics(
         name=contact.name,
         description=contact.description,
+        kind="friction",
         slip=contact.slip,
         slip_rate=time_derivative(contact.slip, mechanism.coordinates, mechanism.inputs, with_accelerations=True),
         slip_terms=sympy.Add.make_args(sympy.expand(contact.slip)),

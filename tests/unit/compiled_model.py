@@ -23,7 +23,7 @@ _DRIVER = """
 
 static Jets jets;
 
-const int sizes[] = {MODEL_NQ, MODEL_NZ, MODEL_NC, MODEL_NP, MODEL_NU, MODEL_NY, MODEL_ND, MODEL_NW};
+const int sizes[] = {MODEL_NQ, MODEL_NZ, MODEL_NC, MODEL_NP, MODEL_NU, MODEL_NY, MODEL_ND, MODEL_NW, MODEL_NV, MODEL_NI};
 const int references[] = {VR_P, VR_U, VR_DU, VR_X, VR_DX, VR_Y, VR_S};
 
 double *series(char kind, int i, int c)
@@ -31,12 +31,15 @@ double *series(char kind, int i, int c)
     switch (kind) {
     case 't': return jets.t;
     case 'u': return jets.u[i];
+    case 'U': return jets.du[i];
     case 'x': return jets.x[i];
     case 'a': return jets.a[i];
     case 'z': return jets.zrate[i];
     case 's': return jets.slip[i];
     case 'r': return jets.slip_rate[i];
     case 'c': return jets.capacity[i];
+    case 'd': return jets.depth[i];
+    case 'l': return jets.release[i];
     case 'f': return jets.force[i];
     case 'y': return jets.y[i];
     case 'W': return jets.W[i][c];
@@ -50,6 +53,16 @@ void set_sign(int c, double sign)
     jets.sign[c] = sign;
 }
 
+void set_memory(int c, double speed)
+{
+    jets.memory[c] = speed;
+}
+
+void set_time_rest(double rest)
+{
+    jets.time_rest = rest;
+}
+
 /* whatever an earlier step left behind must not matter */
 void spoil(void)
 {
@@ -57,6 +70,7 @@ void spoil(void)
     for (size_t i = 0; i < sizeof jets / sizeof *all; i++) {
         all[i] = NAN;
     }
+    jets.time_rest = 0.0;
 }
 
 /* order k of everything, in the order that model.h prescribes */
@@ -65,10 +79,13 @@ void order(const double *p, int k)
     double d[MODEL_ROOM(MODEL_ND)];
     model_prepare(p, d);
     model_slip(p, d, &jets, k);
+    model_depth(p, d, &jets, k);
+    model_depth(p, d, &jets, k + 1); /* a law with a root of the depth needs it one order ahead */
     model_acceleration(p, d, &jets, k);
     model_inertia(p, d, &jets, k);
     for (int c = 0; c < MODEL_NC; c++) {
         model_law(p, d, &jets, k, c);
+        model_release(p, d, &jets, k, c);
         model_stick(p, d, &jets, k, c);
     }
     model_internal(p, d, &jets, k);
@@ -97,6 +114,8 @@ class CompiledModel:
             self._library = ctypes.CDLL(str(output))
         self._library.series.restype = ctypes.POINTER(ctypes.c_double)
         self._library.series.argtypes = [ctypes.c_char, ctypes.c_int, ctypes.c_int]
+        self._library.set_memory.argtypes = [ctypes.c_int, ctypes.c_double]
+        self._library.set_time_rest.argtypes = [ctypes.c_double]
         self._library.set_sign.argtypes = [ctypes.c_int, ctypes.c_double]
         self._library.magnitude.restype = ctypes.c_double
         self._library.model_violation.restype = ctypes.c_char_p

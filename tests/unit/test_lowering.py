@@ -116,6 +116,8 @@ def start(model: CompiledModel, state: list[float], inputs: list[tuple[float, fl
     for i, (value, rate) in enumerate(inputs):
         model.series("u", i)[:] = 0.0
         model.series("u", i)[:2] = value, rate
+        model.series("U", i)[:] = 0.0
+        model.series("U", i)[0] = rate
     model.series("t")[:] = 0.0
     model.series("t")[:2] = time, 1.0
 

@@ -18,7 +18,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.engine.toolchain import cache_folder, compile_shared, digest, engine_sources, this_platform
 from fmu_models.errors import StickslipError, nearest
@@ -142,7 +142,7 @@ def _checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) ->
     return path
 
 
-def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, object]:
+def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
     """Law objects by contact, each around the law the contact has; its parameters end like the contact's name."""
     import importlib
     import pkgutil

@@ -132,10 +132,12 @@ def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
             f"{time[uneven[0]]:g} s ({uneven.size} such). Split it at the gaps, or resample it on an even clock."
         )
     for name, column in log.columns.items():
-        missing = np.flatnonzero(~np.isfinite(column)) if name.startswith(("encoder", "drive")) else ()
-        if len(missing):
+        missing = (
+            np.flatnonzero(~np.isfinite(column)) if name.startswith(("encoder", "drive")) else np.array([], dtype=int)
+        )
+        if missing.size:
             raise StickslipError(
-                f"Log '{log.name}': column '{name}' holds no number in {len(missing)} samples, first at "
+                f"Log '{log.name}': column '{name}' holds no number in {missing.size} samples, first at "
                 f"{log.time[missing[0]]:g} s. A count cannot be bridged: split the log there, or leave the column out."
             )
     filled = ~np.isfinite(angle)

@@ -2,7 +2,7 @@
 
 The laser gives the shape of the motion (absolute, dense, noisy), the encoder its scale and its clock. At the edges of
 the encoder, which are stamped to a microsecond and lie at known distances,
-    angle_edge + offset = (1 + gain) laser(t_edge) + delay * laser'(t_edge)
+    angle_edge + offset = laser(t_edge) + gain tan(laser(t_edge)) + delay laser'(t_edge)
 is solved over all logs at once: one gain and one delay for the instrument, an offset for each log. The misplaced lines
 of the encoder are the noise; being fixed, each line is one cluster. Left uncorrected, a gain error of 0.2 % passes to
 the friction coefficients one to one, and 5 ms of delay move p by 25 %.
@@ -194,7 +194,7 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
         return list(motions), SensorFit()
     solution = np.linalg.lstsq(design, edge, rcond=None)[0]
     residual = design @ solution - edge
-    gain, delay = float(solution[0] - 1), float(solution[1])
+    gain, delay = float(solution[0]), float(solution[1])
     if abs(gain) > GAIN_SUSPECT:
         raise StickslipError(
             f"Laser and encoder disagree: one shows {1 + gain:.3f} times the motion of the other. Check the laser's "
@@ -210,14 +210,22 @@ def _by_laser(log: RigLog) -> bool:
     return log.has("laser") and not log.has("angle")
 
 
+def zeroed(motion: DiscMotion, rest: float) -> DiscMotion:
+    """The motion with the angle sensor's zero put where it showed ``rest`` (rad)."""
+    if not _by_laser(motion.log):
+        return replace(motion, angle=motion.angle - rest)
+    return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(rest)))
+
+
 def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
-    """The motion with its angle multiplied by 1 + gain and dated ``delay`` s earlier (the drive is read anew there)."""
+    """The motion with the displacement R sin(angle) times 1 + gain, dated ``delay`` s earlier, the drive read there."""
     time = motion.time - delay
-    return replace(motion, time=time, angle=(1 + gain) * motion.angle, drive=np.interp(time, motion.time, motion.drive))
+    angle = np.arcsin((1 + gain) * np.sin(motion.angle))
+    return replace(motion, time=time, angle=angle, drive=np.interp(time, motion.time, motion.drive))
 
 
 def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge angles (n,); number of the line (n,), the same in all logs."""
+    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge less laser (n,), rad; number of the line (n,) over all logs."""
     rows, values, labels = [], [], []
     for place, motion in enumerate(motions):
         found = edges(motion.log, "encoder")
@@ -226,10 +234,12 @@ def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.nd
         near = np.interp(found.time, motion.time, motion.filled.astype(float)) == 0
         time, angle = found.time[inside & near], found.angle[inside & near]
         row = np.zeros((len(time), 2 + len(motions)))
-        row[:, 0] = np.interp(time, motion.time, smooth)
+        seen = np.interp(time, motion.time, smooth)
+        # displacement R sin(angle) is what a gain multiplies: d angle / d gain = tan(angle)
+        row[:, 0] = np.tan(seen)
         row[:, 1] = np.interp(time, motion.time, speed)
         row[:, 2 + place] = 1.0
         rows.append(row)
-        values.append(angle)
+        values.append(angle - seen)
         labels.append(np.round(angle / motion.log.calibration.need("encoder").pitch))
     return np.vstack(rows), np.concatenate(values), np.concatenate(labels)

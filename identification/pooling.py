@@ -13,7 +13,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.free_decay import FreeDecay, fit_free_decay
-from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse
+from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from rig_io.log import RIG_UNITS, RigLog
 
@@ -116,7 +116,7 @@ def pool(
     raw = [disc_motion(log, int(contact[-1])) for log in sliding]
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
-        raw = [replace(motion, angle=motion.angle - free_decay.rest) for motion in raw]
+        raw = [zeroed(motion, free_decay.rest) for motion in raw]
     motions, sensors = fuse(raw, SMOOTHING * period)
     segments = [
         s for m in motions for s in slip_segments(m, period, threshold=threshold, allow_no_stick=allow_no_stick)

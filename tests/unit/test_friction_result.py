@@ -104,7 +104,7 @@ def test_friction_figure_is_readable_without_colour() -> None:
     above, below = figure.axes
     assert "(1)" in above.get_ylabel() and "(1)" in below.get_ylabel() and "(m/s)" in below.get_xlabel()
     dots = [line for line in above.lines if line.get_linestyle() == "None"]
-    assert len({line.get_marker() for line in dots}) == len(dots) == 2
+    assert len({str(line.get_marker()) for line in dots}) == len(dots) == 2
     law = next(line for line in above.lines if line.get_linestyle() == "-")
     x, y = np.asarray(law.get_xdata(), float), np.asarray(law.get_ydata(), float)
     np.testing.assert_allclose(y, CONTI.value(x, TRUTH))

@@ -53,6 +53,13 @@ def conclude(ready: Pool, estimator: Estimator, law: FittableLaw, *, bootstrap: 
     if len(segments) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
     regression = estimator.regression(segments, ready.values, period)
+    if np.median(regression.measured) <= 0:
+        raise StickslipError(
+            "Friction is found to drive the slip instead of opposing it (coefficient "
+            f"{np.median(regression.measured):.2g} "
+            "at its median): angle and drive count in opposite senses. Turn the sign of the laser's gain (and of the "
+            "encoder), or that of the drive."
+        )
     found = solve(regression, law)
     names = [parameter.name for parameter in law.parameters]
     if np.linalg.cond(found.gradient / _safe(np.linalg.norm(found.gradient, axis=0))) > SINGULAR:

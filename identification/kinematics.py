@@ -225,7 +225,7 @@ def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
 
 
 def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge less laser (n,), rad; number of the line (n,) over all logs."""
+    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge less laser (n,), rad; number of the line (n,), by angle."""
     rows, values, labels = [], [], []
     for place, motion in enumerate(motions):
         found = edges(motion.log, "encoder")

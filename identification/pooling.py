@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -107,6 +108,7 @@ def pool(
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
     _check_same_rig([*sliding, *decays])
+    _check_no_copies(sliding)
     contact = _one_contact(sliding)
     if free_decay is None and decays:
         free_decay = fit_free_decay(decays[0])
@@ -169,6 +171,14 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
             )
 
 
+def _check_no_copies(logs: Sequence[RigLog]) -> None:
+    """A log that counts twice would make the standard deviations too small."""
+    for one, other in combinations(logs, 2):
+        same = one.columns.keys() == other.columns.keys() and len(one.time) == len(other.time)
+        if same and all(np.array_equal(one.columns[name], other.columns[name]) for name in one.columns):
+            raise StickslipError(f"Logs '{one.name}' and '{other.name}' hold the same data. Give each log once.")
+
+
 def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Prior, ...]:
     names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", "N": f"N{contact[-1]}"}
     ratios: list[Prior] = []
@@ -194,7 +204,11 @@ def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Pr
 def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | None) -> tuple[str, ...]:
     found = []
     if sensors.lines == 0 and any(log.has("laser") and not log.has("angle") for log in logs):
-        found.append("The laser's gain was taken as stated: no encoder in the logs, or too few of its lines passed.")
+        found.append(
+            "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
+            "of it "
+            "passes to the friction coefficients one to one and is not in their standard deviations."
+        )
     if len(logs) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
     if free_decay is not None:

@@ -148,6 +148,9 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
         kept = log.time < seconds
         return replace(log, time=log.time[kept], columns={name: c[kept] for name, c in log.columns.items()})
 
+    def turned(log: RigLog, name: str, zero: float) -> RigLog:
+        return replace(log, columns={**log.columns, name: 2 * zero - log.column(name)})
+
     with pytest.raises(StickslipError, match="too short"):
         fit_friction([cut(logs[1], 1.2)])
     with pytest.raises(StickslipError, match="fit needs several cycles"):
@@ -156,6 +159,17 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
         fit_friction([emulate(Emulation("fast", discs=(Disc(drive_speed=3.0),), transient=30.0))])
     with pytest.raises(StickslipError, match="disc0 and disc1"):
         fit_friction([emulate(Emulation("two", discs=(Disc(), Disc(drive_speed=0.41))))])
+    with pytest.raises(StickslipError, match="opposite senses"):
+        fit_friction([turned(log, "drive0_count", 0.0) for log in logs[:3]])
+    with pytest.raises(StickslipError, match="Laser and encoder disagree"):
+        fit_friction([turned(log, "laser", 5.0) for log in logs[:3]])
+    with pytest.raises(StickslipError, match="hold the same data"):
+        fit_friction([logs[0], replace(logs[0], name="copy")])
+    laser = logs[0].calibration.laser
+    assert laser is not None
+    low = replace(logs[0].calibration, laser=replace(laser, highest=6.5))
+    with pytest.raises(StickslipError, match="missing or clipped"):
+        fit_friction([replace(log, calibration=low) for log in logs[:3]])
     with pytest.raises(StickslipError, match="different materials"):
         fit_friction([logs[0], emulate(standard_set("liner/rubber")[0])])
     with pytest.raises(StickslipError, match="weak-form"):

@@ -11,7 +11,7 @@ the friction coefficients one to one, and 5 ms of delay move p by 25 %.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +29,7 @@ LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line erro
 UNEVEN = 0.02  # of the sample interval: jitter above this is refused
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SensorFit:
     """How laser and encoder agree.
 
@@ -40,13 +40,9 @@ class SensorFit:
 
     gain: float = 0.0
     delay: float = 0.0
-    covariance: np.ndarray = None  # type: ignore[assignment]  # replaced in __post_init__: no mutable default
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
     rms: float = 0.0
     lines: int = 0
-
-    def __post_init__(self) -> None:
-        if self.covariance is None:
-            object.__setattr__(self, "covariance", np.zeros((2, 2)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, correcte
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from rig_io.log import RIG_UNITS, RigLog
 
+SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
 
 
@@ -116,6 +117,7 @@ def pool(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw = [disc_motion(log, int(contact[-1])) for log in sliding]
+    _check_same_rate(raw)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = [zeroed(motion, free_decay.rest) for motion in raw]
@@ -168,6 +170,17 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
         if log.calibration.laser != first.calibration.laser:
             raise StickslipError(
                 f"Logs '{first.name}' and '{log.name}' state different calibrations of the laser. Fit them apart."
+            )
+
+
+def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
+    first = motions[0]
+    for motion in motions[1:]:
+        if abs(motion.step / first.step - 1) > SAME_RATE:
+            raise StickslipError(
+                f"Logs '{first.log.name}' and '{motion.log.name}' are sampled every {first.step:g} s and "
+                f"{motion.step:g} s. "
+                "Resample them at one rate, or fit them apart."
             )
 
 

@@ -178,6 +178,9 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
         fit_free_decay(replace(logs[0], experiment=logs[3].experiment))
     with pytest.raises(StickslipError, match="Compare like with like"):
         compare(replace(fit, materials=("liner/rubber",)), logs)
+    heavier = replace(logs[0].rig, N0=Quantity(9.81, "N"))
+    with pytest.raises(StickslipError, match=r"N = 4\.905, the logs are of one with 9\.81"):
+        compare(fit, [replace(logs[0], rig=heavier)])
 
 
 def test_one_log_alone_is_fitted_with_a_warning(logs: list[RigLog]) -> None:

@@ -169,6 +169,13 @@ def test_an_uneven_clock_is_refused() -> None:
         disc_motion(log_of(saw(), time=time))
 
 
+def test_logs_of_different_rates_are_not_pooled() -> None:
+    coarse = log_of(saw(), name="y")
+    coarse = replace(coarse, time=coarse.time[::2], columns={n: c[::2] for n, c in coarse.columns.items()})
+    with pytest.raises(StickslipError, match=r"every 0\.001 s and 0\.002 s"):
+        pool([log_of(saw()), coarse])
+
+
 def test_logs_of_different_rigs_are_not_pooled() -> None:
     heavier = replace(RIG, J=Quantity(0.06, "kg*m^2"))
     with pytest.raises(StickslipError, match=r"different rigs: J = 0\.0548 and 0\.06 kg"):

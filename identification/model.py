@@ -111,14 +111,14 @@ def _check_same_rig(fit: FrictionFit, ready: Pool) -> None:
         )
     if fit.materials and ready.materials and fit.materials != ready.materials:
         raise StickslipError(
-            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare like with "
-            "like."
+            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare "
+            "like with like."
         )
     fitted, logged = fitted_rig(fit), ready.values
     for name in ("J", "R", "r", "N"):
         there, here = getattr(fitted, name), getattr(logged, name)
         if abs(here / there - 1) > SAME_RIG:
             raise StickslipError(
-                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare like "
-                "with like."
+                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "
+                "like with like."
             )

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
+from fmu_models.report.figures import save_figure
 from identification.inverse_dynamics import FrictionSamples
 from identification.laws_fit import CONTI
 from identification.portraits import Portrait, PortraitComparison, compare_portraits
-from identification.report import friction_figure, portrait_figure, save_figure
+from identification.report import friction_figure, portrait_figure
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 
 TRUTH = np.array([0.65, 0.35, 15.0])

@@ -10,6 +10,7 @@ import typer
 
 from fmu_models import console
 from fmu_models.console import Contacts, Json, Overwrite, Settings
+from fmu_models.files import refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -71,10 +72,13 @@ def export(
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write. [default: MODEL.fmu]")] = None,
     fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
     contacts: Contacts = None,
+    settings: Settings = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Export a model as an FMU with Model Exchange, Co-Simulation and sources.
+
+    Parameters that are set become the start values of the FMU.
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
     """
@@ -82,7 +86,8 @@ def export(
     from fmu_models.simulation.fmu import Fmu
 
     path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
-    export_built(model, path, contacts=console.chosen(contacts), fmi_version=fmi, overwrite=overwrite)
+    values = console.assignments(settings, "parameter")
+    export_built(model, path, contacts=console.chosen(contacts), values=values, fmi_version=fmi, overwrite=overwrite)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),
@@ -125,9 +130,13 @@ def simulate(
     import numpy as np
 
     from fmu_models.codegen.package import built
+    from fmu_models.report.figures import check_format
     from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.system import simulate as run
 
+    refuse_existing(csv, figure, overwrite=overwrite)
+    if figure:
+        check_format(figure)
     fmu = Fmu.open(model if model.endswith(".fmu") else built(model, contacts=console.chosen(contacts)))
     with console.progress("simulating") as advance:
         trajectory = run(

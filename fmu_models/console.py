@@ -40,7 +40,10 @@ def console() -> Console:
     """Where results are printed for people."""
     from rich.console import Console
 
-    return Console(highlight=False)
+    made = Console(highlight=False)
+    if not made.is_terminal:
+        made.width = 120  # a file or a pipe has no width of its own
+    return made
 
 
 def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None]) -> None:

@@ -11,6 +11,17 @@ from pathlib import Path
 from fmu_models.errors import StickslipError
 
 
+def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = False) -> None:
+    """Refuse files that exist: before the work rather than after it. None stands for a file that is not asked for.
+
+    Raises:
+        StickslipError: one of them exists and ``overwrite`` is false.
+    """
+    for path in paths:
+        if path is not None and not overwrite and Path(path).exists():
+            raise StickslipError(f"'{path}' exists already. Choose another name, or allow it to be overwritten.")
+
+
 @contextmanager
 def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Iterator[Path]:
     """Yield a temporary path beside ``path``; rename it to ``path`` on success, remove it on failure.
@@ -19,8 +30,7 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
         StickslipError: ``path`` exists and ``overwrite`` is false, or its folder cannot be written.
     """
     target = Path(path)
-    if target.exists() and not overwrite:
-        raise StickslipError(f"'{target}' exists already. Choose another name, or allow it to be overwritten.")
+    refuse_existing(target, overwrite=overwrite)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)

@@ -53,36 +53,14 @@ def conclude(ready: Pool, estimator: Estimator, law: FittableLaw, *, bootstrap: 
     if len(segments) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
     regression = estimator.regression(segments, ready.values, period)
+    _check_sign(regression)
     found = solve(regression, law)
-    names = [parameter.name for parameter in law.parameters]
-    if np.linalg.cond(found.gradient / _safe(np.linalg.norm(found.gradient, axis=0))) > SINGULAR:
-        raise StickslipError(
-            f"The logs do not determine {', '.join(names)} of '{law.name}' one by one (found "
-            f"{_listed(names, found.values)}): "
-            "friction hardly changes over the slip speeds in them. Pool logs at more drive speeds, or take a simpler "
-            "law."
-        )
+    _check_determined(found, law)
     shifts = _Shifts(ready, estimator, law, regression, found, segments, period)
-    noise = _noise(regression, law, found, bootstrap, seed)
     by_sensor = np.stack([shifts.by_gain(), shifts.by_delay()], axis=1)
-    covariance = noise + by_sensor @ ready.sensors.covariance @ by_sensor.T
-    constants, scale = _constants(ready, shifts, names, found.values)
-    deviation, plain = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(plain_covariance(found.gradient, found.residual)))
-    parameters = tuple(
-        FittedParameter(
-            spec.name,
-            float(found.values[i]),
-            spec.unit,
-            float(deviation[i]),
-            float(plain[i]),
-            float(scale[i]),
-            spec.minimum,
-            spec.maximum,
-            found.at_bound[i],
-            spec.description,
-        )
-        for i, spec in enumerate(law.parameters)
-    )
+    covariance = _noise(regression, law, found, bootstrap, seed) + by_sensor @ ready.sensors.covariance @ by_sensor.T
+    constants, scale = _constants(ready, shifts, law, found.values)
+    parameters = _parameters(law, found, covariance, scale)
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
@@ -101,7 +79,50 @@ def conclude(ready: Pool, estimator: Estimator, law: FittableLaw, *, bootstrap: 
         autocorrelation=autocorrelation(found.residual, regression.cluster),
         converged=found.converged,
         message=found.message,
-        warnings=(*ready.warnings, *_doubts(ready, law, found, parameters, len(segments))),
+        warnings=(*ready.warnings, *_doubts(law, found, parameters, len(segments))),
+    )
+
+
+def _check_sign(regression: Regression) -> None:
+    middle = float(np.median(regression.measured))
+    if middle <= 0:
+        raise StickslipError(
+            f"Friction is found to drive the slip instead of opposing it (median coefficient {middle:.2g}): angle and "
+            "drive count in opposite senses. Turn the sign of the laser's gain (and of the encoder), or that of the "
+            "drive."
+        )
+
+
+def _check_determined(found: Solution, law: FittableLaw) -> None:
+    norms = np.linalg.norm(found.gradient, axis=0)
+    if np.linalg.cond(found.gradient / np.where(norms > 0, norms, 1.0)) > SINGULAR:
+        names = [parameter.name for parameter in law.parameters]
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=True))
+        raise StickslipError(
+            f"The logs do not determine {', '.join(names)} of '{law.name}' one by one (found {values}): friction "
+            "hardly "
+            "changes over the slip speeds in them. Pool logs at more drive speeds, or take a simpler law."
+        )
+
+
+def _parameters(
+    law: FittableLaw, found: Solution, covariance: np.ndarray, scale: np.ndarray
+) -> tuple[FittedParameter, ...]:
+    deviation, plain = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(plain_covariance(found.gradient, found.residual)))
+    return tuple(
+        FittedParameter(
+            name=spec.name,
+            value=float(found.values[i]),
+            unit=spec.unit,
+            standard_deviation=float(deviation[i]),
+            plain_deviation=float(plain[i]),
+            scale_deviation=float(scale[i]),
+            minimum=spec.minimum,
+            maximum=spec.maximum,
+            at_bound=found.at_bound[i],
+            description=spec.description,
+        )
+        for i, spec in enumerate(law.parameters)
     )
 
 
@@ -154,9 +175,10 @@ def _noise(regression: Regression, law: FittableLaw, found: Solution, bootstrap:
 
 
 def _constants(
-    ready: Pool, shifts: _Shifts, names: list[str], values: np.ndarray
+    ready: Pool, shifts: _Shifts, law: FittableLaw, values: np.ndarray
 ) -> tuple[tuple[Constant, ...], np.ndarray]:
     """Constants with the sensitivities of the parameters, and the standard deviations (m,) that they pass on."""
+    names = [parameter.name for parameter in law.parameters]
     constants, power = [], np.zeros(len(names))
     for prior in ready.priors:
         shift = shifts.by_constant(prior.name)
@@ -219,7 +241,7 @@ def _sensors(ready: Pool) -> dict[str, float]:
 
 
 def _doubts(
-    ready: Pool, law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
+    law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
     doubts = list(law.doubts(found.values))
     if not found.converged:
@@ -241,11 +263,3 @@ def _doubts(
             f"Only {segments} slip segments: the standard deviations are themselves uncertain. Record longer."
         )
     return tuple(doubts)
-
-
-def _safe(norms: np.ndarray) -> np.ndarray:
-    return np.where(norms > 0, norms, 1.0)
-
-
-def _listed(names: Sequence[str], values: np.ndarray) -> str:
-    return ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, values, strict=True))

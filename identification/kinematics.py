@@ -2,7 +2,7 @@
 
 The laser gives the shape of the motion (absolute, dense, noisy), the encoder its scale and its clock. At the edges of
 the encoder, which are stamped to a microsecond and lie at known distances,
-    angle_edge + offset = (1 + gain) laser(t_edge) + delay * laser'(t_edge)
+    angle_edge + offset = laser(t_edge) + gain tan(laser(t_edge)) + delay laser'(t_edge)
 is solved over all logs at once: one gain and one delay for the instrument, an offset for each log. The misplaced lines
 of the encoder are the noise; being fixed, each line is one cluster. Left uncorrected, a gain error of 0.2 % passes to
 the friction coefficients one to one, and 5 ms of delay move p by 25 %.
@@ -11,7 +11,7 @@ the friction coefficients one to one, and 5 ms of delay move p by 25 %.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +29,7 @@ LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line erro
 UNEVEN = 0.02  # of the sample interval: jitter above this is refused
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SensorFit:
     """How laser and encoder agree.
 
@@ -40,13 +40,9 @@ class SensorFit:
 
     gain: float = 0.0
     delay: float = 0.0
-    covariance: np.ndarray = None  # type: ignore[assignment]  # replaced in __post_init__: no mutable default
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
     rms: float = 0.0
     lines: int = 0
-
-    def __post_init__(self) -> None:
-        if self.covariance is None:
-            object.__setattr__(self, "covariance", np.zeros((2, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +128,12 @@ def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
             f"{time[uneven[0]]:g} s ({uneven.size} such). Split it at the gaps, or resample it on an even clock."
         )
     for name, column in log.columns.items():
-        missing = np.flatnonzero(~np.isfinite(column)) if name.startswith(("encoder", "drive")) else ()
-        if len(missing):
+        missing = (
+            np.flatnonzero(~np.isfinite(column)) if name.startswith(("encoder", "drive")) else np.array([], dtype=int)
+        )
+        if missing.size:
             raise StickslipError(
-                f"Log '{log.name}': column '{name}' holds no number in {len(missing)} samples, first at "
+                f"Log '{log.name}': column '{name}' holds no number in {missing.size} samples, first at "
                 f"{log.time[missing[0]]:g} s. A count cannot be bridged: split the log there, or leave the column out."
             )
     filled = ~np.isfinite(angle)
@@ -192,7 +190,7 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
         return list(motions), SensorFit()
     solution = np.linalg.lstsq(design, edge, rcond=None)[0]
     residual = design @ solution - edge
-    gain, delay = float(solution[0] - 1), float(solution[1])
+    gain, delay = float(solution[0]), float(solution[1])
     if abs(gain) > GAIN_SUSPECT:
         raise StickslipError(
             f"Laser and encoder disagree: one shows {1 + gain:.3f} times the motion of the other. Check the laser's "
@@ -208,14 +206,22 @@ def _by_laser(log: RigLog) -> bool:
     return log.has("laser") and not log.has("angle")
 
 
+def zeroed(motion: DiscMotion, rest: float) -> DiscMotion:
+    """The motion with the angle sensor's zero put where it showed ``rest`` (rad)."""
+    if not _by_laser(motion.log):
+        return replace(motion, angle=motion.angle - rest)
+    return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(rest)))
+
+
 def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
-    """The motion with its angle multiplied by 1 + gain and dated ``delay`` s earlier (the drive is read anew there)."""
+    """The motion with the displacement R sin(angle) times 1 + gain, dated ``delay`` s earlier, the drive read there."""
     time = motion.time - delay
-    return replace(motion, time=time, angle=(1 + gain) * motion.angle, drive=np.interp(time, motion.time, motion.drive))
+    angle = np.arcsin((1 + gain) * np.sin(motion.angle))
+    return replace(motion, time=time, angle=angle, drive=np.interp(time, motion.time, motion.drive))
 
 
 def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge angles (n,); number of the line (n,), the same in all logs."""
+    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge less laser (n,), rad; number of the line (n,), by angle."""
     rows, values, labels = [], [], []
     for place, motion in enumerate(motions):
         found = edges(motion.log, "encoder")
@@ -224,10 +230,12 @@ def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.nd
         near = np.interp(found.time, motion.time, motion.filled.astype(float)) == 0
         time, angle = found.time[inside & near], found.angle[inside & near]
         row = np.zeros((len(time), 2 + len(motions)))
-        row[:, 0] = np.interp(time, motion.time, smooth)
+        seen = np.interp(time, motion.time, smooth)
+        # displacement R sin(angle) is what a gain multiplies: d angle / d gain = tan(angle)
+        row[:, 0] = np.tan(seen)
         row[:, 1] = np.interp(time, motion.time, speed)
         row[:, 2 + place] = 1.0
         rows.append(row)
-        values.append(angle)
+        values.append(angle - seen)
         labels.append(np.round(angle / motion.log.calibration.need("encoder").pitch))
     return np.vstack(rows), np.concatenate(values), np.concatenate(labels)

@@ -123,9 +123,11 @@ def solve(regression: Regression, law: FittableLaw, start: np.ndarray | None = N
     def gradient(p: lmfit.Parameters) -> np.ndarray:
         return regression.whitened(regression.model_gradient(law, values(p)))
 
-    found = lmfit.Minimizer(residual, parameters, calc_covar=False).minimize(
-        method="least_squares", jac=gradient, x_scale="jac", ftol=1e-12, xtol=1e-12, gtol=1e-12, max_nfev=500
-    )
+    # lmfit computes a covariance of its own (not used here), which for an exact fit divides zero by zero
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = lmfit.Minimizer(residual, parameters).minimize(
+            method="least_squares", jac=gradient, x_scale="jac", ftol=1e-12, xtol=1e-12, gtol=1e-12, max_nfev=500
+        )
     q = values(found.params)  # type: ignore[attr-defined]
     raw = regression.model(law, q) - regression.measured
     edge = 1e-6 * np.maximum(np.abs(q), 1e-3)

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.pooling import RigValues, pool, rig_values
+from identification.pooling import Pool, RigValues, pool, rig_values
 from identification.portraits import PortraitComparison, compare_portraits, portrait
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
+
+SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,23 +79,14 @@ def compare(
 ) -> tuple[PortraitComparison, ...]:
     """Measured against modelled phase portrait of each stick-slip log, at its mean drive speed.
 
-    logs: of the rig of the fit (a free decay among them is ignored); they need not be those fitted. simulate: runs the
-    model; the rig's FMU if None.
+    logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
+    simulate: runs the model; the rig's FMU if None.
 
     Raises:
         StickslipError: a log that `pool` refuses, a log of another rig, or a model without a cycle.
     """
-    sliding = [log for log in logs if log.kind != "free-decay"]
-    ready = pool(sliding)
-    if ready.contact != fit.contact:
-        raise StickslipError(
-            f"The fit is of '{fit.contact}', the logs are of '{ready.contact}'. Compare like with like."
-        )
-    if fit.materials and ready.materials and fit.materials != ready.materials:
-        raise StickslipError(
-            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare like "
-            "with like."
-        )
+    ready = pool(logs, allow_no_stick=True)
+    _check_same_rig(fit, ready)
     run = fmu_simulator(fit) if simulate is None else simulate
     rig = fitted_rig(fit)
     shape = {"r": rig.r, "R": rig.R, "natural_period": float(2 * np.pi * np.sqrt(rig.J / rig.k))}
@@ -109,3 +102,23 @@ def compare(
             PortraitComparison(motion.log.name, drive_speed, measured, model, compare_portraits(measured, model))
         )
     return tuple(comparisons)
+
+
+def _check_same_rig(fit: FrictionFit, ready: Pool) -> None:
+    if ready.contact != fit.contact:
+        raise StickslipError(
+            f"The fit is of '{fit.contact}', the logs are of '{ready.contact}'. Compare like with like."
+        )
+    if fit.materials and ready.materials and fit.materials != ready.materials:
+        raise StickslipError(
+            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare "
+            "like with like."
+        )
+    fitted, logged = fitted_rig(fit), ready.values
+    for name in ("J", "R", "r", "N"):
+        there, here = getattr(fitted, name), getattr(logged, name)
+        if abs(here / there - 1) > SAME_RIG:
+            raise StickslipError(
+                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "
+                "like with like."
+            )

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.free_decay import FreeDecay, fit_free_decay
-from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse
+from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from rig_io.log import RIG_UNITS, RigLog
 
+SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
 
 
@@ -107,6 +109,7 @@ def pool(
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
     _check_same_rig([*sliding, *decays])
+    _check_no_copies(sliding)
     contact = _one_contact(sliding)
     if free_decay is None and decays:
         free_decay = fit_free_decay(decays[0])
@@ -114,9 +117,10 @@ def pool(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw = [disc_motion(log, int(contact[-1])) for log in sliding]
+    _check_same_rate(raw)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
-        raw = [replace(motion, angle=motion.angle - free_decay.rest) for motion in raw]
+        raw = [zeroed(motion, free_decay.rest) for motion in raw]
     motions, sensors = fuse(raw, SMOOTHING * period)
     segments = [
         s for m in motions for s in slip_segments(m, period, threshold=threshold, allow_no_stick=allow_no_stick)
@@ -169,6 +173,25 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
             )
 
 
+def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
+    first = motions[0]
+    for motion in motions[1:]:
+        if abs(motion.step / first.step - 1) > SAME_RATE:
+            raise StickslipError(
+                f"Logs '{first.log.name}' and '{motion.log.name}' are sampled every {first.step:g} s and "
+                f"{motion.step:g} s. "
+                "Resample them at one rate, or fit them apart."
+            )
+
+
+def _check_no_copies(logs: Sequence[RigLog]) -> None:
+    """A log that counts twice would make the standard deviations too small."""
+    for one, other in combinations(logs, 2):
+        same = one.columns.keys() == other.columns.keys() and len(one.time) == len(other.time)
+        if same and all(np.array_equal(one.columns[name], other.columns[name]) for name in one.columns):
+            raise StickslipError(f"Logs '{one.name}' and '{other.name}' hold the same data. Give each log once.")
+
+
 def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Prior, ...]:
     names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", "N": f"N{contact[-1]}"}
     ratios: list[Prior] = []
@@ -194,7 +217,11 @@ def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Pr
 def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | None) -> tuple[str, ...]:
     found = []
     if sensors.lines == 0 and any(log.has("laser") and not log.has("angle") for log in logs):
-        found.append("The laser's gain was taken as stated: no encoder in the logs, or too few of its lines passed.")
+        found.append(
+            "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
+            "of it "
+            "passes to the friction coefficients one to one and is not in their standard deviations."
+        )
     if len(logs) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
     if free_decay is not None:

@@ -5,15 +5,12 @@ Curves and marks differ in shape and line as well as in colour. matplotlib is im
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +23,6 @@ if TYPE_CHECKING:
 MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#777777", "#f0e442")
 SHOWN = 400  # marks per log: more hide each other
-FORMATS = (".svg", ".png", ".pdf")
 
 
 def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
@@ -134,17 +130,3 @@ def fitted_law(fit: FrictionFit) -> Callable[[np.ndarray], np.ndarray]:
     if fit.law not in LAWS:
         raise StickslipError(f"There is no friction law '{fit.law}'.{nearest(fit.law, LAWS)}")
     return lambda slip: LAWS[fit.law].value(np.abs(slip), fit.law_values)
-
-
-def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-    """Write a figure whole; the format follows the suffix (.svg, .png, .pdf).
-
-    Raises:
-        StickslipError: unknown suffix, the file exists, or its folder cannot be written.
-    """
-    target = Path(path)
-    if target.suffix.lower() not in FORMATS:
-        raise StickslipError(f"'{target.name}' has no known format; end it in one of {', '.join(FORMATS)}.")
-    with write_whole(target, overwrite=overwrite) as temporary:
-        figure.savefig(temporary, format=target.suffix.lower()[1:], dpi=150)
-    return target

@@ -83,6 +83,12 @@ def slip_segments(
         first, last = int(first) + trim * (first > 0), int(last) - trim * (last < len(slip))
         if last > first and not motion.filled[first:last].any():
             found.append(SlipSegment(motion, first, last, sign))
+    if not found:
+        raise StickslipError(
+            f"Log '{name}': every slip holds samples that are missing or clipped ({100 * np.mean(motion.filled):.0f} "
+            "% of "
+            "the log). Move the laser so that the whole motion is within its range."
+        )
     return found
 
 

@@ -192,7 +192,7 @@ class Description:
         return {q.a: set(a.free_symbols) for q, a in zip(system.coordinates, system.acceleration, strict=True)}
 
     @cached_property
-    def _forces(self) -> dict[sympy.Basic, set[sympy.Basic]]:
+    def _forces(self) -> dict[Any, set[sympy.Basic]]:
         """Symbols on which the force of each contact depends, in slip or in stick."""
         contacts = self.system.contacts
         laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
@@ -207,14 +207,14 @@ class Description:
         for i, q in enumerate(self.system.coordinates):
             for k, contact in enumerate(self.system.contacts):
                 if self.system.W[i, k] != 0:
-                    found[q.a] |= self.system.W[i, k].free_symbols | self._forces[contact.force_symbol]
+                    found[q.a] |= _free(self.system.W[i, k]) | self._forces[contact.force_symbol]
         return found
 
     def _symbols(
         self, expressions: Iterable[sympy.Expr], *, contact: ContactDynamics | None = None, free: bool = False
     ) -> set[sympy.Basic]:
         """Known quantities behind expressions. free: accelerations in them stand for those without contact forces."""
-        slips = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
+        slips: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
         found: set[sympy.Basic] = set()
         for symbol in set().union(*(expression.free_symbols for expression in expressions)):
             if symbol in slips:
@@ -240,6 +240,11 @@ class Description:
         """Per unit its exponents of SI base units and its factor, as FMI's element BaseUnit wants them."""
         names = dict.fromkeys(v.unit for v in self.variables if v.unit)
         return {name: _base_unit(name) for name in names}
+
+
+def _free(expression: Any) -> set[sympy.Basic]:
+    """Symbols of an entry of a matrix, whose type checkers cannot know."""
+    return expression.free_symbols
 
 
 def _base_unit(unit: str) -> dict[str, float]:

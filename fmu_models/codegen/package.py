@@ -10,6 +10,7 @@ The file depends on its input alone: no dates, no paths; the same mechanism give
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 import shutil
@@ -18,11 +19,11 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.engine.toolchain import cache_folder, compile_shared, digest, engine_sources, this_platform
 from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
+from fmu_models.files import refuse_existing, write_whole
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -35,25 +36,31 @@ ENGINE = ("roots", "contact", "taylor", "events", "run", "instance", "variables"
 
 
 def export(
-    mechanism: Mechanism, path: str | os.PathLike[str], *, fmi_version: str = "3.0", overwrite: bool = False
+    mechanism: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    values: Mapping[str, float] | None = None,
+    fmi_version: str = "3.0",
+    overwrite: bool = False,
 ) -> Path:
     """Write ``mechanism`` as an FMU with Model Exchange and Co-Simulation.
 
     Args:
         path: ends in ".fmu".
+        values: of parameters, as start values in place of their defaults.
         fmi_version: "2.0" or "3.0".
 
     Returns:
         ``path``.
 
     Raises:
-        StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, or the
-            compiler fails.
+        StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, a value that
+            the model cannot have, or the compiler fails.
     """
     path = _checked(path, fmi_version, overwrite)
     from fmu_models.lowering.lower import lower
 
-    files = _files(lower(mechanism), fmi_version)
+    files = _files(_with_values(lower(mechanism), values or {}), fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
@@ -115,15 +122,19 @@ def export_built(
     *,
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
+    values: Mapping[str, float] | None = None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write the FMU of a ``variant`` to ``path``, from the cache if possible.
+    """Write the FMU of a ``variant`` to ``path``, from the cache if possible (``values`` as for ``export``).
 
     Raises:
         StickslipError: as for ``variant`` and ``export``.
     """
     path = _checked(path, fmi_version, overwrite)
+    if values:
+        mechanism = variant(model_name, contacts, laws)
+        return export(mechanism, path, values=values, fmi_version=fmi_version, overwrite=overwrite)
     kept = built(model_name, contacts=contacts, laws=laws, fmi_version=fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary:
         shutil.copyfile(kept, temporary)
@@ -137,12 +148,11 @@ def _checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) ->
     path = Path(path)
     if path.suffix != ".fmu":
         raise StickslipError(f"'{path}' must end in .fmu, by which importers know an FMU.")
-    if path.exists() and not overwrite:
-        raise StickslipError(f"'{path}' exists already. Choose another name, or allow it to be overwritten.")
+    refuse_existing(path, overwrite=overwrite)
     return path
 
 
-def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, object]:
+def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
     """Law objects by contact, each around the law the contact has; its parameters end like the contact's name."""
     import importlib
     import pkgutil
@@ -164,6 +174,15 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, object]:
         digits = re.search(r"\d*$", contact)
         found[contact] = law.around(own[contact], digits.group() if digits else "")
     return found
+
+
+def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:
+    """The system with other start values of its parameters."""
+    from fmu_models.language.values import check_values
+
+    check_values(system, values)
+    parameters = tuple(p.with_value(values[p.name]) if p.name in values else p for p in system.parameters)
+    return dataclasses.replace(system, parameters=parameters)
 
 
 def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:

@@ -71,6 +71,12 @@ class Parameter(Quantity):
         symbol.positive = positive
         return symbol
 
+    def with_value(self, value: float) -> Parameter:
+        """The same quantity (equal to this one in expressions) with another default."""
+        same = sympy.Dummy.__new__(type(self), self.name, self.dummy_index, **self.assumptions0)
+        same.__dict__.update(self.__dict__, value=float(value))
+        return same
+
 
 class Rate(Quantity):
     """Time derivative of an input; every input has one."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
-
-from fmu_models.files import write_whole
-
-matplotlib.use("Agg")
 from matplotlib.figure import Figure
+
+from fmu_models.report.figures import save_figure
 
 if TYPE_CHECKING:
     from fmu_models.simulation.fmu import Fmu
@@ -47,8 +44,7 @@ def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = Fals
     labels = [line.get_label() for line in lines]
     series.legend(lines, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
     phase.set_title(fmu.description.modelName)
-    with write_whole(path, overwrite=overwrite) as temporary:
-        figure.savefig(temporary, dpi=150)
+    save_figure(figure, path, overwrite=overwrite)
 
 
 def _label(trajectory: Trajectory, name: str) -> str:

@@ -60,6 +60,11 @@ class Fmu:
         return fmu
 
     @property
+    def fmi(self) -> int:
+        """Version of the standard: 2 or 3."""
+        return int(str(self.description.fmiVersion)[0])
+
+    @property
     def parameters(self) -> list[str]:
         """Names of the parameters."""
         return [name for name, v in self.variables.items() if v.causality == "parameter"]
@@ -73,7 +78,8 @@ class Fmu:
     @property
     def states(self) -> list[str]:
         """Names of the continuous states."""
-        return [d.variable.derivative.name for d in self.description.derivatives]
+        derivatives = (unknown.variable for unknown in self.description.derivatives)
+        return [str(v.derivative.name) for v in derivatives if v is not None and v.derivative is not None]
 
     @property
     def outputs(self) -> list[str]:
@@ -140,6 +146,6 @@ def _describe(path: Path, folder: Path) -> ModelDescription:
         description = read_model_description(str(folder), validate=False)
     except Exception as error:  # fmpy raises whatever its parser raised
         raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {error}") from error
-    if not description.fmiVersion.startswith(("2.", "3.")):
+    if not str(description.fmiVersion).startswith(("2.", "3.")):
         raise StickslipError(f"'{path}' is an FMU {description.fmiVersion}; only 2.0 and 3.0 can be used.")
     return description

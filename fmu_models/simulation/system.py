@@ -138,9 +138,9 @@ def _instance(
     slave = _slave(fmu, messages)
     try:
         references = [fmu.variables[name].valueReference for name in initial]
-        write = slave.setReal if fmu.description.fmiVersion.startswith("2.") else slave.setFloat64
+        write = slave.setReal if fmu.fmi == 2 else slave.setFloat64
         write(references, [float(value) for value in initial.values()])
-        if fmu.description.fmiVersion.startswith("2."):
+        if fmu.fmi == 2:
             slave.setupExperiment(tolerance=tolerance, startTime=start_time)
             slave.enterInitializationMode()
         else:
@@ -174,7 +174,7 @@ def _slave(fmu: Fmu, messages: list[str]) -> Any:
         messages.append(rest if separator and head.startswith(("fmi2", "fmi3")) else text)
 
     try:
-        if description.fmiVersion.startswith("2."):
+        if fmu.fmi == 2:
             slave = fmi2.FMU2Slave(**arguments)
             callbacks = fmi2.fmi2CallbackFunctions()
             callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda _e, _n, _s, _c, message: keep(message))

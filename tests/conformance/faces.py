@@ -18,9 +18,10 @@ class Face:
 
     def __init__(self, fmu: Fmu, *, co_simulation: bool, **options: Any) -> None:
         self.fmu = fmu
-        self.two = fmu.description.fmiVersion == "2.0"
+        self.two = fmu.fmi == 2
         self.messages: list[str] = []
         interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
+        assert interface is not None
         arguments = {
             "guid": fmu.description.guid,
             "modelIdentifier": interface.modelIdentifier,

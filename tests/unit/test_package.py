@@ -81,8 +81,8 @@ def test_names_and_versions_are_checked(tmp_path: Path) -> None:
 
 def test_contacts_and_laws_choose_the_variant() -> None:
     whole, one, bristles = (
-        Fmu.open(built("disc_rig", **options))
-        for options in ({}, {"contacts": ["disc0"]}, {"contacts": ["disc0"], "laws": {"disc0": "lugre"}})
+        Fmu.open(built("disc_rig", contacts=contacts, laws=laws))
+        for contacts, laws in ((None, None), (["disc0"], None), (["disc0"], {"disc0": "lugre"}))
     )
     assert whole.contacts == ["disc0", "disc1"]
     assert one.contacts == ["disc0"] and "N1" not in one.parameters and one.inputs == ["w0"]

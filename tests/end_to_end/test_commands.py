@@ -1,0 +1,261 @@
+"""The command line as a user meets it: results, JSON, and what bad input answers."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.system import simulate
+from identification import cli
+
+RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
+
+
+class Answer:
+    """What a command did: exit code, standard output and standard error."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def json(self) -> dict:
+        return json.loads(self.out)
+
+
+@pytest.fixture
+def stickslip(monkeypatch, capsys, tmp_path):
+    """Run the command in an empty folder, in this process."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["stickslip", *(str(argument) for argument in arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            cli.main()
+        printed = capsys.readouterr()
+        return Answer(int(stopped.value.code or 0), printed.out, printed.err)
+
+    return run
+
+
+def files(folder: Path) -> set[str]:
+    return {path.name for path in folder.rglob("*")}
+
+
+def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
+    listed = stickslip("--help")
+    assert listed.code == 0
+    for command in ("models", "show", "export", "simulate", "emulate", "fit", "compare", "demo"):
+        assert command in listed.out
+        assert f"Example: stickslip {command}" in stickslip(command, "--help").out
+
+
+def test_the_installed_command_starts_without_heavy_imports():
+    """Help, in a fresh interpreter: none of the libraries that take long to load."""
+    code = (
+        "import sys; sys.argv = ['stickslip', '--help']\n"
+        "from identification import cli\n"
+        "try: cli.main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'scipy', 'sympy', 'matplotlib', 'pandas', 'lmfit', 'fmpy', 'pint'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_models_and_show(stickslip):
+    names = [row["name"] for row in stickslip("models", "--json").json["models"]]
+    assert {"disc_rig", "block_on_belt"} <= set(names)
+    shown = stickslip("show", "disc_rig", "--contacts", "disc0", "--json").json
+    assert [contact["name"] for contact in shown["contacts"]] == ["disc0"]
+    assert {"J", "mu_s0"} <= {row["name"] for row in shown["parameters"]}
+    assert "N0*mu_s0" in stickslip("show", "disc_rig").out
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_export_gives_a_real_fmu_with_the_values_set(stickslip, tmp_path, version):
+    done = stickslip("export", "disc_rig", "--contacts", "disc0", "--fmi", version, "--set", "N0=8", "-o", "rig.fmu")
+    assert done.code == 0
+    description = fmpy.read_model_description(tmp_path / "rig.fmu")
+    assert description.fmiVersion == version
+    assert {v.name: v.start for v in description.modelVariables}["N0"] == "8.0"
+    asked = simulate(Fmu.open(tmp_path / "rig.fmu"), 3.0)
+    default = stickslip("export", "disc_rig", "--contacts", "disc0", "--fmi", version)
+    assert default.code == 0
+    told = simulate(Fmu.open(tmp_path / "disc_rig_disc0.fmu"), 3.0, parameters={"N0": 8.0})
+    assert np.array_equal(asked["theta"], told["theta"])
+
+
+def test_simulate_tells_what_happened(stickslip, tmp_path):
+    arguments = ("simulate", "disc_rig", "--contacts", "disc0", "--input", "w0=0.41", "--until", "10")
+    told = stickslip(*arguments, "--csv", "run.csv", "--figure", "run.svg", "--json")
+    assert told.code == 0
+    content = told.json
+    assert content["contacts"]["disc0"]["events"] == 19
+    assert content["ranges"]["theta"]["max"] == pytest.approx(0.173042955, rel=1e-5)
+    header, first = (tmp_path / "run.csv").read_text().splitlines()[:2]
+    assert header.startswith("time [s],w0 [rad/s],theta [rad]")
+    assert first.startswith("0.0,0.41,")
+    assert "<svg" in (tmp_path / "run.svg").read_text()
+    assert "sticking" in stickslip(*arguments).out
+
+
+def test_the_whole_road(stickslip, tmp_path):
+    """Emulate, fit, compare, export: the fitted law is the emulated one, and the portraits agree."""
+    done = stickslip("demo", "road", "--json")
+    assert done.code == 0
+    content = done.json
+    fitted = {q["name"]: q for q in content["fit"]["parameters"]}
+    for name, truth, share in (("mu_s", 0.65, 0.01), ("mu_k", 0.35, 0.01), ("p", 15.0, 0.03)):
+        assert fitted[name]["value"] == pytest.approx(truth, rel=share)
+    assert all(one["passed"] for one in content["comparisons"])
+    for path in content["files"].values():
+        assert (tmp_path / path).exists()
+    starts = {v.name: v.start for v in fmpy.read_model_description(tmp_path / content["files"]["fmu"]).modelVariables}
+    assert float(starts["mu_s0"]) == fitted["mu_s"]["value"]
+
+
+def test_fit_and_compare_on_the_logs_that_come_along(stickslip, tmp_path):
+    fitted = stickslip("fit", RIGS, "--result", "fit.json", "--figure", "friction.png", "--json")
+    assert fitted.code == 0, fitted.err
+    values = {q["name"]: q["value"] for q in fitted.json["parameters"]}
+    assert values["mu_s"] == pytest.approx(0.65, rel=0.01)
+    assert fitted.json["free_decay"]["k/J"]["value"] == pytest.approx(2.62 / 0.0548, rel=1e-4)
+    assert fitted.json["free_decay"]["c/J"]["value"] == pytest.approx(0.055 / 0.0548, rel=1e-3)
+    compared = stickslip("compare", "fit.json", RIGS, "--figure", "portraits.png", "--json")
+    assert compared.code == 0, compared.err
+    assert compared.json["passed"]
+    assert {"fit.json", "friction.png", "portraits.png"} <= files(tmp_path)
+    assert "Phase portraits" in stickslip("compare", "fit.json", RIGS).out
+
+
+def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
+    for folder in ("one", "two"):
+        assert stickslip("emulate", folder, "--seed", 5, "--speeds", "0.83", "--duration", "4").code == 0
+    for path in (tmp_path / "one").glob("*.csv"):
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["show", "disc_rgi"], "Did you mean 'disc_rig'"),
+        (["export", "disc_rig", "--contacts", "disk0"], "Did you mean 'disc0'"),
+        (["export", "disc_rig", "--fmi", "1.0"], "There is no FMI 1.0"),
+        (["export", "disc_rig", "-o", "rig.zip"], "must end in .fmu"),
+        (["export", "disc_rig", "--set", "J=0"], "J"),
+        (["simulate", "disc_rig", "--set", "N0=-1"], "normal force of disc 0"),
+        (["simulate", "disc_rig", "--set", "mu_k0=0.9"], "mu_k0 exceeds mu_s0"),
+        (["simulate", "disc_rig", "--set", "mu_x0=0.9"], "Did you mean 'mu_s0'"),
+        (["simulate", "disc_rig", "--set", "J=heavy"], "NAME=VALUE"),
+        (["simulate", "disc_rig", "--set", "J=nan"], "finite"),
+        (["simulate", "disc_rig", "--set", "J=1", "--set", "J=2"], "given twice"),
+        (["simulate", "disc_rig", "--start", "thta=1"], "Did you mean 'theta'"),
+        (["simulate", "disc_rig", "--input", "w2=1"], "has no input 'w2'"),
+        (["simulate", "disc_rig", "--until", "-1"], "must end after it starts"),
+        (["simulate", "missing.fmu"], "There is no file 'missing.fmu'"),
+        (["simulate", "disc_rig", "--figure", "run.bmp"], "run.bmp"),
+        (["emulate", "logs", "--material", "steel"], "no material 'steel'"),
+        (["emulate", "logs", "--speeds", "fast"], "numbers separated by commas"),
+        (["emulate", "logs", "--no-laser", "--no-encoder"], "no sensor sees the disc"),
+        (["fit", "nowhere"], "nowhere"),
+        (["fit", RIGS, "--estimator", "guess"], "no estimator 'guess'"),
+        (["fit", RIGS, "--law", "Cont"], "Did you mean 'Conti'"),
+        (["fit", RIGS, "--set", "N=1"], "no constant 'N'"),
+        (["fit", RIGS / "free-decay.csv"], "no stick-slip log"),
+        (["compare", "fit.json", RIGS], "fit.json"),
+        (["demo", "."], "exists already"),
+    ],
+)
+def test_bad_input_is_refused_with_a_reason_and_leaves_nothing(stickslip, tmp_path, arguments, said):
+    answer = stickslip(*arguments)
+    assert answer.code == 2
+    assert said in answer.err
+    assert "Traceback" not in answer.err
+    assert not files(tmp_path)
+
+
+def test_what_exists_stays(stickslip, tmp_path):
+    for command, target in (
+        (("export", "disc_rig", "-o", "kept.fmu"), "kept.fmu"),
+        (("simulate", "disc_rig", "--csv", "kept.csv"), "kept.csv"),
+        (("simulate", "disc_rig", "--figure", "kept.png"), "kept.png"),
+        (("fit", RIGS, "--result", "kept.json"), "kept.json"),
+        (("emulate", "kept", "--speeds", "0.83"), "kept"),
+    ):
+        path = tmp_path / target
+        if target == "kept":
+            path.mkdir()
+            path = path / "mine.txt"
+        path.write_text("mine")
+        answer = stickslip(*command)
+        assert answer.code == 2
+        assert "exists already" in answer.err or "kept" in answer.err
+        assert path.read_text() == "mine"
+
+
+@pytest.mark.skipif(os.geteuid() == 0 if hasattr(os, "geteuid") else True, reason="root may write anywhere")
+def test_a_folder_that_cannot_be_written(stickslip, tmp_path):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    answer = stickslip("export", "disc_rig", "-o", "locked/rig.fmu")
+    assert (answer.code, "cannot be written" in answer.err) == (2, True)
+
+
+def test_a_target_below_a_file_cannot_be_written(stickslip, tmp_path):
+    (tmp_path / "file").write_text("")
+    answer = stickslip("export", "disc_rig", "-o", "file/rig.fmu")
+    assert answer.code == 2
+    assert "cannot be written" in answer.err
+
+
+def _spoil(text: str, fault: str) -> str:
+    lines = text.splitlines()
+    cells = lines[50].split(",")
+    if fault == "empty":
+        return ""
+    if fault == "no laser, no encoder":
+        return "\n".join(",".join([line.split(",")[0], *line.split(",")[4:]]) for line in lines)
+    if fault == "nan":
+        lines[50] = ",".join([cells[0], "nan", *cells[2:]])
+    if fault == "unsorted":
+        lines[50], lines[60] = lines[60], lines[50]
+    if fault == "duplicate":
+        lines[51] = lines[50]
+    if fault == "short":
+        lines = lines[:300]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("empty", "empty"),
+        ("no laser, no encoder", "encoder"),
+        ("nan", "line 51"),
+        ("unsorted", "line"),
+        ("duplicate", "line"),
+        ("short", "cycle"),
+    ],
+)
+def test_spoilt_logs_are_refused(stickslip, tmp_path, fault, said):
+    shutil.copytree(RIGS, tmp_path / "logs")
+    log = tmp_path / "logs" / "paper-rubber-0.83.csv"
+    log.write_text(_spoil(log.read_text(), fault))
+    sidecar = tmp_path / "logs" / "datapackage.json"
+    package = json.loads(sidecar.read_text())
+    for resource in package["resources"]:
+        resource.pop("hash", None)
+        resource.pop("bytes", None)
+    sidecar.write_text(json.dumps(package))
+    answer = stickslip("fit", tmp_path / "logs" / "paper-rubber-0.83.csv")
+    assert answer.code == 2
+    assert said in answer.err

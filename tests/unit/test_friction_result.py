@@ -1,0 +1,150 @@
+"""The result of a fit: written and read back, intervals, tables and figures."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu_models.errors import StickslipError
+from fmu_models.report.figures import save_figure
+from identification.inverse_dynamics import FrictionSamples
+from identification.laws_fit import CONTI
+from identification.portraits import Portrait, PortraitComparison, compare_portraits
+from identification.report import friction_figure, portrait_figure
+from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
+
+TRUTH = np.array([0.65, 0.35, 15.0])
+
+
+def result() -> FrictionFit:
+    parameters = tuple(
+        FittedParameter(spec.name, value, spec.unit, 0.01 * value, 0.005 * value, 0.02 * value, 0.0, 1e4, False)
+        for spec, value in zip(CONTI.parameters, TRUTH.tolist(), strict=True)
+    )
+    return FrictionFit(
+        estimator="weak-form",
+        law="Conti",
+        structure=("rigid contact",),
+        contact="disc0",
+        materials=("paper/rubber",),
+        parameters=parameters,
+        correlation=((1.0, 0.5, 0.4), (0.5, 1.0, 0.3), (0.4, 0.3, 1.0)),
+        constants=(Constant("J", 0.0548, "kg*m^2", 3e-4, "log", {"mu_s": 1.0, "mu_k": 1.0, "p": None}),),
+        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1), LogSummary("fast", 0.83, 21, 0.02, 0.2)),
+        bins=(SpeedBin(0.05, 0.52, 0.001, 0.521, 40), SpeedBin(0.1, 0.47, None, 0.47, 3)),
+        sensors={
+            "laser_gain_correction": 0.001,
+            "laser_gain_correction_sd": 2e-4,
+            "laser_delay": 0.0,
+            "laser_delay_sd": 1e-6,
+        },
+        segments=41,
+        values=800,
+        rms_residual=7e-4,
+        autocorrelation=0.1,
+        converged=True,
+        message="ok",
+        warnings=("one",),
+    )
+
+
+def samples() -> FrictionSamples:
+    slip = np.linspace(0.02, 0.2, 60)
+    log = np.repeat([0, 1], 30)
+    return FrictionSamples(slip, CONTI.value(slip, TRUTH) + 0.01 * np.sin(40 * slip), log, log, np.ones(60))
+
+
+def comparison(name: str = "slow", scale: float = 1.0) -> PortraitComparison:
+    turn = 2 * np.pi * np.arange(400) / 400
+    first = Portrait(0.1 * np.cos(turn), 0.5 * np.sin(turn), 1.0, 0.0, 0.1, 0.2, 9)
+    second = replace(first, angle=scale * first.angle, amplitude=scale * 0.1)
+    return PortraitComparison(name, 0.41, first, second, compare_portraits(first, second))
+
+
+def test_json_gives_the_result_back() -> None:
+    assert FrictionFit.from_json(result().to_json()) == result()
+    json.loads(result().to_json(), parse_constant=pytest.fail)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{", "not JSON"),
+        ("[1]", "not a fitted law"),
+        ('{"type": "something else"}', "not a fitted law"),
+        ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
+        ('{"type": "stickslip friction fit", "version": 1}', "incomplete"),
+    ],
+)
+def test_what_is_no_result_is_refused(text: str, said: str) -> None:
+    with pytest.raises(StickslipError, match=said):
+        FrictionFit.from_json(text)
+
+
+def test_intervals_are_student_intervals() -> None:
+    fit = result()
+    low, high = fit.interval("mu_s")
+    # 2.0244: Student's t, 38 degrees of freedom, 97.5 % (printed tables)
+    assert (high - low) / 2 == pytest.approx(2.0244 * 0.0065, rel=1e-4)
+    low, high = fit.interval("mu_s", with_scale=True)
+    assert (high - low) / 2 == pytest.approx(2.0244 * 0.65 * np.hypot(0.01, 0.02), rel=1e-4)
+
+
+def test_an_unknown_parameter_is_answered_by_the_nearest() -> None:
+    with pytest.raises(StickslipError, match="mu_s"):
+        result()["mu_S"]
+
+
+def test_friction_figure_is_readable_without_colour() -> None:
+    figure = friction_figure(result(), samples())
+    above, below = figure.axes
+    assert "(1)" in above.get_ylabel() and "(1)" in below.get_ylabel() and "(m/s)" in below.get_xlabel()
+    dots = [line for line in above.lines if line.get_linestyle() == "None"]
+    assert len({str(line.get_marker()) for line in dots}) == len(dots) == 2
+    law = next(line for line in above.lines if line.get_linestyle() == "-")
+    x, y = np.asarray(law.get_xdata(), float), np.asarray(law.get_ydata(), float)
+    np.testing.assert_allclose(y, CONTI.value(x, TRUTH))
+    # residuals are what was measured less the law
+    shown = np.asarray(below.lines[0].get_ydata(), float)
+    np.testing.assert_allclose(shown, 0.01 * np.sin(40 * samples().slip[:30]), atol=1e-12)
+
+
+def test_portrait_figure_is_readable_without_colour() -> None:
+    figure = portrait_figure([comparison("a"), comparison("b", 1.2), comparison("c"), comparison("d")])
+    drawn = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_title().split(",")[0] for axes in drawn] == ["a", "b", "c", "d"]
+    assert "fail: amplitude" in drawn[1].get_title() and "pass" in drawn[0].get_title()
+    measured, model = drawn[0].lines
+    assert measured.get_linestyle() != model.get_linestyle()
+    assert measured.get_linewidth() > 2 * model.get_linewidth()
+    assert "(rad)" in drawn[0].get_xlabel() and "(rad/s)" in drawn[0].get_ylabel()
+    # the curves are closed
+    assert measured.get_xdata()[0] == measured.get_xdata()[-1]  # type: ignore[index]
+
+
+def test_figures_are_written_whole(tmp_path: Path) -> None:
+    target = save_figure(portrait_figure([comparison()]), tmp_path / "p.svg")
+    assert target.read_text().rstrip().endswith("</svg>")
+    with pytest.raises(StickslipError, match="exists"):
+        save_figure(portrait_figure([comparison()]), target)
+    with pytest.raises(StickslipError, match="no known format"):
+        save_figure(portrait_figure([comparison()]), tmp_path / "p.xyz")
+    assert [path.name for path in tmp_path.iterdir()] == ["p.svg"]
+
+
+def test_tables_show_values_verdicts_and_what_a_pass_means() -> None:
+    from rich.console import Console
+
+    from identification.tables import comparison_report, fit_report
+
+    console = Console(width=160, record=True, file=io.StringIO())
+    console.print(fit_report(result()))
+    console.print(comparison_report([comparison("a"), comparison("b", 1.2)]))
+    text = console.export_text()
+    for shown in ("mu_s", "0.65", "s/m", "rigid contact", "Warning: one", "FAIL", "pass", "no more", "+20.00 %"):
+        assert shown in text

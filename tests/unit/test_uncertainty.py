@@ -1,0 +1,90 @@
+"""Standard deviations of coloured residuals, against known variance inflation and repeated sampling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from identification.uncertainty import (
+    autocorrelation,
+    block_bootstrap,
+    clustered_covariance,
+    correlation,
+    newey_west,
+    plain_covariance,
+)
+
+
+def coloured(rng: np.random.Generator, count: int, memory: float) -> np.ndarray:
+    """First-order autoregression (count,) of unit variance."""
+    value, values = rng.standard_normal(), []
+    for kick in rng.standard_normal(count) * np.sqrt(1 - memory**2):
+        values.append(value)
+        value = memory * value + kick
+    return np.array(values)
+
+
+def test_newey_west_finds_the_inflation_of_a_mean_of_coloured_values() -> None:
+    memory, count = 0.8, 40_000
+    residual = coloured(np.random.default_rng(1), count, memory)
+    column = np.ones((count, 1))
+    # variance of a mean of AR(1) values: (1 + a)/(1 - a) times the white one
+    inflation = newey_west(column, residual, lags=60)[0, 0] / plain_covariance(column, residual)[0, 0]
+    assert inflation == pytest.approx((1 + memory) / (1 - memory), rel=0.15)
+
+
+def test_newey_west_leaves_white_residuals_alone() -> None:
+    rng = np.random.default_rng(2)
+    gradient = rng.standard_normal((20_000, 2))
+    residual = rng.standard_normal(20_000)
+    np.testing.assert_allclose(
+        np.diag(newey_west(gradient, residual, lags=10)), np.diag(plain_covariance(gradient, residual)), rtol=0.1
+    )
+
+
+def clustered_problem(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A line fitted to 40 clusters of 15 values that share an offset: gradient, values, labels."""
+    rng = np.random.default_rng(seed)
+    cluster = np.repeat(np.arange(40), 15)
+    place = np.tile(np.linspace(0, 1, 15), 40)
+    gradient = np.stack([np.ones_like(place), place], axis=1)
+    return gradient, rng.standard_normal(40)[cluster] + 0.3 * rng.standard_normal(len(cluster)), cluster
+
+
+def test_clusters_give_the_spread_of_repeated_sampling_where_plain_fails() -> None:
+    estimates, clustered, plain = [], [], []
+    for seed in range(300):
+        gradient, values, cluster = clustered_problem(seed)
+        estimate = np.linalg.lstsq(gradient, values, rcond=None)[0]
+        residual = gradient @ estimate - values
+        estimates.append(estimate)
+        clustered.append(np.diag(clustered_covariance(gradient, residual, cluster)))
+        plain.append(np.diag(plain_covariance(gradient, residual)))
+    spread = np.var(estimates, axis=0)
+    np.testing.assert_allclose(np.mean(clustered, axis=0), spread, rtol=0.2)
+    # 15 values with a common offset: the mean is 3.6 times less certain than 600 white values would leave it
+    assert np.mean(plain, axis=0)[0] < 0.5 * spread[0]
+
+
+def test_bootstrap_agrees_with_the_jackknife() -> None:
+    gradient, values, cluster = clustered_problem(0)
+    estimate = np.linalg.lstsq(gradient, values, rcond=None)[0]
+
+    def again(rows: np.ndarray) -> np.ndarray:
+        return np.linalg.lstsq(gradient[rows], values[rows], rcond=None)[0]
+
+    draws = block_bootstrap(again, cluster, draws=1000, seed=3)
+    jackknife = clustered_covariance(gradient, gradient @ estimate - values, cluster)
+    np.testing.assert_allclose(np.var(draws, axis=0), np.diag(jackknife), rtol=0.2)
+    np.testing.assert_array_equal(draws, block_bootstrap(again, cluster, draws=1000, seed=3))
+
+
+def test_correlation_has_ones_on_its_diagonal() -> None:
+    found = correlation(np.array([[4.0, -3.0], [-3.0, 9.0]]))
+    np.testing.assert_allclose(found, [[1.0, -0.5], [-0.5, 1.0]])
+
+
+def test_autocorrelation_does_not_reach_across_clusters() -> None:
+    residual = np.array([1.0, 1.0, -1.0, -1.0])
+    assert autocorrelation(residual, np.array([0, 0, 1, 1])) == pytest.approx(1.0)
+    assert autocorrelation(residual, np.array([0, 1, 2, 3])) == 0.0

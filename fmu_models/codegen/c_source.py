@@ -259,6 +259,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "ND": len(names.constants.derived),
         "NW": names.slots.used,
         "CONSTANT_INERTIA": int(system.constant_inertia),
+        "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
     }
     states = len(system.states)
     blocks = {"P": sizes["NP"], "U": sizes["NU"], "DU": sizes["NU"], "X": states, "DX": states, "Y": sizes["NY"]}

@@ -1,7 +1,7 @@
 """The XML files of an FMU: modelDescription.xml (FMI 2.0 and 3.0) and buildDescription.xml (FMI 3.0).
 
 The order of ``variables`` is that of the value references, which engine/variables.c counts through: time, parameters,
-inputs, rates of the inputs, states, derivatives, outputs, states of the contacts, indicators.
+inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators.
 """
 
 from __future__ import annotations
@@ -29,6 +29,14 @@ BASE_UNITS = {
     "mole": "mol",
     "candela": "cd",
     "radian": "rad",
+}
+
+
+_INDICATOR_NAMES = {"depth": "bound", "slip": "indicator", "release": "release", "function": "indicator"}
+_STATES = {
+    "friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away",
+    "stop": "2 away, 3 touching, 4 released while still inside",
+    "switch": "-1 negative side, 0 sliding, 1 positive side",
 }
 
 
@@ -76,19 +84,21 @@ class Description:
         self._add("time", "time", causality="independent", variability="continuous", unit="s")
         self._add_values()
         self.states = [self._add_state(state) for state in system.states]
+        self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
         self.derivatives = [self._add_derivative(state) for state in self.states]
         continuous = {"causality": "output", "variability": "continuous", "initial": "calculated"}
         self.outputs = [self._add(o.name, o.description, unit=o.unit, **continuous) for o in system.outputs]
         self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
         self.indicators = [
             self._add(
-                f"{contact.name}_indicator",
+                f"{contact.name}_{_INDICATOR_NAMES[what]}",
                 f"{contact.description}: falls to zero where the contact changes its state",
                 causality="local",
                 variability="continuous",
                 initial="calculated",
             )
             for contact in system.contacts
+            for what in contact.indicators
         ]
 
     def _add(self, name: str, description: str, **attributes: Any) -> Variable:
@@ -144,16 +154,28 @@ class Description:
             derivative=state.reference,
         )
 
+    def _add_memory(self, contact: ContactDynamics) -> Variable:
+        return self._add(
+            f"{contact.name}_memory",
+            f"{contact.description}: speed at which the stop was last entered; to be given for a start inside",
+            causality="local",
+            variability="discrete",
+            initial="exact",
+            start=0.0,
+            unit="m/s",
+            minimum=0.0,
+        )
+
     def _add_contact_state(self, contact: ContactDynamics) -> Variable:
         return self._add(
             f"{contact.name}_state",
-            f"{contact.description}: -1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away",
+            f"{contact.description}: {_STATES[contact.kind]}",
             causality="output",
             variability="discrete",
             initial="calculated",
             integer=True,
             minimum=-1,
-            maximum=2,
+            maximum=4,
         )
 
     # model structure
@@ -169,8 +191,8 @@ class Description:
         """Derivatives of the states."""
         system = self.system
         sources = [
-            *({v} for v in system.velocities),
-            *(self._accelerations[q.a] for q in system.coordinates),
+            *({q.v} for q in system.coordinates),
+            *(self._accelerations[a] for a in system.rate_symbols),
             *(self._symbols([rate]) for rate in system.internal_rates),
         ]
         return [Unknown(v, self._references(s)) for v, s in zip(self.derivatives, sources, strict=True)]
@@ -178,7 +200,15 @@ class Description:
     @property
     def indicator_unknowns(self) -> list[Unknown]:
         """Indicators of the contacts."""
-        sources = [self._symbols([c.slip, c.capacity, c.force_symbol]) for c in self.system.contacts]
+        sources = []
+        for c in self.system.contacts:
+            behind = {
+                "depth": [c.depth],
+                "slip": [c.slip, c.capacity, c.force_symbol],
+                "release": [c.release],
+                "function": [c.slip, c.force_symbol],
+            }
+            sources += [self._symbols([e for e in behind[what] if e is not None]) for what in c.indicators]
         return [Unknown(v, self._references(s)) for v, s in zip(self.indicators, sources, strict=True)]
 
     @property
@@ -189,7 +219,7 @@ class Description:
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         system = self.system
-        return {q.a: set(a.free_symbols) for q, a in zip(system.coordinates, system.acceleration, strict=True)}
+        return {a: set(e.free_symbols) for a, e in zip(system.rate_symbols, system.acceleration, strict=True)}
 
     @cached_property
     def _forces(self) -> dict[Any, set[sympy.Basic]]:
@@ -204,10 +234,10 @@ class Description:
     def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         """Symbols on which each acceleration depends, contact forces included."""
         found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
-        for i, q in enumerate(self.system.coordinates):
+        for i, a in enumerate(self.system.rate_symbols):
             for k, contact in enumerate(self.system.contacts):
                 if self.system.W[i, k] != 0:
-                    found[q.a] |= _free(self.system.W[i, k]) | self._forces[contact.force_symbol]
+                    found[a] |= _free(self.system.W[i, k]) | self._forces[contact.force_symbol]
         return found
 
     def _symbols(
@@ -215,6 +245,7 @@ class Description:
     ) -> set[sympy.Basic]:
         """Known quantities behind expressions. free: accelerations in them stand for those without contact forces."""
         slips: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
+        slips |= {c.depth_symbol: c.depth.free_symbols for c in self.system.contacts if c.depth is not None}
         found: set[sympy.Basic] = set()
         for symbol in set().union(*(expression.free_symbols for expression in expressions)):
             if symbol in slips:

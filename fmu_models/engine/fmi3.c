@@ -328,7 +328,7 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], si
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
     if (instance_enter(c, PHASES_ALL, __func__) || instance_array(c, n, 1, __func__, "the number")) return fmi3Error;
-    *n = MODEL_NC;
+    *n = MODEL_NI;
     return fmi3OK;
 }
 

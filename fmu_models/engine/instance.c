@@ -243,6 +243,6 @@ Status instance_derivatives(Instance *m, const char *function, double *dx, size_
 }
 
 Status instance_indicators(Instance *m, const char *function, double *z, size_t n) {
-    if (check_result(m, function, z, n, MODEL_NC, "event indicators")) return STATUS_ERROR;
+    if (check_result(m, function, z, n, MODEL_NI, "event indicators")) return STATUS_ERROR;
     return n ? checked(m, function, run_indicators(&m->core.run, z)) : STATUS_OK;
 }

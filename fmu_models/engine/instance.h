@@ -73,7 +73,7 @@ typedef struct {
     int has_derivatives, has_outputs, has_indicators;
     double derivatives[MODEL_ROOM(MODEL_NX)];
     double outputs[MODEL_ROOM(MODEL_NY)];
-    double indicators[MODEL_ROOM(MODEL_NC)];
+    double indicators[MODEL_ROOM(MODEL_NI)];
 } Evaluation;
 
 /* typical magnitudes of the states (generated, in all.c) */

@@ -4,15 +4,24 @@
 
 #include "instance.h"
 
-typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
+typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
 
 static const char *const kind_names[] = {"the time",   "a parameter", "an input",        "the rate of an input",
-                                         "a state",    "a derivative", "an output",      "the state of a contact",
-                                         "an indicator", "nothing"};
+                                         "a state",    "the memory of a stop", "a derivative", "an output",
+                                         "the state of a contact", "an indicator", "nothing"};
+
+/* the contact of memory number i, or how many memories there are if i is beyond them */
+static int memory_contact(int i) {
+    int found = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        if (model_contact_remembers[c] && found++ == i) return c;
+    return found;
+}
 
 /* value references are consecutive, in the order of Kind (fmu_models/codegen/model_description.py) */
 static Kind locate(uint32_t vr, int *index) {
-    static const int counts[] = {1, MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NC};
+    const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, memory_contact(MODEL_NC),
+                          MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
     long rest = (long)vr;
     for (int kind = TIME; kind < UNKNOWN; kind++) {
         if (rest < counts[kind]) {
@@ -54,6 +63,7 @@ static double read_value(const Run *r, Kind kind, int i, const Evaluation *e) {
     case INPUT: return r->u[i];
     case RATE: return r->du[i];
     case STATE: return r->x[i];
+    case MEMORY: return r->memory[memory_contact(i)];
     case DERIVATIVE: return e->derivatives[i];
     case OUTPUT: return e->outputs[i];
     case CONTACT: return r->state[i];
@@ -121,7 +131,8 @@ static Status check_writable(Instance *m, const char *function, uint32_t vr, dou
     case PARAMETER: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_EVENT | PHASE_STEP; break;
     case INPUT:
     case RATE: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASES_RUNNING; break;
-    case STATE: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION; break;
+    case STATE:
+    case MEMORY: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION; break;
     default:
         return instance_refuse(m, "%s: value reference %u is %s and cannot be set", function, (unsigned)vr, kind_names[kind]);
     }
@@ -141,7 +152,11 @@ Status instance_set(Instance *m, const char *function, const uint32_t *vr, size_
         int i;
         Run *r = &m->core.run;
         Kind kind = locate(vr[k], &i);
-        double *target = kind == PARAMETER ? &r->p[i] : kind == INPUT ? &r->u[i] : kind == RATE ? &r->du[i] : &r->x[i];
+        double *target = kind == PARAMETER ? &r->p[i]
+                         : kind == INPUT   ? &r->u[i]
+                         : kind == RATE    ? &r->du[i]
+                         : kind == MEMORY  ? &r->memory[memory_contact(i)]
+                                           : &r->x[i];
         if (*target == value[k]) continue;
         *target = value[k];
         if (kind == PARAMETER) parameters = 1;

@@ -95,9 +95,8 @@ def fit_report(fit: FrictionFit) -> Group:
         lines.append(
             Text(
                 f"Laser against encoder: gain {100 * fit.sensors['laser_gain_correction']:+.3f} +- "
-                f"{100 * fit.sensors['laser_gain_correction_sd']:.3f} %, delay "
-                f"{1e3 * fit.sensors['laser_delay']:+.3f} +- "
-                f"{1e3 * fit.sensors['laser_delay_sd']:.3f} ms."
+                f"{100 * fit.sensors['laser_gain_correction_sd']:.3f} %, delay {1e3 * fit.sensors['laser_delay']:+.3f} "
+                f"+- {1e3 * fit.sensors['laser_delay_sd']:.3f} ms."
             )
         )
     lines += [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]

@@ -100,8 +100,7 @@ def _check_determined(found: Solution, law: FittableLaw) -> None:
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=True))
         raise StickslipError(
             f"The logs do not determine {', '.join(names)} of '{law.name}' one by one (found {values}): friction "
-            "hardly "
-            "changes over the slip speeds in them. Pool logs at more drive speeds, or take a simpler law."
+            "hardly changes over the slip speeds in them. Pool logs at more drive speeds, or take a simpler law."
         )
 
 

@@ -155,8 +155,7 @@ def _swings(time: np.ndarray, angle: np.ndarray, name: str) -> tuple[float, np.n
     if len(turns) < 2 * CYCLES:
         raise StickslipError(
             f"Free decay '{name}' shows {len(turns) / 2:.1f} cycles in {time[-1] - time[0]:.3g} s; {CYCLES} or more "
-            "are "
-            "needed. Record longer, or let the disc go from a larger angle."
+            "are needed. Record longer, or let the disc go from a larger angle."
         )
     swings = []
     for first, last in pairwise(turns):
@@ -172,9 +171,8 @@ def _swings(time: np.ndarray, angle: np.ndarray, name: str) -> tuple[float, np.n
 
 def _no_decay(name: str, rate: float) -> StickslipError:
     return StickslipError(
-        f"Free decay '{name}' does not decay: its amplitude follows exp({-rate:+.3g} t). A free decay is recorded "
-        "with no "
-        "disc in contact and no drive; check that the log is of that kind and that nothing excites the rig."
+        f"Free decay '{name}' does not decay: its amplitude follows exp({-rate:+.3g} t). A free decay is recorded with "
+        "no disc in contact and no drive; check that the log is of that kind and that nothing excites the rig."
     )
 
 
@@ -187,6 +185,5 @@ def _doubts(time: np.ndarray, error: np.ndarray, frequency: float, scale: float)
         return ()
     return (
         f"The residuals swing by {swing:.2g} rad ({100 * swing / scale:.1f} % of the first swing): damping is not "
-        "viscous "
-        "alone (dry friction in the bearings?) or the spring is not linear.",
+        "viscous alone (dry friction in the bearings?) or the spring is not linear.",
     )

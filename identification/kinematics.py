@@ -160,9 +160,8 @@ def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
     found = edges(log, f"drive{disc}")
     if len(found.time) < 20:
         raise StickslipError(
-            f"Log '{log.name}': the encoder of disc {disc} shows {len(found.time)} edges, so the drive hardly "
-            "turned. A fit "
-            "needs a driven disc; check the column and pulses_per_revolution."
+            f"Log '{log.name}': the encoder of disc {disc} shows {len(found.time)} edges, so the drive hardly turned. "
+            "A fit needs a driven disc; check the column and pulses_per_revolution."
         )
     first, last = float(found.time[0]), float(found.time[-1])
     # never more knots than a third of the edges: a slow drive is averaged over longer times
@@ -194,8 +193,7 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
     if abs(gain) > GAIN_SUSPECT:
         raise StickslipError(
             f"Laser and encoder disagree: one shows {1 + gain:.3f} times the motion of the other. Check the laser's "
-            "gain "
-            "(m/V), the radius R and the encoder's pulses_per_revolution and quadrature."
+            "gain (m/V), the radius R and the encoder's pulses_per_revolution and quadrature."
         )
     covariance = clustered_covariance(design, residual, line)[:2, :2]
     fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines)

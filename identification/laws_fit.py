@@ -169,8 +169,7 @@ def _conti_doubts(q: np.ndarray) -> tuple[str, ...]:
         return ()
     return (
         f"mu_s = {q[0]:.4g} is less than mu_k = {q[1]:.4g}: friction rises with slip speed, which the Conti law does "
-        "not "
-        "mean. A law with a viscous term is more likely right; check also the signs of angle and drive.",
+        "not mean. A law with a viscous term is more likely right; check also the signs of angle and drive.",
     )
 
 

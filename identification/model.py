@@ -111,8 +111,8 @@ def _check_same_rig(fit: FrictionFit, ready: Pool) -> None:
         )
     if fit.materials and ready.materials and fit.materials != ready.materials:
         raise StickslipError(
-            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare "
-            "like with like."
+            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare like "
+            "with like."
         )
     fitted, logged = fitted_rig(fit), ready.values
     for name in ("J", "R", "r", "N"):

@@ -157,8 +157,8 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
         if log.kind == first.kind and log.experiment.materials != first.experiment.materials:
             raise StickslipError(
                 f"Logs '{first.name}' ({' / '.join(first.experiment.materials) or 'no materials'}) and '{log.name}' "
-                f"({' / '.join(log.experiment.materials) or 'no materials'}) are of different materials. Fit each "
-                "pair alone."
+                f"({' / '.join(log.experiment.materials) or 'no materials'}) are of different materials. Fit each pair "
+                "alone."
             )
         for name in RIG_UNITS:
             here, there = getattr(first.rig, name), getattr(log.rig, name)
@@ -179,8 +179,7 @@ def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
         if abs(motion.step / first.step - 1) > SAME_RATE:
             raise StickslipError(
                 f"Logs '{first.log.name}' and '{motion.log.name}' are sampled every {first.step:g} s and "
-                f"{motion.step:g} s. "
-                "Resample them at one rate, or fit them apart."
+                f"{motion.step:g} s. Resample them at one rate, or fit them apart."
             )
 
 
@@ -219,8 +218,7 @@ def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | 
     if sensors.lines == 0 and any(log.has("laser") and not log.has("angle") for log in logs):
         found.append(
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
-            "of it "
-            "passes to the friction coefficients one to one and is not in their standard deviations."
+            "of it passes to the friction coefficients one to one and is not in their standard deviations."
         )
     if len(logs) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
@@ -237,7 +235,6 @@ def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | 
             if abs(free_decay.stiffness_ratio / stated - 1) > 0.02:
                 found.append(
                     f"The free decay gives k/J = {free_decay.stiffness_ratio:.5g} 1/s^2, the log's constants "
-                    f"{stated:.5g}; "
-                    "the free decay was used, with the stated J."
+                    f"{stated:.5g}; the free decay was used, with the stated J."
                 )
     return tuple(found)

@@ -28,9 +28,9 @@ RESTING = 1e-3  # rad, half range below which there is no cycle
 LIMITS = {"amplitude": 0.03, "period": 0.01, "stick fraction": 0.02, "area": 0.05, "rms": 0.04}
 
 MEANING = (
-    "A pass means that mu_s is right within 2-3 % or p within 20 %, no more: different parameters can make nearly "
-    "the same "
-    "portrait. It does not prove the friction law; residuals against slip speed and a log left out of the fit say more."
+    "A pass means that mu_s is right within 2-3 % or p within 20 %, no more: different parameters can make nearly the "
+    "same portrait. It does not prove the friction law; residuals against slip speed and a log left out of the fit "
+    "say more."
 )
 
 

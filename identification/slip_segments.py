@@ -63,16 +63,14 @@ def slip_segments(
     if not slipping.any():
         raise StickslipError(
             f"Log '{name}' shows no slip: the slip speed r*w - R*th' stays below {threshold:g} m/s (greatest "
-            f"{np.max(np.abs(slip)):.2g} m/s). Friction against speed needs slip: drive slower or with another load "
-            "to get "
-            "stick-slip, and check r, R and the drive's encoder."
+            f"{np.max(np.abs(slip)):.2g} m/s). Friction against speed needs slip: drive slower or with another load to "
+            "get stick-slip, and check r, R and the drive's encoder."
         )
     if slipping.all() and not allow_no_stick:
         raise StickslipError(
             f"Log '{name}' shows no stick: the slip speed never falls below {threshold:g} m/s (least "
             f"{np.min(np.abs(slip)):.2g} m/s). Above the speed where stick-slip ends a single sliding speed says "
-            "little about "
-            "the law: drive slower, or leave the log out, or allow it (allow_no_stick=True)."
+            "little about the law: drive slower, or leave the log out, or allow it (--allow-no-stick)."
         )
     if not allow_no_stick:
         _check_cycles(motion, slipping)
@@ -85,9 +83,8 @@ def slip_segments(
             found.append(SlipSegment(motion, first, last, sign))
     if not found:
         raise StickslipError(
-            f"Log '{name}': every slip holds samples that are missing or clipped ({100 * np.mean(motion.filled):.0f} "
-            "% of "
-            "the log). Move the laser so that the whole motion is within its range."
+            f"Log '{name}': every slip holds samples that are missing or clipped ({100 * np.mean(motion.filled):.0f} % "
+            "of the log). Move the laser so that the whole motion is within its range."
         )
     return found
 
@@ -97,9 +94,8 @@ def _check_cycles(motion: DiscMotion, slipping: np.ndarray) -> None:
     whole = sum(1 for first, last in slips if first > 0 and last < len(slipping))
     if whole < LEAST_CYCLES:
         raise StickslipError(
-            f"Log '{motion.log.name}' is too short: {motion.time[-1] - motion.time[0]:.3g} s hold {whole} whole "
-            "slips, and "
-            f"{LEAST_CYCLES} cycles or more are needed. Record for 20 s or more."
+            f"Log '{motion.log.name}' is too short: {motion.time[-1] - motion.time[0]:.3g} s hold {whole} whole slips, "
+            f"and {LEAST_CYCLES} cycles or more are needed. Record for 20 s or more."
         )
 
 
@@ -114,7 +110,6 @@ def long_enough(segments: Sequence[SlipSegment], window: float, margin: float = 
         longest = max((s.last - s.first) * s.motion.step for s in segments) if segments else 0.0
         raise StickslipError(
             f"No slip segment is longer than the window of {window:.3g} s (longest {longest:.3g} s, ends trimmed). "
-            "Choose a "
-            "shorter window, or record at a lower drive speed or load, where slips last longer."
+            "Choose a shorter window, or record at a lower drive speed or load, where slips last longer."
         )
     return kept

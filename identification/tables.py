@@ -95,9 +95,8 @@ def fit_report(fit: FrictionFit) -> Group:
         lines.append(
             Text(
                 f"Laser against encoder: gain {100 * fit.sensors['laser_gain_correction']:+.3f} +- "
-                f"{100 * fit.sensors['laser_gain_correction_sd']:.3f} %, delay "
-                f"{1e3 * fit.sensors['laser_delay']:+.3f} +- "
-                f"{1e3 * fit.sensors['laser_delay_sd']:.3f} ms."
+                f"{100 * fit.sensors['laser_gain_correction_sd']:.3f} %, delay {1e3 * fit.sensors['laser_delay']:+.3f} "
+                f"+- {1e3 * fit.sensors['laser_delay_sd']:.3f} ms."
             )
         )
     lines += [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
@@ -123,23 +122,20 @@ def comparison_report(comparisons: Sequence[PortraitComparison]) -> Group:
     from rich.console import Group
     from rich.text import Text
 
-    names = [verdict.name for verdict in comparisons[0].verdicts] if comparisons else []
     table = _table(
         "Phase portraits, model against measurement",
-        ("log", "left"),
-        ("drive, rad/s", "right"),
-        *((name, "right") for name in names),
-        ("verdict", "left"),
+        ("", "left"),
+        *((f"{one.log}\n{one.drive_speed:.4g} rad/s", "right") for one in comparisons),
+        ("accepted up to", "right"),
     )
-    for one in comparisons:
-        cells = []
-        for verdict in one.verdicts:
-            shown = f"{verdict.value:+.4f}" if verdict.name == "stick fraction" else f"{100 * verdict.value:+.2f} %"
-            cells.append(shown + (" FAIL" if verdict.passed is False else ""))
-        table.add_row(one.log, f"{one.drive_speed:.4g}", *cells, "pass" if one.passed else "FAIL")
-    limits = [
-        "" if v.limit is None else f"{v.limit:g}" if v.name == "stick fraction" else f"{100 * v.limit:g} %"
-        for v in (comparisons[0].verdicts if comparisons else ())
-    ]
-    table.add_row("acceptance level", "", *limits, "", style="dim")
+    for verdicts in zip(*(one.verdicts for one in comparisons), strict=True):
+        marks = [_shown(v.name, v.value, "+") + (" FAIL" if v.passed is False else "") for v in verdicts]
+        limit = verdicts[0].limit
+        table.add_row(verdicts[0].name, *marks, "not judged" if limit is None else _shown(verdicts[0].name, limit))
+    table.add_row("verdict", *("pass" if one.passed else "FAIL" for one in comparisons), "", style="bold")
     return Group(table, Text(MEANING))
+
+
+def _shown(metric: str, value: float, sign: str = "") -> str:
+    """A metric as people read it; the stick fraction is a difference of shares, the others are relative."""
+    return f"{value:{sign}.4g}" if metric == "stick fraction" else f"{100 * value:{sign}.3g} %"

@@ -201,14 +201,15 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     if (instance_enter(c, phases, __func__) || instance_array(c, vr, n, __func__, "value references")) return fmi2Error;
     if (instance_array(c, order, n, __func__, "orders") || instance_array(c, value, n, __func__, "values")) return fmi2Error;
     for (size_t i = 0; i < n; i++) {
-        if (!instance_rate_of(vr[i]))
+        if (!instance_is_input(vr[i]))
             return (fmi2Status)instance_refuse(c, "%s: value reference %u is not an input", __func__, vr[i]);
         if (order[i] != 1)
             return (fmi2Status)instance_refuse(c, "%s: order %d; only the first derivative is used", __func__, order[i]);
     }
     for (size_t i = 0; i < n; i++) {
         uint32_t rate = instance_rate_of(vr[i]);
-        if (instance_set(c, __func__, &rate, 1, &value[i])) return fmi2Error;
+        /* the derivative of a rate is left out: rates are constant over a step */
+        if (rate && instance_set(c, __func__, &rate, 1, &value[i])) return fmi2Error;
     }
     return fmi2OK;
 }

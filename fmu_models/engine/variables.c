@@ -39,6 +39,12 @@ uint32_t instance_rate_of(uint32_t vr) {
     return locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
 }
 
+int instance_is_input(uint32_t vr) {
+    int i;
+    Kind kind = locate(vr, &i);
+    return kind == INPUT || kind == RATE;
+}
+
 /* RUN_OK once e holds what a variable of this kind is read from */
 static RunStatus evaluate(Run *r, Kind kind, Evaluation *e) {
     if (kind == DERIVATIVE && !e->has_derivatives) {

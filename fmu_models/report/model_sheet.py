@@ -64,7 +64,7 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def readable(expression: sympy.Expr) -> str:
+def readable(expression: sympy.Basic) -> str:
     """An expression in plain letters."""
     names = {symbol: sympy.Symbol(symbol.name) for symbol in expression.atoms(sympy.Dummy)}
     return sympy.sstr(expression.xreplace(names))

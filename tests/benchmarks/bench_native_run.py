@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 
-import heyoka
+import heyoka  # pyright: ignore[reportMissingImports]  # of the extra `bench`
 import numpy as np
 
 from fmu_models.codegen.package import built

@@ -63,7 +63,9 @@ def test_input_derivatives_of_fmi2_are_the_rates(fmu: Fmu) -> None:
         with face(fmu) as one:
             one.initialize()
             if by_function:
-                one.api.setRealInputDerivatives([one.reference(name)], [1], [0.05])
+                # fmpy gives derivatives of all inputs, the rates among them
+                references = one.references([name, f"{name}_rate"])
+                one.api.setRealInputDerivatives(references, [1, 1], [0.05, 7.0])
             else:
                 one.set({f"{name}_rate": 0.05})
             one.step(0.0, 2.0)

@@ -19,7 +19,7 @@ from identification.model import compare
 from identification.pooling import pool
 from identification.result import FrictionFit
 from rig_io.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
-from rig_io.log import Quantity, RigLog, write_package
+from rig_io.log import Quantity, RigLog, read_package, write_package
 
 ROOT = Path(__file__).parents[2]
 TRUTH = {"mu_s": 0.65, "mu_k": 0.35, "p": 15.0}
@@ -114,6 +114,14 @@ def test_an_unknown_laser_gain_is_found_by_the_encoder(logs: list[RigLog]) -> No
     assert second.law_values == pytest.approx(first.law_values, rel=3e-4)
 
 
+def test_what_the_encoder_leaves_open_about_the_gain_joins_the_deviations(logs: list[RigLog]) -> None:
+    ready = pool(logs)
+    ideal = replace(ready, sensors=replace(ready.sensors, covariance=np.zeros((2, 2))))
+    more = fit_friction(ready)["mu_s"].standard_deviation ** 2 - fit_friction(ideal)["mu_s"].standard_deviation ** 2
+    # friction follows the scale of the angle nearly one to one; the delay adds little
+    assert np.sqrt(more) == pytest.approx(0.65 * np.sqrt(ready.sensors.covariance[0, 0]), rel=0.3)
+
+
 def test_a_laser_zero_that_is_off_is_found_by_the_free_decay(logs: list[RigLog], fit: FrictionFit) -> None:
     shifted = [replace(log, columns={**log.columns, "laser": log.column("laser") + 0.05}) for log in logs]
     found = fit_friction(shifted)
@@ -181,6 +189,13 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
     heavier = replace(logs[0].rig, N0=Quantity(9.81, "N"))
     with pytest.raises(StickslipError, match=r"N = 4\.905, the logs are of one with 9\.81"):
         compare(fit, [replace(logs[0], rig=heavier)])
+
+
+def test_the_logs_of_the_project_give_their_truth_back() -> None:
+    found = fit_friction(read_package(ROOT / "data" / "rigs" / "paper_rubber"))
+    for name, value in TRUTH.items():
+        low, high = found.interval(name, 0.999)
+        assert low < value < high
 
 
 def test_one_log_alone_is_fitted_with_a_warning(logs: list[RigLog]) -> None:

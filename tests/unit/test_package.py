@@ -113,3 +113,10 @@ def test_a_warm_export_is_quick_and_does_no_symbolic_work(tmp_path: Path) -> Non
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     # the requirement; it takes some 0.2 s on an idle machine
     assert time.perf_counter() - start < 1.5
+
+
+def test_the_engine_allocates_for_instances_and_frozen_states_alone() -> None:
+    with zipfile.ZipFile(built("disc_rig")) as archive:
+        sources = {name: archive.read(name).decode() for name in archive.namelist() if name.endswith((".c", ".h"))}
+    allocating = {name for name, text in sources.items() if re.search(r"\b(malloc|calloc|realloc|alloca)\s*\(", text)}
+    assert allocating == {"sources/instance.c", "sources/frozen.c"}

@@ -66,6 +66,17 @@ def test_clusters_give_the_spread_of_repeated_sampling_where_plain_fails() -> No
     assert np.mean(plain, axis=0)[0] < 0.5 * spread[0]
 
 
+def test_clusters_are_left_out_one_by_one() -> None:
+    # of a linear problem the first order is exact: the covariance is that of real fits without each cluster
+    gradient, values, cluster = clustered_problem(0)
+    few = cluster < 5
+    gradient, values, cluster = gradient[few], values[few], cluster[few]
+    without = np.array([np.linalg.lstsq(gradient[cluster != g], values[cluster != g], rcond=None)[0] for g in range(5)])
+    expected = 4 / 5 * (without - without.mean(axis=0)).T @ (without - without.mean(axis=0))
+    residual = gradient @ np.linalg.lstsq(gradient, values, rcond=None)[0] - values
+    np.testing.assert_allclose(clustered_covariance(gradient, residual, cluster), expected, rtol=1e-9)
+
+
 def test_bootstrap_agrees_with_the_jackknife() -> None:
     gradient, values, cluster = clustered_problem(0)
     estimate = np.linalg.lstsq(gradient, values, rcond=None)[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import uuid
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from typing import Any
 
 import sympy
 
@@ -73,7 +74,7 @@ class _Names:
         self.free = {TIME: "j->t", **self.inputs, **rates, **self.states}
         self.accelerations: dict[sympy.Basic, str] = {a: f"j->a[{i}]" for i, a in enumerate(system.rate_symbols)}
         # what outputs read of the rates of driven states: these are without contact forces
-        self.free_rates = {a: sympy.Dummy(f"{a}_free", real=True) for a in system.rate_symbols}
+        self.free_rates: dict[Any, sympy.Basic] = {a: sympy.Dummy(f"{a}_free", real=True) for a in system.rate_symbols}
         held: dict[sympy.Basic, str] = {}
         self.slips: dict[sympy.Basic, str] = {}
         self.depths: dict[sympy.Basic, str] = {}
@@ -101,7 +102,7 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     contacts = list(enumerate(system.contacts))
     met = names.slips, names.depths
     moving = names.slips, names.accelerations
-    inertia = {
+    inertia: dict[str, Any] = {
         f"j->{letter}[{row}][{column}]": matrix[row, column]
         for matrix, letter in ((system.W, "W"), (system.G, "G"))
         for row in range(matrix.rows)
@@ -114,7 +115,7 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(system.internal_rates)}
     accelerations = {f"j->a[{i}]": a for i, a in enumerate(system.acceleration)}
 
-    free_rates = {names.free_rates[a]: name for a, name in names.accelerations.items()}
+    free_rates: dict[sympy.Basic, str] = {names.free_rates[a]: name for a, name in names.accelerations.items()}
 
     def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
         recurrences = names.recurrences(*series)
@@ -135,7 +136,7 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     ]
 
 
-def _outputs(system: HybridSystem, names: _Names) -> dict[str, sympy.Expr]:
+def _outputs(system: HybridSystem, names: _Names) -> dict[str, Any]:
     """Outputs, with every acceleration written as what it is without and with contact forces."""
     forces = sympy.Matrix(len(system.contacts), 1, [contact.force_symbol for contact in system.contacts])
     full = {

@@ -14,7 +14,7 @@ The second rule is that of a support without mass that relaxes at once when it i
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import sympy
 
@@ -99,7 +99,7 @@ class Stop:
         rooted = False
         for power in self.compression.atoms(sympy.Pow):
             if power.base.has(self.penetration):
-                exponent = sympy.nsimplify(power.exp) if power.exp.is_Number else power.exp
+                exponent: Any = sympy.nsimplify(power.exp) if power.exp.is_Number else power.exp
                 if power.base == self.penetration and not (exponent.is_Rational and exponent > 0 and exponent.q <= 2):
                     raise StickslipError(
                         f"stop '{self.name}': its force has the depth to the power {power.exp}. The power must be a "

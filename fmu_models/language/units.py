@@ -144,7 +144,7 @@ class _Units:
                 "parameters."
             )
 
-    def _dimension(self, e: sympy.Expr) -> Dimension | None:
+    def _dimension(self, e: Any) -> Dimension | None:
         if isinstance(e, Quantity):
             if e not in self.known:
                 self.known[e] = _NONE if isinstance(e, ContactSymbol) else self.of_unit(e.unit)
@@ -164,7 +164,7 @@ class _Units:
                     raise _Mismatch(f"{e.func}({argument}) of a quantity in {_text(dimension)}; it must be a number")
         return _NONE
 
-    def _sum(self, e: sympy.Expr) -> Dimension | None:
+    def _sum(self, e: Any) -> Dimension | None:
         seen: dict[Dimension, sympy.Basic] = {}
         for term in e.args:
             dimension = self._dimension(term)
@@ -181,7 +181,7 @@ class _Units:
             total = None if total is None or dimension is None else self.times(total, dimension)
         return total
 
-    def _power(self, e: sympy.Expr) -> Dimension | None:
+    def _power(self, e: Any) -> Dimension | None:
         base, exponent = self._dimension(e.base), self._dimension(e.exp)
         if exponent:
             raise _Mismatch(f"the exponent of {e} is in {_text(exponent)}; it must be a number")

@@ -16,6 +16,7 @@ quadratic in v and does not know the time.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import sympy
 
@@ -31,7 +32,7 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     velocities = [q.v for q in coordinates]
     T, U = mechanism.kinetic_energy, mechanism.potential_energy
     at_rest = dict.fromkeys(velocities, sympy.S.Zero)
-    constant = T.xreplace(at_rest)
+    constant: Any = T.xreplace(at_rest)
     linear = sum((v * sympy.diff(T, v).xreplace(at_rest) for v in velocities), sympy.S.Zero)
     frame = sympy.expand(linear + 2 * constant)
     supplied = sum((force * q.v for q, force in mechanism.applied.items()), sympy.S.Zero)

@@ -13,6 +13,8 @@ Source: Filippov, Differential equations with discontinuous right-hand sides (19
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy
 
 from fmu_models.language.automaton import Automaton, Switch
@@ -25,7 +27,7 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
     """Separate what the signs multiply and derive the sliding dynamics."""
     states, switches = list(automaton.states), list(automaton.switches)
     flow = sympy.Matrix([automaton.flows[x] for x in states])
-    parts = [flow.diff(switch.sign).applyfunc(sympy.expand) for switch in switches]
+    parts = [flow.applyfunc(lambda f, sign=switch.sign: sympy.expand(sympy.diff(f, sign))) for switch in switches]
     slides = [_slides(automaton, switch, part) for switch, part in zip(switches, parts, strict=True)]
     free = flow.xreplace({s.sign: sympy.S.Zero for s, sliding in zip(switches, slides, strict=True) if sliding})
     columns = [-part if sliding else 0 * part for part, sliding in zip(parts, slides, strict=True)]
@@ -56,11 +58,12 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
 def _slides(automaton: Automaton, switch: Switch, part: sympy.Matrix) -> bool:
     """Whether the flow jumps across h = 0 in a way that could hold the motion there."""
     function = sympy.sympify(switch.function)
-    normal = sum((sympy.diff(function, x) * f for x, f in zip(automaton.states, part, strict=True)), sympy.S.Zero)
-    return sympy.simplify(normal) != 0 and not all(_vanishes(f, function, automaton) for f in part)
+    entries = [part[i, 0] for i in range(part.rows)]
+    normal = sum((sympy.diff(function, x) * f for x, f in zip(automaton.states, entries, strict=True)), sympy.S.Zero)
+    return sympy.simplify(normal) != 0 and not all(_vanishes(f, function, automaton) for f in entries)
 
 
-def _vanishes(expression: sympy.Expr, function: sympy.Expr, automaton: Automaton) -> bool:
+def _vanishes(expression: Any, function: sympy.Expr, automaton: Automaton) -> bool:
     """Whether an expression is zero wherever the function is: it is put in place of a quantity in which h is affine."""
     for symbol in (*automaton.states, *automaton.inputs):
         slope = sympy.diff(function, symbol)

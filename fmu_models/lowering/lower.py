@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import sympy
 
 from fmu_models.language.automaton import Automaton
@@ -53,7 +55,7 @@ def _declared_outputs(mechanism: Mechanism) -> tuple[Output, ...]:
     """Outputs with the compressive force of a stop written as what it is, the opposite of lambda."""
     forces = {stop.force: -stop.reaction for stop in mechanism.contacts if isinstance(stop, Stop)}
     return tuple(
-        Output(o.name, sympy.sympify(o.expression).xreplace(forces), o.unit, o.description) for o in mechanism.outputs
+        dataclasses.replace(o, expression=sympy.sympify(o.expression).xreplace(forces)) for o in mechanism.outputs
     )
 
 

@@ -137,9 +137,7 @@ def _outputs(system: HybridSystem, names: _Names) -> dict[str, sympy.Expr]:
         a: names.free_rates[a] + by_force
         for a, by_force in zip(system.rate_symbols, sympy.flatten(system.W * forces), strict=True)
     }
-    return {
-        f"j->y[{i}]": sympy.sympify(output.expression).xreplace(full) for i, output in enumerate(system.outputs)
-    }
+    return {f"j->y[{i}]": sympy.sympify(output.expression).xreplace(full) for i, output in enumerate(system.outputs)}
 
 
 def _function(name: str, lines: Iterable[str]) -> str:
@@ -256,16 +254,8 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
     }
-    states = len(system.states)
-    blocks = {"P": sizes["NP"], "U": sizes["NU"], "DU": sizes["NU"], "X": states, "DX": states, "Y": sizes["NY"]}
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
     lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]
-    lines.append("\n/* first value references; 0 is the time */")
-    reference = 1
-    for name, count in blocks.items():
-        lines.append(f"#define VR_{name} {reference}")
-        reference += count
-    lines.append(f"#define VR_S {reference}")
     body = "\n".join(lines)
     guard = "STICKSLIP_MODEL_SIZES_H"
     return f"{_HEAD.format(name=system.name)}#ifndef {guard}\n#define {guard}\n\n{body}\n\n#endif\n"

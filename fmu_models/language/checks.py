@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import sympy
@@ -11,10 +11,13 @@ import sympy
 from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol, Friction
 from fmu_models.language.quantities import TIME, Acceleration, Coordinate, Input, Parameter, Rate
+from fmu_models.language.stops import Stop
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
 
+# what lowering adds to the outputs of every mechanism
+POWERS = ("energy", "power_input", "power_dissipated", "power_stops")
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -26,34 +29,49 @@ def check_mechanism(mechanism: Mechanism) -> None:
     """
     if not mechanism.coordinates:
         raise StickslipError(f"{mechanism.name} has no coordinate. A mechanism needs at least one.")
-    _check_names(mechanism)
+    check_names(mechanism.name, _names(mechanism))
     _check_energies(mechanism)
     for contact in mechanism.contacts:
-        _check_slip(contact, mechanism.coordinates)
+        if isinstance(contact, Stop):
+            _check_place(f"stop '{contact.name}': gap", contact.gap, mechanism.coordinates)
+        else:
+            _check_slip(contact, mechanism.coordinates)
+            if contact.where is not None:
+                _check_place(f"contact '{contact.name}': where", contact.where, mechanism.coordinates)
     _check_symbols(mechanism)
 
 
-def _check_names(mechanism: Mechanism) -> None:
-    names = list(_names(mechanism))
-    for name, _ in [*names, (mechanism.name, "mechanism")]:
+def check_names(model: str, found: Iterable[tuple[str, str]]) -> None:
+    """Refuse names that are none, and one name for two things; ``found`` has names with what they belong to.
+
+    Raises:
+        StickslipError: which name, and what bears it.
+    """
+    names = list(found)
+    for name, _ in [*names, (model, "model")]:
         if not _IDENTIFIER.fullmatch(name):
             raise StickslipError(f"'{name}' is not a name: use a letter followed by letters, digits or underscores.")
     seen = {"time": "the time"}
     for name, owner in names:
         if name in seen:
             raise StickslipError(
-                f"{mechanism.name}: '{name}' names both {seen[name]} and {owner}. Give every quantity its own name."
+                f"{model}: '{name}' names both {seen[name]} and {owner}. Give every quantity its own name."
             )
         seen[name] = owner
 
 
-def _names(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
-    """Every name that a user of the model will meet, with what it belongs to."""
-    for parameter in mechanism.parameters:
+def quantity_names(parameters: Iterable[Parameter], inputs: Iterable[Input]) -> Iterator[tuple[str, str]]:
+    """Names of parameters, inputs and rates of inputs, each with what it belongs to."""
+    for parameter in parameters:
         yield parameter.name, f"parameter '{parameter.description}'"
-    for source in mechanism.inputs:
+    for source in inputs:
         yield source.name, f"input '{source.description}'"
         yield source.rate.name, f"the rate of input {source.name}"
+
+
+def _names(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+    """Every name that a user of the model will meet, with what it belongs to."""
+    yield from quantity_names(mechanism.parameters, mechanism.inputs)
     for q in mechanism.coordinates:
         yield q.name, f"coordinate '{q.description}'"
         yield q.v.name, f"the velocity of {q.name}"
@@ -64,6 +82,11 @@ def _names(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
     for contact in mechanism.contacts:
         yield contact.name, f"contact '{contact.name}'"
         yield f"{contact.name}_state", f"the state of contact {contact.name}"
+        yield f"{contact.name}_force", f"the force of contact {contact.name}, which every model shows"
+        if isinstance(contact, Stop):
+            yield f"{contact.name}_memory", f"the speed at which stop {contact.name} was entered"
+    for name in POWERS:
+        yield name, "a quantity that every mechanism shows"
 
 
 def _check_energies(mechanism: Mechanism) -> None:
@@ -115,16 +138,36 @@ def _check_slip(contact: Friction, coordinates: Sequence[Coordinate]) -> None:
         )
 
 
+def _check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
+    place = sympy.sympify(place)
+    for q in coordinates:
+        if place.has(q.v, q.a):
+            moving = q.v if place.has(q.v) else q.a
+            raise StickslipError(
+                f"{where} = {place} depends on {moving.name}; it says where the contact is, so write it with "
+                f"coordinates such as {q.name}."
+            )
+    if not place.has(*coordinates):
+        raise StickslipError(
+            f"{where} = {place} is the same wherever the body is; write it with a coordinate such as "
+            f"{coordinates[0].name}."
+        )
+
+
 def _check_symbols(mechanism: Mechanism) -> None:
     """Every symbol is a quantity of this mechanism, used where it exists."""
     states = {s for q in mechanism.coordinates for s in (q, q.v)} | set(mechanism.internal_states) | {TIME}
-    contacts = {contact.force for contact in mechanism.contacts}
+    contacts = {symbol for contact in mechanism.contacts for symbol in contact.shown}
     accelerations = {q.a for q in mechanism.coordinates}
     for symbol in sorted(mechanism.symbols, key=str):
         known = isinstance(symbol, (Parameter, Input)) or symbol in states | contacts | accelerations
         if not known:
-            raise StickslipError(f"{mechanism.name}: {_stranger(symbol)}")
+            raise StickslipError(f"{mechanism.name}: {stranger(symbol)}")
     body = (mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation, *mechanism.applied.values())
+    for contact in mechanism.contacts:
+        for symbol in sorted(contact.symbols, key=str):
+            if isinstance(symbol, (Acceleration, ContactSymbol)):
+                raise StickslipError(f"contact '{contact.name}' uses {symbol.name}; only outputs may use it.")
     for expression in body:
         for symbol in sorted(expression.free_symbols, key=str):
             if isinstance(symbol, (Acceleration, ContactSymbol)):
@@ -134,7 +177,8 @@ def _check_symbols(mechanism: Mechanism) -> None:
             raise StickslipError(f"{mechanism.name}: the requirement '{requirement.sentence}' may use parameters only.")
 
 
-def _stranger(symbol: sympy.Basic) -> str:
+def stranger(symbol: sympy.Basic) -> str:
+    """The lesson for a symbol that is no quantity of the model."""
     if isinstance(symbol, Rate):
         return f"{symbol} is used directly; rates of inputs enter by themselves."
     if isinstance(symbol, ContactSymbol):

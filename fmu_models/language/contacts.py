@@ -1,4 +1,4 @@
-"""Friction contacts.
+"""Friction contacts, and what every kind of contact shares.
 
 A contact with slip speed y (affine in the velocities v) acts on the body with the generalised force (dy/dv)^T lambda.
 During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, up to the capacity of the law.
@@ -7,7 +7,7 @@ During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import sympy
 
@@ -67,6 +67,8 @@ class Friction:
         name: of the contact, for example "disc0".
         slip: slip speed, m/s; affine in the velocities.
         law: friction law.
+        where: there is contact only where this function of coordinates, inputs and time is not negative; everywhere
+            if left out.
         description: what rubs on what.
         force: the friction force lambda along positive slip, N, in whatever state the contact is; for outputs.
     """
@@ -74,21 +76,37 @@ class Friction:
     name: str
     slip: sympy.Expr
     law: Law
+    where: sympy.Expr | None = None
     description: str = ""
     force: ContactSymbol = field(init=False)
     slip_speed: ContactSymbol = field(init=False)
     sign: ContactSymbol = field(init=False)
 
     def __post_init__(self) -> None:
-        symbols = {"force": "N", "slip_speed": "m/s", "sign": "1"}
-        for name, unit in symbols.items():
-            symbol = ContactSymbol._create(f"{self.name}_{name}", unit, f"{name} of contact {self.name}")
-            object.__setattr__(self, name, symbol)
+        create_symbols(self, force="N", slip_speed="m/s", sign="1")
+
+    @property
+    def shown(self) -> tuple[ContactSymbol, ...]:
+        """What outputs may use of it."""
+        return (self.force,)
+
+    @property
+    def expressions(self) -> tuple[sympy.Expr, ...]:
+        """Everything that the contact is declared by."""
+        law = self.law
+        bounds = () if self.where is None else (sympy.sympify(self.where),)
+        rates = law.rates(self.slip_speed, self.sign)
+        force = law.force(self.slip_speed, self.sign)
+        return tuple(map(sympy.sympify, (self.slip, *bounds, law.capacity, force, *rates)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        """Quantities that the contact uses: those of its slip speed and of its law."""
-        expressions = [self.slip, self.law.capacity, self.law.force(self.slip_speed, self.sign)]
-        expressions += self.law.rates(self.slip_speed, self.sign)
-        used = set().union(*(sympy.sympify(e).free_symbols for e in expressions))
-        return used - {self.slip_speed, self.sign}
+        """Quantities that the contact uses: those of its slip speed, its region and its law."""
+        return set().union(*(e.free_symbols for e in self.expressions)) - {self.slip_speed, self.sign}
+
+
+def create_symbols(contact: Any, **units: str) -> None:
+    """Give a frozen contact the quantities that the engine computes for it, by name and unit."""
+    for name, unit in units.items():
+        symbol = ContactSymbol._create(f"{contact.name}_{name}", unit, f"{name} of contact {contact.name}")
+        object.__setattr__(contact, name, symbol)

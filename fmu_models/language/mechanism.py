@@ -2,7 +2,8 @@
 
     d/dt dT/dv - dT/dq = -dU/dq - dD/dv + Q + sum_c (d slip_c/dv)^T lambda_c
 
-T kinetic energy, U potential energy, D dissipation (Rayleigh: c v^2/2 for a dashpot), Q applied generalised forces.
+T kinetic energy, U potential energy, D dissipation (Rayleigh: c v^2/2 for a dashpot), Q applied generalised forces; a
+stop with depth d acts with -(d d'/dv)^T F.
 The equations of motion are derived from this (lowering), never typed.
 """
 
@@ -19,13 +20,15 @@ from fmu_models.errors import StickslipError, nearest
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
+from fmu_models.language.stops import Stop, StopLaw
 
 Q = TypeVar("Q", bound=Quantity)
+Contact = Friction | Stop
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """A quantity to be shown; its expression may also use accelerations, slip speeds and friction forces."""
+    """A quantity to be shown; its expression may also use accelerations and what contacts show, such as forces."""
 
     name: str
     expression: sympy.Expr
@@ -46,7 +49,7 @@ class Mechanism:
         potential_energy: U, J.
         dissipation: D, W, half the power lost.
         applied: generalised force on a coordinate.
-        contacts: friction contacts.
+        contacts: friction and stops.
         outputs: quantities to be shown.
         requirements: what the parameters must satisfy beside their own bounds.
 
@@ -62,7 +65,7 @@ class Mechanism:
     potential_energy: sympy.Expr = sympy.S.Zero
     dissipation: sympy.Expr = sympy.S.Zero
     applied: Mapping[Coordinate, sympy.Expr] = field(default_factory=dict)
-    contacts: Sequence[Friction] = ()
+    contacts: Sequence[Contact] = ()
     outputs: Sequence[Output] = ()
     requirements: Sequence[Requirement] = ()
 
@@ -77,17 +80,22 @@ class Mechanism:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The parameters used, in the order of their declaration."""
-        return _of_type(self.symbols, Parameter)
+        return quantities_of_type(self.symbols, Parameter)
 
     @property
     def inputs(self) -> tuple[Input, ...]:
         """The inputs used, in the order of their declaration."""
-        return _of_type(self.symbols, Input)
+        return quantities_of_type(self.symbols, Input)
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:
         """The internal states of the laws, contact by contact."""
-        return tuple(state for contact in self.contacts for state in contact.law.states)
+        return tuple(state for contact in self.frictions for state in contact.law.states)
+
+    @property
+    def frictions(self) -> tuple[Friction, ...]:
+        """The friction contacts."""
+        return tuple(contact for contact in self.contacts if isinstance(contact, Friction))
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:
@@ -118,7 +126,7 @@ class Mechanism:
         if len(kept) == len(self.contacts):
             return self
         dropped = [contact for contact in self.contacts if contact not in kept]
-        gone = set().union(*(contact.symbols | {contact.force} for contact in dropped))
+        gone = set().union(*(contact.symbols.union(contact.shown) for contact in dropped))
         gone -= self.body_symbols.union(*(contact.symbols for contact in kept))
         return dataclasses.replace(
             self,
@@ -128,7 +136,7 @@ class Mechanism:
             requirements=[r for r in self.requirements if not gone & r.expression.free_symbols],
         )
 
-    def with_law(self, **laws: Law) -> Mechanism:
+    def with_law(self, **laws: Law | StopLaw) -> Mechanism:
         """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``.
 
         Raises:
@@ -139,16 +147,20 @@ class Mechanism:
             dataclasses.replace(contact, law=replaced[contact]) if contact in replaced else contact
             for contact in self.contacts
         ]
-        forces = {old.force: new.force for old, new in zip(self.contacts, contacts, strict=True)}
+        renewed = {
+            old: new
+            for before, after in zip(self.contacts, contacts, strict=True)
+            for old, new in zip(before.shown, after.shown, strict=True)
+        }
         kinds = dict.fromkeys(type(law).__name__.lower() for law in laws.values())
         return dataclasses.replace(
             self,
             name="_".join([self.name, *kinds]),
             contacts=contacts,
-            outputs=[dataclasses.replace(o, expression=o.expression.xreplace(forces)) for o in self.outputs],
+            outputs=[dataclasses.replace(o, expression=o.expression.xreplace(renewed)) for o in self.outputs],
         )
 
-    def _contact(self, name: str) -> Friction:
+    def _contact(self, name: str) -> Contact:
         for contact in self.contacts:
             if contact.name == name:
                 return contact
@@ -160,5 +172,5 @@ def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:
     return set().union(*(expression.free_symbols for expression in expressions))
 
 
-def _of_type(symbols: set[sympy.Basic], kind: type[Q]) -> tuple[Q, ...]:
+def quantities_of_type(symbols: set[sympy.Basic], kind: type[Q]) -> tuple[Q, ...]:
     return tuple(sorted((s for s in symbols if isinstance(s, kind)), key=lambda s: s.declared))

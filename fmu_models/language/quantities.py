@@ -103,11 +103,27 @@ class Input(Quantity):
         return symbol
 
 
+class Acceleration(Quantity):
+    """Rate of a velocity or of a state of an automaton, contact forces included; only outputs may use it."""
+
+
 class State(Quantity):
-    """A continuous state with a start value and the magnitude it usually has. Abstract."""
+    """A continuous state with a start value and the magnitude it usually has.
+
+    Args:
+        name, unit, description: as for a Parameter.
+        start: start value, in ``unit``.
+        nominal: magnitude that it usually has.
+    """
 
     start: float
     nominal: float
+    rate: Acceleration
+
+    def __new__(cls, name: str, unit: str, description: str, *, start: float = 0.0, nominal: float = 1.0) -> Self:
+        symbol = cls._state(name, unit, description, start, nominal)
+        symbol.rate = Acceleration._create(f"{name}_rate", per_second(unit), f"rate of {name}: {description}")
+        return symbol
 
     @classmethod
     def _state(cls, name: str, unit: str, description: str, start: float, nominal: float) -> Self:
@@ -126,10 +142,6 @@ class InternalState(State):
 
     def __new__(cls, name: str, unit: str, description: str, *, start: float = 0.0, nominal: float = 1.0) -> Self:
         return cls._state(name, unit, description, start, nominal)
-
-
-class Acceleration(Quantity):
-    """Second rate of a coordinate, contact forces included; only outputs may use it."""
 
 
 class Coordinate(State):

@@ -128,3 +128,13 @@ class HybridSystem:
     def indicator_count(self) -> int:
         """Number of event indicators of all contacts."""
         return sum(len(contact.indicators) for contact in self.contacts)
+
+
+def terms(expression: sympy.Expr) -> tuple[sympy.Expr, ...]:
+    """The terms of which an expression is the sum."""
+    return sympy.Add.make_args(sympy.expand(expression))
+
+
+def only_parameters(matrix: sympy.Matrix) -> bool:
+    """Whether a matrix is free of states, inputs and time."""
+    return all(isinstance(symbol, Parameter) for symbol in matrix.free_symbols)

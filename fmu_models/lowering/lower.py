@@ -1,64 +1,108 @@
-"""From a declared mechanism to the one factored form that code is generated from."""
+"""From a declaration to the one factored form that code is generated from."""
 
 from __future__ import annotations
 
 import sympy
 
+from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
-from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Parameter
-from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.language.mechanism import Contact, Mechanism, Output
+from fmu_models.language.stops import Stop
+from fmu_models.lowering.energy import derived_outputs
+from fmu_models.lowering.filippov import lower_automaton
+from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, only_parameters, terms
 from fmu_models.lowering.lagrange import generalised_forces, inverse, mass_matrix, time_derivative
 
 
-def lower(mechanism: Mechanism) -> HybridSystem:
-    """Derive accelerations, slip and stick dynamics of a mechanism."""
-    coordinates = tuple(mechanism.coordinates)
+def lower(model: Mechanism | Automaton) -> HybridSystem:
+    """Derive accelerations, slip and stick dynamics of a mechanism, or the sliding of an automaton."""
+    if isinstance(model, Automaton):
+        return lower_automaton(model)
+    coordinates = tuple(model.coordinates)
     velocities = [q.v for q in coordinates]
-    compliance = inverse(mass_matrix(mechanism))
-    jacobian = sympy.Matrix([[sympy.diff(c.slip, v) for v in velocities] for c in mechanism.contacts])
-    jacobian = jacobian.reshape(len(mechanism.contacts), len(coordinates))
+    contacts = tuple(_contact_dynamics(contact, model) for contact in model.contacts)
+    compliance = inverse(mass_matrix(model))
+    jacobian = sympy.Matrix([[sympy.diff(c.slip, v) for v in velocities] for c in contacts])
+    jacobian = jacobian.reshape(len(contacts), len(coordinates))
     W = compliance * jacobian.T
     G = jacobian * W
     return HybridSystem(
-        name=mechanism.name,
-        title=mechanism.title,
-        source=mechanism.source,
-        parameters=mechanism.parameters,
-        inputs=mechanism.inputs,
+        name=model.name,
+        title=model.title,
+        source=model.source,
+        parameters=model.parameters,
+        inputs=model.inputs,
         coordinates=coordinates,
         driven=tuple(velocities),
         rate_symbols=tuple(q.a for q in coordinates),
-        internal_states=mechanism.internal_states,
-        acceleration=tuple(compliance * generalised_forces(mechanism)),
+        internal_states=model.internal_states,
+        acceleration=tuple(compliance * generalised_forces(model)),
         W=W.as_immutable(),
         G=G.as_immutable(),
-        constant_inertia=_only_parameters(W) and _only_parameters(G),
-        contacts=tuple(_contact_dynamics(contact, mechanism) for contact in mechanism.contacts),
+        constant_inertia=only_parameters(W) and only_parameters(G),
+        contacts=contacts,
         internal_rates=tuple(
-            rate for contact in mechanism.contacts for rate in contact.law.rates(contact.slip_speed, contact.sign)
+            rate for contact in model.frictions for rate in contact.law.rates(contact.slip_speed, contact.sign)
         ),
-        outputs=tuple(mechanism.outputs),
-        all_requirements=mechanism.all_requirements,
+        outputs=(*_declared_outputs(model), *derived_outputs(model, contacts)),
+        all_requirements=model.all_requirements,
     )
 
 
-def _contact_dynamics(contact: Friction, mechanism: Mechanism) -> ContactDynamics:
+def _declared_outputs(mechanism: Mechanism) -> tuple[Output, ...]:
+    """Outputs with the compressive force of a stop written as what it is, the opposite of lambda."""
+    forces = {stop.force: -stop.reaction for stop in mechanism.contacts if isinstance(stop, Stop)}
+    return tuple(
+        Output(o.name, sympy.sympify(o.expression).xreplace(forces), o.unit, o.description) for o in mechanism.outputs
+    )
+
+
+def _contact_dynamics(contact: Contact, mechanism: Mechanism) -> ContactDynamics:
+    return _friction(contact, mechanism) if isinstance(contact, Friction) else _stop(contact, mechanism)
+
+
+def _friction(contact: Friction, mechanism: Mechanism) -> ContactDynamics:
+    where = None if contact.where is None else sympy.sympify(contact.where)
     return ContactDynamics(
         name=contact.name,
         description=contact.description,
         kind="friction",
         slip=contact.slip,
         slip_rate=time_derivative(contact.slip, mechanism.coordinates, mechanism.inputs, with_accelerations=True),
-        slip_terms=sympy.Add.make_args(sympy.expand(contact.slip)),
+        slip_terms=terms(contact.slip),
         capacity=sympy.sympify(contact.law.capacity),
         force=contact.law.force(contact.slip_speed, contact.sign),
         sticks=contact.law.sticks,
+        depth=where,
+        depth_terms=() if where is None else terms(where),
         force_symbol=contact.force,
         slip_symbol=contact.slip_speed,
         sign_symbol=contact.sign,
     )
 
 
-def _only_parameters(matrix: sympy.Matrix) -> bool:
-    return all(isinstance(symbol, Parameter) for symbol in matrix.free_symbols)
+def _stop(stop: Stop, mechanism: Mechanism) -> ContactDynamics:
+    body = mechanism.coordinates, mechanism.inputs
+    rate = time_derivative(stop.depth, *body, with_accelerations=False)
+    release = stop.law.release(stop.penetration, stop.rate, stop.memory)
+    return ContactDynamics(
+        name=stop.name,
+        description=stop.description,
+        kind="stop",
+        slip=rate,
+        slip_rate=time_derivative(rate, *body, with_accelerations=True),
+        slip_terms=terms(rate),
+        capacity=sympy.S.Zero,
+        force=-stop.compression,
+        sticks=False,
+        depth=stop.depth,
+        depth_terms=terms(stop.depth),
+        release=sympy.sympify(release) if stop.release == "force" else None,
+        remembers=stop.law.remembers,
+        rooted=stop.rooted,
+        force_symbol=stop.reaction,
+        slip_symbol=stop.rate,
+        sign_symbol=stop.sign,
+        depth_symbol=stop.penetration,
+        memory_symbol=stop.memory,
+    )

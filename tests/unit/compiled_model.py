@@ -24,7 +24,6 @@ _DRIVER = """
 static Jets jets;
 
 const int sizes[] = {MODEL_NQ, MODEL_NZ, MODEL_NC, MODEL_NP, MODEL_NU, MODEL_NY, MODEL_ND, MODEL_NW, MODEL_NV, MODEL_NI};
-const int references[] = {VR_P, VR_U, VR_DU, VR_X, VR_DX, VR_Y, VR_S};
 
 double *series(char kind, int i, int c)
 {

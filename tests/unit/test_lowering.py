@@ -229,11 +229,10 @@ def test_magnitude_sums_the_terms_that_cancel():
     assert model.magnitude(1) == pytest.approx(0.06 * 0.41 + 0.125 * 0.3, rel=1e-15)
 
 
-def test_sizes_references_and_start_values():
+def test_sizes_and_start_values():
     model = CompiledModel(RIG)
     nq, nz, nc, n_p, nu, ny, _, _ = model.integers("sizes", 8)
     assert (nq, nz, nc, n_p, nu, ny) == (1, 0, 2, 13, 2, 5)
-    assert model.integers("references", 7) == [1, 14, 16, 18, 20, 22, 27]
     assert model.numbers("model_start_parameters", 13) == [p.value for p in RIG.parameters]
     assert model.numbers("model_start_inputs", 2) == [0.83, 0.41]
 

@@ -1,0 +1,239 @@
+"""A system without a body: states, flows, and switching functions whose signs the flows know.
+
+    x' = f(t, x, u, s),    s_i = sgn(h_i(t, x, u))
+
+f must be affine in the signs. Where f jumps across h_i = 0 and both sides push onto it, the motion slides along
+h_i = 0 with the mean of the two flows that keeps it there (Filippov's convex method); this is derived (lowering), never
+typed. A ``Reset`` makes states jump where a switching function falls to zero.
+
+Source: Filippov, Differential equations with discontinuous right-hand sides (1988), chapter 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+import sympy
+
+from fmu_models.errors import StickslipError
+from fmu_models.language.checks import check_names, quantity_names, stranger
+from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
+from fmu_models.language.mechanism import Output, quantities_of_type
+from fmu_models.language.quantities import TIME, Input, InternalState, Parameter, State
+
+_SIDES = {"+": 1, "-": 2, "both": 3}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Switch:
+    """A switching function.
+
+    Attributes:
+        name: for example "fold".
+        function: h, from states, inputs, parameters and time.
+        unit: of h.
+        description: what changes where it is zero.
+        sign: +1 where h > 0, -1 where h < 0; for flows.
+    """
+
+    name: str
+    function: sympy.Expr
+    unit: str = "1"
+    description: str = ""
+    sign: ContactSymbol = field(init=False)
+    value: ContactSymbol = field(init=False)
+    force: ContactSymbol = field(init=False)
+
+    def __post_init__(self) -> None:
+        create_symbols(self, sign="1", value=self.unit, force="1")
+
+    @property
+    def abs(self) -> sympy.Expr:
+        """|h|, for flows."""
+        return self.sign * sympy.sympify(self.function)
+
+
+@dataclass(frozen=True, eq=False)
+class Reset:
+    """States that jump where a switching function falls to zero.
+
+    Attributes:
+        switch: whose function it is.
+        side: "+" coming from h > 0, "-" from h < 0, or "both".
+        to: per state its value after the jump, from the values before; other states keep theirs.
+    """
+
+    switch: Switch
+    side: str
+    to: Mapping[State, sympy.Expr]
+
+    def __post_init__(self) -> None:
+        if self.side not in _SIDES:
+            raise StickslipError(
+                f"the reset of switch '{self.switch.name}' has side={self.side!r}. Say from which side the switching "
+                "function falls to zero: '+', '-' or 'both'."
+            )
+
+    @property
+    def bits(self) -> int:
+        """1 for the side plus, 2 for minus, 3 for both."""
+        return _SIDES[self.side]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Automaton:
+    """A declared system without a body; see the module for its equation.
+
+    Attributes:
+        name, title, source, outputs, requirements: as of a Mechanism.
+        states: x.
+        flows: per state its rate.
+        switches: the switching functions.
+        resets: the jumps, at most one per switch.
+
+    Raises:
+        StickslipError: the declaration contradicts itself; the message says where.
+    """
+
+    name: str
+    title: str
+    source: str
+    states: Sequence[State]
+    flows: Mapping[State, sympy.Expr]
+    switches: Sequence[Switch] = ()
+    outputs: Sequence[Output] = ()
+    requirements: Sequence[Requirement] = ()
+    resets: Sequence[Reset] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("states", "switches", "outputs", "requirements", "resets"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "flows", {x: sympy.sympify(e) for x, e in self.flows.items()})
+        _check(self)
+
+    @property
+    def contacts(self) -> tuple[Switch, ...]:
+        """The switches, which are to an automaton what contacts are to a mechanism."""
+        return tuple(self.switches)
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that the automaton uses, signs of switches left out."""
+        expressions = [
+            *self.flows.values(),
+            *(s.function for s in self.switches),
+            *(o.expression for o in self.outputs),
+        ]
+        expressions += [e for reset in self.resets for e in reset.to.values()]
+        used = set().union(*(sympy.sympify(e).free_symbols for e in expressions))
+        return used - {switch.sign for switch in self.switches}
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, Parameter)
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The inputs used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, Input)
+
+    @property
+    def internal_states(self) -> tuple[InternalState, ...]:
+        """None: an automaton has no laws."""
+        return ()
+
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters must satisfy together."""
+        return tuple(self.requirements)
+
+    def restricted_to(self, contacts: Iterable[str]) -> NoReturn:
+        """Refused.
+
+        Raises:
+            StickslipError: always.
+        """
+        raise StickslipError(
+            f"{self.name} has no contacts to choose from ({', '.join(contacts)}): its switches are part of its flow."
+        )
+
+    def with_law(self, **laws: object) -> NoReturn:
+        """Refused.
+
+        Raises:
+            StickslipError: always.
+        """
+        raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
+
+
+def _check(automaton: Automaton) -> None:
+    if not automaton.states:
+        raise StickslipError(f"{automaton.name} has no state. An automaton needs at least one.")
+    check_names(automaton.name, _names(automaton))
+    for state in automaton.states:
+        if state not in automaton.flows:
+            raise StickslipError(
+                f"{automaton.name}: state '{state.name}' has no flow. Give its rate; 0 if it is constant."
+            )
+    _check_flows(automaton)
+    _check_switches(automaton)
+    known = {*automaton.states, *(state.rate for state in automaton.states), TIME}
+    for symbol in sorted(automaton.symbols, key=str):
+        if not isinstance(symbol, (Parameter, Input)) and symbol not in known:
+            raise StickslipError(f"{automaton.name}: {stranger(symbol)}")
+    for requirement in automaton.requirements:
+        if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
+            raise StickslipError(f"{automaton.name}: the requirement '{requirement.sentence}' may use parameters only.")
+
+
+def _check_flows(automaton: Automaton) -> None:
+    signs = [switch.sign for switch in automaton.switches]
+    for state, flow in automaton.flows.items():
+        if state not in automaton.states:
+            raise StickslipError(f"{automaton.name}: '{state.name}' has a flow but is not a state of it.")
+        if flow.has(*(x.rate for x in automaton.states)):
+            raise StickslipError(f"{automaton.name}: the flow of '{state.name}' uses a rate; only outputs may use it.")
+        if any(sympy.expand(sympy.diff(flow, sign)).has(*signs) for sign in signs):
+            raise StickslipError(
+                f"{automaton.name}: the flow of '{state.name}' is not affine in the signs of the switches ({flow}). "
+                "Write it as f0 + sign1*f1 + sign2*f2; the product of two signs needs a switch of its own."
+            )
+
+
+def _check_switches(automaton: Automaton) -> None:
+    signs = {switch.sign for switch in automaton.switches}
+    for switch in automaton.switches:
+        symbols = sympy.sympify(switch.function).free_symbols
+        if symbols & (signs | {x.rate for x in automaton.states}):
+            raise StickslipError(f"switch '{switch.name}': its function may use states, inputs and time only.")
+        if all(isinstance(symbol, Parameter) for symbol in symbols):
+            raise StickslipError(f"switch '{switch.name}': its function never changes ({switch.function}).")
+    reset = [r.switch for r in automaton.resets]
+    for r in automaton.resets:
+        if r.switch not in automaton.switches:
+            raise StickslipError(
+                f"{automaton.name}: a reset belongs to '{r.switch.name}', which is not a switch of it."
+            )
+        if reset.count(r.switch) > 1:
+            raise StickslipError(f"switch '{r.switch.name}' has two resets; it can have one, with side='both' perhaps.")
+        for state, value in r.to.items():
+            wrong = sympy.sympify(value).free_symbols & (signs | {x.rate for x in automaton.states})
+            if state not in automaton.states or wrong:
+                raise StickslipError(
+                    f"the reset of switch '{r.switch.name}' sets {state.name} = {value}. It may set states of "
+                    f"{automaton.name}, from the states before the jump, inputs and time."
+                )
+
+
+def _names(automaton: Automaton) -> Iterator[tuple[str, str]]:
+    yield from quantity_names(automaton.parameters, automaton.inputs)
+    for state in automaton.states:
+        yield state.name, f"state '{state.description}'"
+    for output in automaton.outputs:
+        yield output.name, f"output '{output.description}'"
+    for switch in automaton.switches:
+        yield switch.name, f"switch '{switch.name}'"
+        yield f"{switch.name}_state", f"the state of switch {switch.name}"

@@ -1,0 +1,25 @@
+"""A friction law smoothed by the arc tangent: a regularisation, see ``language/smoothing.py``.
+
+    sgn(v)  becomes  2/pi atan(v/width)
+
+Source: the smoothing that papers on discontinuous supports compare the switch model with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import sympy
+
+from fmu_models.language.smoothing import Smoothed
+
+
+@final
+@dataclass(frozen=True)
+class Arctan(Smoothed):
+    """``law`` smoothed over the slip speed ``width``, m/s."""
+
+    def shape(self, ratio: sympy.Expr) -> sympy.Expr:
+        """2/pi atan(v/width) of the ratio v/width."""
+        return 2 / sympy.pi * sympy.atan(ratio)

@@ -1,0 +1,40 @@
+"""Spring and dashpot side by side.
+
+    F = k d + c d'
+
+F compressive force, d depth, k stiffness, c damping. With c > 0 the force jumps to c d' at entry and would pull while
+the body still leaves: a stop that cannot pull needs release="force".
+
+Source: Voigt's model; the support of an oscillator with a discontinuous support.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy
+
+from fmu_models.language.contacts import Requirement
+
+
+@dataclass(frozen=True)
+class KelvinVoigt:
+    """Stop of stiffness ``k`` (N/m) and damping ``c`` (N s/m)."""
+
+    k: sympy.Expr
+    c: sympy.Expr
+    remembers: ClassVar[bool] = False
+
+    def force(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
+        """Compressive force, N."""
+        return self.k * depth + self.c * rate
+
+    def release(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
+        """The force itself, N."""
+        return self.force(depth, rate, memory)
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """None: a stop that pushes nothing is harmless."""
+        return ()

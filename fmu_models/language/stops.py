@@ -1,0 +1,124 @@
+"""One-sided stops that give way.
+
+A stop with gap g(q, t) has the depth d = -g and touches from where d rises above zero. While it touches, its law gives
+the compressive force F from depth, rate of depth d' and, if it remembers, the rate v0 at which it was entered; the
+stop acts on the body with -(d d'/dv)^T F. It lets go
+
+    release="gap"    where the depth falls to zero, even if it had to pull,
+    release="force"  where its force falls to zero: never adhesive; the stop has then no shape to recover, so that it
+                     touches again only after the body has left it.
+
+The second rule is that of a support without mass that relaxes at once when it is free.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar, Protocol
+
+import sympy
+
+from fmu_models.errors import StickslipError
+from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
+
+_RELEASES = ("gap", "force")
+
+
+class StopLaw(Protocol):
+    """A law of a stop; one file each in ``laws``. Its force is analytic inside, but for a root of the depth."""
+
+    remembers: ClassVar[bool]
+    """Whether it reads the speed of entry."""
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters of the law must satisfy."""
+        ...
+
+    def force(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
+        """Compressive force F, N, at depth (m), its rate and the rate at entry (m/s)."""
+        ...
+
+    def release(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
+        """An analytic quantity that has the sign of F."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stop:
+    """A stop; see the module.
+
+    Attributes:
+        name: of the contact, for example "support".
+        gap: distance to the stop, m; a function of coordinates, inputs and time.
+        law: law of the force.
+        release: "gap" or "force"; to be chosen for every stop.
+        description: what stops what.
+        force: the force F, N, positive in compression, in whatever state the stop is; for outputs, as are
+        penetration, rate: depth, m, and its rate, m/s.
+
+    Raises:
+        StickslipError: ``release`` is missing or another, or the law has a power of the depth without series.
+    """
+
+    name: str
+    gap: sympy.Expr
+    law: StopLaw
+    release: str = ""
+    description: str = ""
+    force: ContactSymbol = field(init=False)
+    penetration: ContactSymbol = field(init=False)
+    rate: ContactSymbol = field(init=False)
+    memory: ContactSymbol = field(init=False)
+    reaction: ContactSymbol = field(init=False)
+    sign: ContactSymbol = field(init=False)
+
+    def __post_init__(self) -> None:
+        create_symbols(self, force="N", penetration="m", rate="m/s", memory="m/s", reaction="N", sign="1")
+        if self.release not in _RELEASES:
+            found = f"release={self.release!r}" if self.release else "no release rule"
+            raise StickslipError(
+                f"stop '{self.name}' has {found}. Say when it lets go: release='force' where its force falls to zero "
+                "(a support that cannot pull), release='gap' where the body leaves it."
+            )
+        _ = self.rooted
+
+    @property
+    def depth(self) -> sympy.Expr:
+        """How far the body is inside, m."""
+        return -sympy.sympify(self.gap)
+
+    @property
+    def compression(self) -> sympy.Expr:
+        """F from ``penetration``, ``rate`` and ``memory``."""
+        return sympy.sympify(self.law.force(self.penetration, self.rate, self.memory))
+
+    @property
+    def rooted(self) -> bool:
+        """Whether the force has half-integer powers of the depth."""
+        rooted = False
+        for power in self.compression.atoms(sympy.Pow):
+            if power.base.has(self.penetration):
+                exponent = sympy.nsimplify(power.exp) if power.exp.is_Number else power.exp
+                if power.base == self.penetration and not (exponent.is_Rational and exponent > 0 and exponent.q <= 2):
+                    raise StickslipError(
+                        f"stop '{self.name}': its force has the depth to the power {power.exp}. The power must be a "
+                        "positive number, whole or half of a whole one (1, 3/2, 2, ...); Hertz has 3/2."
+                    )
+                rooted = rooted or (power.base == self.penetration and exponent.q == 2)
+        return rooted
+
+    @property
+    def shown(self) -> tuple[ContactSymbol, ...]:
+        """What outputs may use of it."""
+        return (self.force, self.penetration, self.rate)
+
+    @property
+    def expressions(self) -> tuple[sympy.Expr, ...]:
+        """Everything that the stop is declared by."""
+        return (sympy.sympify(self.gap), self.compression)
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that the stop uses: those of its gap and of its law."""
+        return set().union(*(e.free_symbols for e in self.expressions)) - {self.penetration, self.rate, self.memory}

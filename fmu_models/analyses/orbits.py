@@ -1,6 +1,6 @@
-"""Periodic motions of forced oscillators: found by Newton's method on the exact map over a period, judged by multipliers.
+"""Periodic motions of forced oscillators, by Newton's method on the exact map over a period, and their multipliers.
 
-    P(x) = state one period after state x;  P(x*) = x*;  multipliers = eigenvalues of dP/dx at x*
+P(x) = state one period after state x;  P(x*) = x*;  multipliers = eigenvalues of dP/dx at x*
 """
 
 from __future__ import annotations

@@ -207,7 +207,9 @@ static int project(Run *r, const Trial *trial)
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
         const double slip = r->scratch.slip[c][0];
-        member[c] = r->at.state[c] == CONTACT_STICK || r->scratch.sign[c] * slip < 0.0;
+        /* a switch without a jump of the flow has nothing to move the states with */
+        member[c] = r->scratch.G[c][c][0] != 0.0
+                    && (r->at.state[c] == CONTACT_STICK || r->scratch.sign[c] * slip < 0.0);
         any |= member[c];
         if (r->at.state[c] != CONTACT_STICK) {
             r->scratch.capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */

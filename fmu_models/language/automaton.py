@@ -22,6 +22,7 @@ from fmu_models.language.checks import check_names, quantity_names, stranger
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 from fmu_models.language.mechanism import Output, quantities_of_type
 from fmu_models.language.quantities import TIME, Input, InternalState, Parameter, State
+from fmu_models.language.units import check_automaton_units
 
 _SIDES = {"+": 1, "-": 2, "both": 3}
 
@@ -112,6 +113,7 @@ class Automaton:
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "flows", {x: sympy.sympify(e) for x, e in self.flows.items()})
         _check(self)
+        check_automaton_units(self)
 
     @property
     def contacts(self) -> tuple[Switch, ...]:

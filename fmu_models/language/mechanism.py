@@ -21,6 +21,7 @@ from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
 from fmu_models.language.stops import Stop, StopLaw
+from fmu_models.language.units import check_units
 
 Q = TypeVar("Q", bound=Quantity)
 Contact = Friction | Stop
@@ -76,6 +77,7 @@ class Mechanism:
             object.__setattr__(self, name, sympy.sympify(getattr(self, name)))
         object.__setattr__(self, "applied", {q: sympy.sympify(e) for q, e in self.applied.items()})
         check_mechanism(self)
+        check_units(self)
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

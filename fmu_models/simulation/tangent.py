@@ -1,7 +1,7 @@
 """Exact derivatives of a motion with respect to start state and parameters, through all its events.
 
-The engine carries them along with the motion (engine/tangent.c): variational equation and saltation in one, derived from
-the model's own arithmetic; no finite differences.
+The engine carries them along with the motion (engine/tangent.c): variational equation and saltation in one, derived
+from the model's own arithmetic; no finite differences.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ import numpy as np
 
 from fmu_models.codegen.c_source import sources
 from fmu_models.engine.toolchain import compile_shared
+from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.lowering.lower import lower
 
@@ -23,7 +24,8 @@ _DRIVER = """
 
 static Jets jets;
 
-const int sizes[] = {MODEL_NQ, MODEL_NZ, MODEL_NC, MODEL_NP, MODEL_NU, MODEL_NY, MODEL_ND, MODEL_NW, MODEL_NV, MODEL_NI};
+const int sizes[] = {MODEL_NQ, MODEL_NZ, MODEL_NC, MODEL_NP, MODEL_NU, MODEL_NY, MODEL_ND, MODEL_NW,
+                     MODEL_NV, MODEL_NI};
 
 double *series(char kind, int i, int c)
 {
@@ -97,13 +99,27 @@ double magnitude(const double *p, int c)
     model_prepare(p, d);
     return model_slip_magnitude(p, d, &jets, c);
 }
+
+double depth_magnitude(const double *p, int c)
+{
+    double d[MODEL_ROOM(MODEL_ND)];
+    model_prepare(p, d);
+    return model_depth_magnitude(p, d, &jets, c);
+}
+
+void reset(const double *p, int c, double *x)
+{
+    double d[MODEL_ROOM(MODEL_ND)];
+    model_prepare(p, d);
+    model_reset(p, d, &jets, c, x);
+}
 """
 
 
 class CompiledModel:
-    """A mechanism's generated functions at one point of its parameters, by default their start values."""
+    """A model's generated functions at one point of its parameters, by default their start values."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism | Automaton) -> None:
         self.system = lower(mechanism)
         self.sources = sources(self.system)
         headers = {path.name: path.read_text("utf-8") for path in _ENGINE.glob("*.h")}
@@ -117,6 +133,7 @@ class CompiledModel:
         self._library.set_time_rest.argtypes = [ctypes.c_double]
         self._library.set_sign.argtypes = [ctypes.c_int, ctypes.c_double]
         self._library.magnitude.restype = ctypes.c_double
+        self._library.depth_magnitude.restype = ctypes.c_double
         self._library.model_violation.restype = ctypes.c_char_p
         self._library.spoil()
 
@@ -133,6 +150,28 @@ class CompiledModel:
     def magnitude(self, c: int) -> float:
         """Sum of magnitudes of the terms of a slip speed at order 0."""
         return self._library.magnitude(self._point(None), c)
+
+    def depth_magnitude(self, c: int) -> float:
+        """The same for a depth."""
+        return self._library.depth_magnitude(self._point(None), c)
+
+    def remember(self, c: int, speed: float) -> None:
+        """Set the speed at which contact c was entered."""
+        self._library.set_memory(c, speed)
+
+    def rest_of_time(self, rest: float) -> None:
+        """Set the part of the time that t[0] has no room for."""
+        self._library.set_time_rest(rest)
+
+    def reset(self, c: int) -> list[float]:
+        """States after the jump of contact c."""
+        x = (ctypes.c_double * len(self.system.states))()
+        self._library.reset(self._point(None), c, x)
+        return list(x)
+
+    def table(self, name: str) -> list[int]:
+        """What model_contact_<name> says of every contact."""
+        return list((ctypes.c_ubyte * len(self.system.contacts)).in_dll(self._library, f"model_contact_{name}"))
 
     def violation(self, parameters: Mapping[str, float]) -> str | None:
         """What model_violation says."""

@@ -22,6 +22,8 @@ N = Parameter("N", 2.0, "N", "normal force", minimum=0.0)
 mu_s = Parameter("mu_s", 0.5, "1", "static friction", minimum=0.0, maximum=2.0)
 mu_k = Parameter("mu_k", 0.3, "1", "kinetic friction", minimum=0.0)
 p = Parameter("p", 10.0, "s/m", "steepness", minimum=0.0)
+nu = Parameter("nu", 2.0, "rad/s", "frequency")
+length = Parameter("length", 1.0, "m", "length")
 v_belt = Input("v_belt", 0.1, "m/s", "belt speed")
 x = Coordinate("x", "m", "displacement")
 y = Coordinate("y", "m", "another displacement")
@@ -122,7 +124,9 @@ def test_a_good_declaration_is_accepted():
         Output("slip", belt.slip, "m/s", "slip"),
         Output("a", x.a, "m/s2", "a"),
     ]
-    assert declare(outputs=outputs, applied={x: sympy.sin(TIME) - k * x**3}).outputs == tuple(outputs)
+    assert declare(outputs=outputs, applied={x: N * sympy.sin(nu * TIME) - k * x**3 / length**2}).outputs == tuple(
+        outputs
+    )
 
 
 def test_restriction_drops_what_only_the_others_used():

@@ -1,4 +1,4 @@
-"""The C of one model: ``model.c`` and ``model_sizes.h``, which implement engine/model.h for a HybridSystem.
+"""The C of one model: ``model.c``, ``model_kind.c`` and ``model_sizes.h``, which implement engine/model.h.
 
 The text depends on the declaration alone: it is the same, byte for byte, in every process.
 """
@@ -21,12 +21,12 @@ from fmu_models.lowering.hybrid_system import HybridSystem
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
-_ARGUMENTS = "const double *p, const double *d, Jets *j, int k"
+_ARGUMENTS = "const Real *p, const Real *d, Jets *j, int k"
 _UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
 
 
 def sources(system: HybridSystem) -> dict[str, str]:
-    """Text of ``model.c`` and ``model_sizes.h``, by file name.
+    """Text of ``model.c``, ``model_kind.c`` (what exists per kind of number) and ``model_sizes.h``, by file name.
 
     Raises:
         StickslipError: an expression of the model cannot be turned into Taylor recurrences.
@@ -44,23 +44,18 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
     functions = _functions(system, names)
     facts = _facts(system)
-    guards = [
-        _violation(system, names),
-        _magnitude(system, names, "slip"),
-        _magnitude(system, names, "depth"),
-        _reset(system, names),
-    ]
-    prepare = _prepare(names)
-    head = (
-        _HEAD.format(name=system.name)
-        + _legend(system)
-        + '#include "jets.h"\n#include "model.h"\n\n#include <stddef.h>\n'
-    )
-    model = "\n".join([head, *facts, prepare, *functions, *guards])
+    guards = [_violation(system, names), _magnitude(system, names, "slip"), _magnitude(system, names, "depth")]
+    # the constants in d are collected while the other functions are made
+    arithmetic = [*functions, _reset(system, names)]
+    arithmetic.insert(0, _prepare(names))
+    head = _HEAD.format(name=system.name) + _legend(system)
+    model = "\n".join([head + '#include "model.h"\n\n#include <math.h>\n#include <stddef.h>\n', *facts, *guards])
+    model += '\n#include "jets.h"\n#include "model_kind.c"\n'
+    kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     sizes = _sizes(system, names)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))
-    token = f"{{{uuid.uuid5(_NAMESPACE, model + sizes + variables)}}}"
-    return {"model.c": model, "model_sizes.h": sizes.replace("@TOKEN@", token)}, token
+    token = f"{{{uuid.uuid5(_NAMESPACE, model + kind + sizes + variables)}}}"
+    return {"model.c": model, "model_kind.c": kind, "model_sizes.h": sizes.replace("@TOKEN@", token)}, token
 
 
 class _Names:
@@ -124,15 +119,15 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
         return recurrences.lines
 
     return [
-        _function("slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
-        _function("depth", body(depths)),
-        _function("acceleration", body(accelerations)),
-        _function("inertia", body(inertia)),
+        _function("model_slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
+        _function("model_depth", body(depths)),
+        _function("model_acceleration", body(accelerations)),
+        _function("model_inertia", body(inertia)),
         _by_contact("law", [body(force, *met) for force in forces]),
         _by_contact("release", [body(release, *met) for release in releases]),
         _by_contact("stick", [body(stick, *moving) for stick in sticks]),
-        _function("internal", body(internal, *met)),
-        _function("outputs", body(_outputs(system, names), *met, names.forces, free_rates)),
+        _function("model_internal", body(internal, *met)),
+        _function("model_outputs", body(_outputs(system, names), *met, names.forces, free_rates)),
     ]
 
 
@@ -148,15 +143,15 @@ def _outputs(system: HybridSystem, names: _Names) -> dict[str, Any]:
 
 def _function(name: str, lines: Iterable[str]) -> str:
     body = "\n".join(f"    {line}" for line in lines)
-    return f"void model_{name}({_ARGUMENTS})\n{{\n{_UNUSED}\n{body}\n}}\n".replace("\n\n}", "\n}")
+    return f"void {name}({_ARGUMENTS})\n{{\n{_UNUSED}\n{body}\n}}\n".replace("\n\n}", "\n}")
 
 
 def _by_contact(name: str, bodies: list[list[str]]) -> str:
     """One static function per contact, and the one of model.h that chooses among them."""
     texts = []
     for i, lines in enumerate(bodies):
-        texts.append("static " + _function(f"{name}_{i}", lines))
-    cases = "".join(f"    case {i}: model_{name}_{i}(p, d, j, k); break;\n" for i in range(len(bodies)))
+        texts.append("static " + _function(f"KIND({name}_{i})", lines))
+    cases = "".join(f"    case {i}: KIND({name}_{i})(p, d, j, k); break;\n" for i in range(len(bodies)))
     choice = f"    switch (c) {{\n{cases}    default: break;\n    }}\n" if bodies else "    (void)c;\n"
     texts.append(f"void model_{name}({_ARGUMENTS}, int c)\n{{\n{_UNUSED}\n{choice}}}\n")
     return "\n".join(texts)
@@ -166,7 +161,7 @@ def _prepare(names: _Names) -> str:
     derived = names.constants.derived
     lines = [f"    {name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
     body = "\n".join(["    (void)p, (void)d;", *lines])
-    return f"void model_prepare(const double *p, double *d)\n{{\n{body}\n}}\n"
+    return f"void model_prepare(const Real *p, Real *d)\n{{\n{body}\n}}\n"
 
 
 def _violation(system: HybridSystem, names: _Names) -> str:
@@ -212,7 +207,7 @@ def _reset(system: HybridSystem, names: _Names) -> str:
             lines = [f"        x[{n}] = {c_expression(value, values)};\n" for n, value in enumerate(after)]
             cases.append(f"    case {i}:\n{''.join(lines)}        break;\n")
     choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
-    head = "void model_reset(const double *p, const double *d, const Jets *j, int c, double *x)"
+    head = "void model_reset(const Real *p, const Real *d, const Jets *j, int c, Real *x)"
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c, (void)x;\n{choice}}}\n"
 
 

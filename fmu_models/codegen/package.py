@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 FMI_VERSIONS = ("2.0", "3.0")
 
 # in the order in which all.c includes them; fmi2.c or fmi3.c stands before native.c
-ENGINE = ("roots", "contact", "taylor", "events", "run", "instance", "variables", "frozen")
+ENGINE = ("roots", "contact", "flow", "taylor", "events", "run", "tangent", "instance", "variables", "frozen")
 
 
 def export(
@@ -217,8 +217,8 @@ def _engine(fmi_version: str) -> dict[str, str]:
 
 def _all_c(system: HybridSystem, fmi_version: str) -> str:
     """The one file that is compiled."""
-    names = ["model", *ENGINE, f"fmi{fmi_version[0]}", "native"]
-    includes = "\n".join(f'#include "{name}.c"' for name in names)
+    names = ["model.c", "engine.h", *(f"{name}.c" for name in (*ENGINE, f"fmi{fmi_version[0]}", "native"))]
+    includes = "\n".join(f'#include "{name}"' for name in names)
     nominals = ", ".join(repr(state.nominal) for state in system.states)
     return (
         f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"

@@ -8,35 +8,30 @@
  * many solutions; the one with the smallest sum of (lambda/capacity)^2 is taken. For contacts in parallel it loads
  * all to the same share of their capacity, so that they let go together, at the sum of the capacities.
  */
-#include "engine.h"
-
-#include <float.h>
-#include <math.h>
-
 /* pivoted Cholesky S = L L^T of a symmetric positive semidefinite matrix; returns the rank */
-static int cholesky(double S[NC][NC], int n, double L[NC][NC])
+static int KIND(cholesky)(Real S[NC][NC], int n, Real L[NC][NC])
 {
-    double diagonal[NC];
+    Real diagonal[NC];
     int used[NC] = {0};
     double largest = 0.0;
     for (int i = 0; i < n; i++) {
         diagonal[i] = S[i][i];
-        largest = fmax(largest, S[i][i]);
+        largest = fmax(largest, PART(S[i][i]));
     }
     for (int r = 0; r < n; r++) {
         int pivot = -1;
         for (int i = 0; i < n; i++) {
-            if (!used[i] && (pivot < 0 || diagonal[i] > diagonal[pivot])) {
+            if (!used[i] && (pivot < 0 || PART(diagonal[i]) > PART(diagonal[pivot]))) {
                 pivot = i;
             }
         }
-        if (!(diagonal[pivot] > 64.0 * n * DBL_EPSILON * largest)) {
+        if (!(PART(diagonal[pivot]) > 64.0 * n * DBL_EPSILON * largest)) {
             return r;
         }
         used[pivot] = 1;
-        const double root = sqrt(diagonal[pivot]);
+        const Real root = sqrt(diagonal[pivot]);
         for (int i = 0; i < n; i++) {
-            double s = S[i][pivot];
+            Real s = S[i][pivot];
             for (int k = 0; k < r; k++) {
                 s -= L[i][k] * L[pivot][k];
             }
@@ -48,11 +43,11 @@ static int cholesky(double S[NC][NC], int n, double L[NC][NC])
 }
 
 /* solve A x = b for a small symmetric positive definite A, b overwritten */
-static void solve_definite(double A[NC][NC], int n, double *b)
+static void KIND(solve_definite)(Real A[NC][NC], int n, Real *b)
 {
     for (int k = 0; k < n; k++) {
         for (int i = k + 1; i < n; i++) {
-            const double f = A[i][k] / A[k][k];
+            const Real f = A[i][k] / A[k][k];
             for (int j = k; j < n; j++) {
                 A[i][j] -= f * A[k][j];
             }
@@ -68,15 +63,15 @@ static void solve_definite(double A[NC][NC], int n, double *b)
 }
 
 /* column e of D S^+ D, the least-norm solution operator of (1), from the factor of S = D G D */
-static void solve_column(double L[NC][NC], int n, int rank, const double *D, int e, double *column)
+static void KIND(solve_column)(Real L[NC][NC], int n, int rank, const Real *D, int e, Real *column)
 {
-    double y[NC];
+    Real y[NC];
     for (int k = 0; k < rank; k++) {
         y[k] = L[e][k] * D[e];
     }
     /* S^+ = L (L^T L)^-2 L^T */
     for (int pass = 0; pass < 2; pass++) {
-        double A[NC][NC];
+        Real A[NC][NC];
         for (int i = 0; i < rank; i++) {
             for (int j = 0; j < rank; j++) {
                 A[i][j] = 0.0;
@@ -85,7 +80,7 @@ static void solve_column(double L[NC][NC], int n, int rank, const double *D, int
                 }
             }
         }
-        solve_definite(A, rank, y);
+        KIND(solve_definite)(A, rank, y);
     }
     for (int c = 0; c < n; c++) {
         column[c] = 0.0;
@@ -96,35 +91,35 @@ static void solve_column(double L[NC][NC], int n, int rank, const double *D, int
 }
 
 /* the same where S is regular, symmetric or not: D S^-1 D, by elimination with pivoting; 0 if S is singular */
-static int solve_regular_column(double S[NC][NC], int n, const double *D, int e, double *column)
+static int KIND(solve_regular_column)(Real S[NC][NC], int n, const Real *D, int e, Real *column)
 {
-    double A[NC][NC];
+    Real A[NC][NC];
     double largest = 0.0;
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++) {
             A[i][k] = S[i][k];
-            largest = fmax(largest, fabs(S[i][k]));
+            largest = fmax(largest, fabs(PART(S[i][k])));
         }
         column[i] = i == e ? D[e] : 0.0;
     }
     for (int k = 0; k < n; k++) {
         int pivot = k;
         for (int i = k + 1; i < n; i++) {
-            pivot = fabs(A[i][k]) > fabs(A[pivot][k]) ? i : pivot;
+            pivot = fabs(PART(A[i][k])) > fabs(PART(A[pivot][k])) ? i : pivot;
         }
-        if (!(fabs(A[pivot][k]) > 64.0 * n * DBL_EPSILON * largest)) {
+        if (!(fabs(PART(A[pivot][k])) > 64.0 * n * DBL_EPSILON * largest)) {
             return 0;
         }
         for (int i = 0; i < n; i++) {
-            const double swap = A[k][i];
+            const Real swap = A[k][i];
             A[k][i] = A[pivot][i];
             A[pivot][i] = swap;
         }
-        const double swap = column[k];
+        const Real swap = column[k];
         column[k] = column[pivot];
         column[pivot] = swap;
         for (int i = k + 1; i < n; i++) {
-            const double f = A[i][k] / A[k][k];
+            const Real f = A[i][k] / A[k][k];
             for (int m = k; m < n; m++) {
                 A[i][m] -= f * A[k][m];
             }
@@ -156,11 +151,11 @@ void contact_factor(const Jets *j, const signed char *member, Sticking *s)
         s->inverse[0][0] = 1.0 / j->G[c][c][0];
         return;
     }
-    double S[NC][NC];
-    double L[NC][NC];
-    double D[NC];
+    Real S[NC][NC];
+    Real L[NC][NC];
+    Real D[NC];
     for (int i = 0; i < s->count; i++) {
-        const double capacity = j->capacity[s->contact[i]][0];
+        const double capacity = PART(j->capacity[s->contact[i]][0]);
         D[i] = capacity > 0.0 ? capacity : 1.0;
     }
     for (int i = 0; i < s->count; i++) {
@@ -170,12 +165,12 @@ void contact_factor(const Jets *j, const signed char *member, Sticking *s)
     }
     int rank = s->count;
     for (int e = 0; e < s->count; e++) {
-        double column[NC];
-        if (rank < s->count || !solve_regular_column(S, s->count, D, e, column)) {
+        Real column[NC];
+        if (rank < s->count || !KIND(solve_regular_column)(S, s->count, D, e, column)) {
             if (rank == s->count) {
-                rank = cholesky(S, s->count, L);
+                rank = KIND(cholesky)(S, s->count, L);
             }
-            solve_column(L, s->count, rank, D, e, column);
+            KIND(solve_column)(L, s->count, rank, D, e, column);
         }
         for (int i = 0; i < s->count; i++) {
             s->inverse[i][e] = column[i];
@@ -184,9 +179,9 @@ void contact_factor(const Jets *j, const signed char *member, Sticking *s)
 }
 
 /* order k of the product of two series */
-static double product(const double *a, const double *b, int k)
+static Real KIND(product)(const Real *a, const Real *b, int k)
 {
-    double sum = 0.0;
+    Real sum = 0.0;
     for (int i = 0; i <= k; i++) {
         sum += a[i] * b[k - i];
     }
@@ -194,30 +189,30 @@ static double product(const double *a, const double *b, int k)
 }
 
 /* order k of G lambda for row c, the unknown lambda[k] of sticking contacts left out */
-static double transmitted(const Run *r, const Jets *j, int c, int k)
+static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
 {
-    double sum = 0.0;
+    Real sum = 0.0;
     for (int e = 0; e < MODEL_NC; e++) {
-        const int sticks = r->state[e] == CONTACT_STICK;
-        if (r->state[e] == CONTACT_AWAY || r->state[e] == CONTACT_RELEASED || (MODEL_CONSTANT_INERTIA && sticks)) {
+        const int sticks = at->state[e] == CONTACT_STICK;
+        if (at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED || (MODEL_CONSTANT_INERTIA && sticks)) {
             continue;
         }
         if (MODEL_CONSTANT_INERTIA) {
             sum += j->G[c][e][0] * j->force[e][k];
         } else {
-            sum += product(j->G[c][e], j->force[e], k) - (sticks ? j->G[c][e][0] * j->force[e][k] : 0.0);
+            sum += KIND(product)(j->G[c][e], j->force[e], k) - (sticks ? j->G[c][e][0] * j->force[e][k] : 0.0);
         }
     }
     return sum;
 }
 
-void contact_forces(Run *r, Jets *j, int k)
+void contact_forces(Point *at, Jets *j, int k)
 {
     int sticking = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        switch (r->state[c]) {
+        switch (at->state[c]) {
         case CONTACT_STICK:
-            model_stick(r->p, r->d, j, k, c);
+            model_stick(at->p, at->d, j, k, c);
             j->force[c][k] = 0.0;
             sticking = 1;
             break;
@@ -226,27 +221,27 @@ void contact_forces(Run *r, Jets *j, int k)
             j->force[c][k] = 0.0;
             break;
         default:
-            model_law(r->p, r->d, j, k, c);
+            model_law(at->p, at->d, j, k, c);
         }
     }
     if (!sticking) {
         return;
     }
-    Sticking *s = &r->sticking;
+    Sticking *s = &at->sticking;
     if (k == 0) {
         signed char member[NC];
         for (int c = 0; c < MODEL_NC; c++) {
-            member[c] = r->state[c] == CONTACT_STICK;
+            member[c] = at->state[c] == CONTACT_STICK;
         }
         contact_factor(j, member, s);
     }
-    double rest[NC];
+    Real rest[NC];
     for (int i = 0; i < s->count; i++) {
         const int c = s->contact[i];
-        rest[i] = j->slip_rate[c][k] + transmitted(r, j, c, k);
+        rest[i] = j->slip_rate[c][k] + KIND(transmitted)(at, j, c, k);
     }
     for (int i = 0; i < s->count; i++) {
-        double force = 0.0;
+        Real force = 0.0;
         for (int e = 0; e < s->count; e++) {
             force -= s->inverse[i][e] * rest[e];
         }
@@ -254,45 +249,29 @@ void contact_forces(Run *r, Jets *j, int k)
     }
 }
 
-double contact_acceleration(const Jets *j, int i, int k)
+Real contact_rate(const Jets *j, int i, int k)
 {
-    double sum = j->a[i][k];
+    Real sum = j->a[i][k];
     for (int c = 0; c < MODEL_NC; c++) {
-        sum += MODEL_CONSTANT_INERTIA ? j->W[i][c][0] * j->force[c][k] : product(j->W[i][c], j->force[c], k);
+        sum += MODEL_CONSTANT_INERTIA ? j->W[i][c][0] * j->force[c][k] : KIND(product)(j->W[i][c], j->force[c], k);
     }
     return sum;
 }
 
-double contact_slip_acceleration(const Run *r, Jets *j, int c, double *magnitude)
+int contact_project(Point *at, Jets *j, const signed char *member)
 {
-    if (r->state[c] != CONTACT_STICK) {
-        model_stick(r->p, r->d, j, 0, c);
-    }
-    double sum = j->slip_rate[c][0];
-    *magnitude = fabs(sum);
-    for (int e = 0; e < MODEL_NC; e++) {
-        const double term = j->G[c][e][0] * j->force[e][0];
-        sum += term;
-        *magnitude += fabs(term);
-    }
-    return sum;
-}
-
-int contact_project(Run *r, const signed char *member)
-{
-    Jets *j = &r->scratch;
     Sticking s;
     contact_factor(j, member, &s);
     int moved = 0;
     for (int i = 0; i < s.count; i++) {
-        double impulse = 0.0;
+        Real impulse = 0.0;
         for (int e = 0; e < s.count; e++) {
             impulse -= s.inverse[i][e] * j->slip[s.contact[e]][0];
         }
         if (impulse != 0.0) {
             moved = 1;
             for (int v = 0; v < MODEL_NV; v++) {
-                r->x[MODEL_NQ + v] += j->W[v][s.contact[i]][0] * impulse;
+                at->x[MODEL_NQ + v] += j->W[v][s.contact[i]][0] * impulse;
             }
         }
     }

@@ -2,21 +2,20 @@
 #ifndef STICKSLIP_ENGINE_H
 #define STICKSLIP_ENGINE_H
 
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
 #include "roots.h"
 #include "run.h"
 
 enum { NC = MODEL_ROOM(MODEL_NC) };
 
-/* contact.c */
-void contact_factor(const Jets *j, const signed char *member, Sticking *s);
-/* force series at order k of every contact in its present state */
-void contact_forces(Run *r, Jets *j, int k);
-/* order k of the rate of v[i], contact forces included */
-double contact_acceleration(const Jets *j, int i, int k);
-/* rate of the slip speed at order 0, contact forces included, and the sum of the magnitudes of its terms */
-double contact_slip_acceleration(const Run *r, Jets *j, int c, double *magnitude);
-/* move the velocities by the impulses of the member contacts that bring their slip speed (scratch, order 0) to zero */
-int contact_project(Run *r, const signed char *member);
+#include "kind_real.h"
+#include "flow.h"
+
+/* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
+static inline int time_power(int rooted) { return rooted ? 2 : 1; }
 
 /* taylor.c */
 /* fill order k of all series from orders 0..k of t, u, x */

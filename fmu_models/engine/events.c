@@ -69,6 +69,22 @@ static void expand(Run *r, Trial *trial)
     }
 }
 
+/* rate of the slip speed at order 0, contact forces included, and the sum of the magnitudes of its terms */
+static double slip_acceleration(const Run *r, Jets *j, int c, double *magnitude)
+{
+    if (r->at.state[c] != CONTACT_STICK) {
+        model_stick(r->at.p, r->at.d, j, 0, c);
+    }
+    double sum = j->slip_rate[c][0];
+    *magnitude = fabs(sum);
+    for (int e = 0; e < MODEL_NC; e++) {
+        const double term = j->G[c][e][0] * j->force[e][0];
+        sum += term;
+        *magnitude += fabs(term);
+    }
+    return sum;
+}
+
 static int stick_holds(Run *r, Trial *trial, int c)
 {
     Jets *j = &r->scratch;
@@ -81,7 +97,7 @@ static int stick_holds(Run *r, Trial *trial, int c)
         return 0;
     }
     /* contacts that constrain the same motion in different ways cannot all stick */
-    if (fabs(contact_slip_acceleration(r, j, c, &magnitude)) > tolerance * magnitude) {
+    if (fabs(slip_acceleration(r, j, c, &magnitude)) > tolerance * magnitude) {
         return 0;
     }
     const double margin = capacity - fabs(j->force[c][0]);
@@ -106,7 +122,7 @@ static int slip_holds(Run *r, Trial *trial, int c)
     Jets *j = &r->scratch;
     const double sign = j->sign[c];
     double magnitude;
-    const double rate = sign * contact_slip_acceleration(r, j, c, &magnitude);
+    const double rate = sign * slip_acceleration(r, j, c, &magnitude);
     trial->zeros[c] = 1;
     if (fabs(rate) > r->tolerances.margin * magnitude) {
         return rate > 0.0;
@@ -119,7 +135,7 @@ static int slip_holds(Run *r, Trial *trial, int c)
     int zeros = 2;
     const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
     if (j->force[c][0] == 0.0
-        && largest <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, j, c)) {
+        && largest <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) {
         trial->zeros[c] = ALL_ZERO; /* a contact that carries no force may ride along at zero slip for good */
         return 1;
     }
@@ -137,7 +153,7 @@ static int holds(Run *r, Trial *trial)
     taylor_field(r, j, 0);
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
-        if (!(r->state[c] == CONTACT_STICK ? stick_holds(r, trial, c) : slip_holds(r, trial, c))) {
+        if (!(r->at.state[c] == CONTACT_STICK ? stick_holds(r, trial, c) : slip_holds(r, trial, c))) {
             return 0;
         }
     }
@@ -160,7 +176,7 @@ static int assign(Run *r, const Trial *trial, int code)
             }
             sticking++;
         }
-        r->state[c] = (signed char)state;
+        r->at.state[c] = (signed char)state;
     }
     return sticking;
 }
@@ -193,19 +209,20 @@ static int project(Run *r, const Trial *trial)
         const double slip = r->scratch.slip[c][0];
         /* a switch without a jump of the flow has nothing to move the states with */
         member[c] = r->scratch.G[c][c][0] != 0.0
-                    && (r->state[c] == CONTACT_STICK || r->scratch.sign[c] * slip < 0.0);
+                    && (r->at.state[c] == CONTACT_STICK || r->scratch.sign[c] * slip < 0.0);
         any |= member[c];
-        if (r->state[c] != CONTACT_STICK) {
+        if (r->at.state[c] != CONTACT_STICK) {
             r->scratch.capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
         }
     }
-    return any && contact_project(r, member);
+    memcpy(r->projected, member, sizeof member);
+    return any && contact_project(&r->at, &r->scratch, member);
 }
 
 void events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
     Trial trial = {.count = 0, .at_limit = at_limit};
-    memcpy(trial.before, r->state, sizeof trial.before);
+    memcpy(trial.before, r->at.state, sizeof trial.before);
     for (int c = 0; c < MODEL_NC; c++) {
         if (candidate[c] && trial.count < MAX_CANDIDATES) {
             trial.contact[trial.count++] = c;
@@ -215,29 +232,29 @@ void events_choose(Run *r, const signed char *candidate, const signed char *at_l
         return;
     }
     if (!search(r, &trial)) {
-        memcpy(r->state, trial.before, sizeof trial.before);
+        memcpy(r->at.state, trial.before, sizeof trial.before);
         for (int i = 0; i < trial.count; i++) {
             trial.zeros[trial.contact[i]] = 1;
         }
     }
     for (int i = 0; i < trial.count; i++) {
-        r->known[trial.contact[i]][SLOT_TANGENTIAL] = trial.zeros[trial.contact[i]];
+        r->at.known[trial.contact[i]][SLOT_TANGENTIAL] = trial.zeros[trial.contact[i]];
     }
     *moved |= project(r, &trial);
 }
 
 static int at_zero_slip(const Run *r, int c)
 {
-    return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->p, r->d, &r->scratch, c);
+    return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
 }
 
 /* slip speeds and depths at r's instant, in scratch */
 static void load_contacts(Run *r)
 {
     taylor_load(r, &r->scratch);
-    model_slip(r->p, r->d, &r->scratch, 0);
+    model_slip(r->at.p, r->at.d, &r->scratch, 0);
     if (MODEL_BOUNDED) {
-        model_depth(r->p, r->d, &r->scratch, 0);
+        model_depth(r->at.p, r->at.d, &r->scratch, 0);
     }
 }
 
@@ -251,7 +268,7 @@ static signed char slipping_state(const Run *r, int c)
 static signed char inside_state(Run *r, int c)
 {
     if (model_contact_releases[c]) {
-        model_release(r->p, r->d, &r->scratch, 0, c);
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
         return r->scratch.release[c][0] > 0.0 ? CONTACT_TOUCHING : CONTACT_RELEASED;
     }
     return CONTACT_TOUCHING;
@@ -266,9 +283,9 @@ static double depth_rate(Run *r, int c)
         j->x[i][1] = j->x[MODEL_NQ + i][0];
     }
     for (int i = 0; i < MODEL_NV; i++) {
-        j->x[MODEL_NQ + i][1] = contact_acceleration(j, i, 0);
+        j->x[MODEL_NQ + i][1] = contact_rate(j, i, 0);
     }
-    model_depth(r->p, r->d, j, 1);
+    model_depth(r->at.p, r->at.d, j, 1);
     return j->depth[c][1];
 }
 
@@ -280,28 +297,28 @@ void events_place(Run *r, signed char *candidate)
         candidate[c] = 0;
         if (model_contact_bounded[c]) {
             const double depth = r->scratch.depth[c][0];
-            const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->p, r->d, &r->scratch, c);
+            const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
             /* at the bound itself the rate of the depth decides; at rest there a region counts as entered, a stop does not */
             double rate = 0.0;
             if (at_bound) {
                 rate = model_contact_is_stop[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
-                r->known[c][SLOT_NORMAL] = 1;
+                r->at.known[c][SLOT_NORMAL] = 1;
             }
             inside = at_bound ? (rate > 0.0 || (rate == 0.0 && !model_contact_is_stop[c])) : depth > 0.0;
             if (at_bound && inside && model_contact_is_stop[c]) {
-                r->memory[c] = fabs(rate);
+                r->at.memory[c] = fabs(rate);
             }
         }
-        const int was_inside = r->state[c] != CONTACT_AWAY;
+        const int was_inside = r->at.state[c] != CONTACT_AWAY;
         if (!inside) {
-            r->state[c] = CONTACT_AWAY;
+            r->at.state[c] = CONTACT_AWAY;
         } else if (model_contact_is_stop[c]) {
-            r->state[c] = was_inside && r->state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
+            r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
         } else if (at_zero_slip(r, c)) {
             candidate[c] = 1;
-            r->state[c] = was_inside ? r->state[c] : CONTACT_SLIP_PLUS;
+            r->at.state[c] = was_inside ? r->at.state[c] : CONTACT_SLIP_PLUS;
         } else {
-            r->state[c] = slipping_state(r, c);
+            r->at.state[c] = slipping_state(r, c);
         }
     }
 }
@@ -309,12 +326,13 @@ void events_place(Run *r, signed char *candidate)
 /* states jump where the contact's switching function reaches zero from the side it was on */
 static int jump(Run *r, int c, int *moved)
 {
-    const int side = r->state[c] == CONTACT_SLIP_PLUS ? 1 : r->state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
+    const int side = r->at.state[c] == CONTACT_SLIP_PLUS ? 1 : r->at.state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
     if (!(model_contact_resets[c] & side)) {
         return 0;
     }
-    model_reset(r->p, r->d, &r->scratch, c, r->x);
+    model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
     load_contacts(r);
+    r->jumped[c] = 1;
     *moved = 1;
     return 1;
 }
@@ -322,8 +340,8 @@ static int jump(Run *r, int c, int *moved)
 /* the new state of contact c after the fall of its normal indicator; 1 if it is now inside with friction */
 static int cross_bound(Run *r, int c)
 {
-    signed char *state = &r->state[c];
-    r->known[c][SLOT_NORMAL] = 1;
+    signed char *state = &r->at.state[c];
+    r->at.known[c][SLOT_NORMAL] = 1;
     if (*state != CONTACT_AWAY) {
         *state = CONTACT_AWAY;
         return 0;
@@ -333,13 +351,14 @@ static int cross_bound(Run *r, int c)
         return 1;
     }
     *state = CONTACT_TOUCHING;
-    r->memory[c] = fabs(r->scratch.slip[c][0]);
+    r->at.memory[c] = fabs(r->scratch.slip[c][0]);
+    r->entered[c] = 1;
     if (model_contact_releases[c]) {
         /* at the bound exactly: a stop without damping has no force yet */
         r->scratch.depth[c][0] = 0.0;
-        r->scratch.memory[c] = r->memory[c];
-        model_release(r->p, r->d, &r->scratch, 0, c);
-        r->known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
+        r->scratch.memory[c] = r->at.memory[c];
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        r->at.known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
     }
     return 0;
 }
@@ -349,27 +368,30 @@ void events_transit(Run *r, int *moved)
     signed char candidate[NC];
     signed char at_limit[NC];
     load_contacts(r);
-    memset(r->known, 0, sizeof r->known);
+    memset(r->at.known, 0, sizeof r->at.known);
+    memset(r->entered, 0, sizeof r->entered);
+    memset(r->jumped, 0, sizeof r->jumped);
+    memset(r->projected, 0, sizeof r->projected);
     for (int c = 0; c < MODEL_NC; c++) {
-        const int sticks = r->state[c] == CONTACT_STICK;
+        const int sticks = r->at.state[c] == CONTACT_STICK;
         const int falls = r->falling[c][SLOT_TANGENTIAL];
         at_limit[c] = sticks && falls;
         candidate[c] = 0;
         if (r->falling[c][SLOT_NORMAL]) {
             candidate[c] = (signed char)(cross_bound(r, c) && at_zero_slip(r, c));
-        } else if (r->state[c] == CONTACT_AWAY) {
+        } else if (r->at.state[c] == CONTACT_AWAY) {
             continue;
         } else if (model_contact_is_stop[c]) {
             if (falls) {
                 const int inside = r->scratch.depth[c][0] > 0.0;
-                r->known[c][SLOT_TANGENTIAL] = 1;
-                r->state[c] = r->state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
+                r->at.known[c][SLOT_TANGENTIAL] = 1;
+                r->at.state[c] = r->at.state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
             }
         } else {
             const int jumped = falls && jump(r, c, moved);
             candidate[c] = sticks || at_zero_slip(r, c) || (falls && !jumped);
             if (jumped && !candidate[c]) {
-                r->state[c] = slipping_state(r, c);
+                r->at.state[c] = slipping_state(r, c);
             }
         }
     }
@@ -381,14 +403,14 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
     signed char before[NC];
     int moved = 0;
     int last = 0;
-    memcpy(before, r->state, sizeof before);
+    memcpy(before, r->at.state, sizeof before);
     events_transit(r, &moved);
     for (int c = 0; c < MODEL_NC; c++) {
         last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
-        if (r->state[c] != before[c]) {
+        if (r->at.state[c] != before[c]) {
             r->events++;
             if (sink) {
-                const ContactEvent event = {r->time, c, before[c], r->state[c]};
+                const ContactEvent event = {r->at.time, c, before[c], r->at.state[c]};
                 sink(context, &event);
             }
         }
@@ -396,7 +418,7 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
     if (++r->stalled > r->tolerances.max_iterations) {
         return run_fail(r, "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
                            "not determined by the model",
-                        model_contact_names[last], r->time, r->stalled);
+                        model_contact_names[last], r->at.time, r->stalled);
     }
     return RUN_OK;
 }

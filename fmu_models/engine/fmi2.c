@@ -238,7 +238,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
     if (instance_enter(m, PHASE_STEP | PHASE_TERMINATED | PHASE_FAILED, __func__)) return fmi2Error;
     if (instance_array(m, value, 1, __func__, "value")) return fmi2Error;
     if (kind != fmi2LastSuccessfulTime) return (fmi2Status)instance_refuse(m, "%s: no status of kind %d", __func__, (int)kind);
-    *value = m->core.run.time;
+    *value = m->core.run.at.time;
     return fmi2OK;
 }
 

@@ -363,7 +363,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Bo
     *event_handling_needed = *terminate = *early_return = false;
     Status status = instance_step(m, __func__, time, step, m->event_mode_used && m->early_return_allowed, &event);
     *event_handling_needed = event != 0;
-    *early_return = event && m->core.run.time < time + step;
-    *last_time = m->core.run.time;
+    *early_return = event && m->core.run.at.time < time + step;
+    *last_time = m->core.run.at.time;
     return (fmi3Status)status;
 }

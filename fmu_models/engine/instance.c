@@ -96,11 +96,11 @@ Status instance_categories(Instance *m, size_t n, const char *const categories[]
 /* an error of the engine ends the run: its state can no longer be trusted */
 static Status failed(Instance *m, const char *function, const char *message) {
     m->core.phase = PHASE_FAILED;
-    return instance_refuse(m, "%s: at time %.17g: %s", function, m->core.run.time, message);
+    return instance_refuse(m, "%s: at time %.17g: %s", function, m->core.run.at.time, message);
 }
 
 static Status check_parameters(Instance *m, const char *function) {
-    const char *violation = model_violation(m->core.run.p);
+    const char *violation = model_violation(m->core.run.at.p);
     return violation ? instance_refuse(m, "%s: %s", function, violation) : STATUS_OK;
 }
 
@@ -124,7 +124,7 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
     /* the default is so cheap that a looser request would save nothing, and sharp events need it */
     core->run.tolerances = run_default_tolerances;
     if (tolerance_defined && tolerance < core->run.tolerances.step) core->run.tolerances.step = tolerance;
-    core->run.time = core->start_time = start_time;
+    core->run.at.time = core->start_time = start_time;
     core->stop_defined = stop_defined;
     core->stop_time = stop_time;
     core->settled = 0;
@@ -156,13 +156,13 @@ Status instance_settle(Instance *m, const char *function, int *changed) {
 
 Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event) {
     Core *core = &m->core;
-    double end = fmax(time + step, core->run.time);
+    double end = fmax(time + step, core->run.at.time);
     double slack = INSTANCE_TIME_SLACK * step + 4.0 * DBL_EPSILON * fabs(time);
     *event = 0;
     if (!isfinite(time) || !isfinite(step) || !(step > 0.0))
         return instance_refuse(m, "%s: a step of %g s from time %g is not possible", function, step, time);
-    if (fabs(time - core->run.time) > slack)
-        return instance_refuse(m, "%s: the step starts at %.17g but the FMU is at %.17g", function, time, core->run.time);
+    if (fabs(time - core->run.at.time) > slack)
+        return instance_refuse(m, "%s: the step starts at %.17g but the FMU is at %.17g", function, time, core->run.at.time);
     if (core->stop_defined && end > core->stop_time + slack)
         return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end, core->stop_time);
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
@@ -197,8 +197,8 @@ Status instance_update(Instance *m, const char *function, int *changed) {
 Status instance_set_time(Instance *m, const char *function, double time) {
     if (instance_enter(m, PHASE_EVENT | PHASE_CONTINUOUS, function)) return STATUS_ERROR;
     if (!isfinite(time)) return instance_refuse(m, "%s: the time is not finite", function);
-    if (time == m->core.run.time) return STATUS_OK;
-    m->core.run.time = time;
+    if (time == m->core.run.at.time) return STATUS_OK;
+    m->core.run.at.time = time;
     run_touched(&m->core.run);
     return STATUS_OK;
 }
@@ -208,7 +208,7 @@ Status instance_set_states(Instance *m, const char *function, const double *x, s
     if (check_size(m, function, n, MODEL_NX, "states") || instance_array(m, x, n, function, "states")) return STATUS_ERROR;
     for (size_t i = 0; i < n; i++)
         if (!isfinite(x[i])) return instance_refuse(m, "%s: state %zu is not finite", function, i);
-    if (n) memcpy(m->core.run.x, x, n * sizeof *x);
+    if (n) memcpy(m->core.run.at.x, x, n * sizeof *x);
     run_touched(&m->core.run);
     return STATUS_OK;
 }
@@ -227,7 +227,7 @@ static Status checked(Instance *m, const char *function, RunStatus status) {
 
 Status instance_states(Instance *m, const char *function, double *x, size_t n) {
     if (check_result(m, function, x, n, MODEL_NX, "states")) return STATUS_ERROR;
-    if (n) memcpy(x, m->core.run.x, n * sizeof *x);
+    if (n) memcpy(x, m->core.run.at.x, n * sizeof *x);
     return STATUS_OK;
 }
 

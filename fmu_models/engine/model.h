@@ -51,31 +51,11 @@ typedef enum {
     CONTACT_RELEASED = 4
 } ContactState;
 
-/* one Taylor series: coefficient k belongs to (time since the start of the step)^k, or to that power of its root */
-typedef double Series[MODEL_TERMS + 1];
+/* the indicators of a contact: of its depth, and of its slip, stick margin or force */
+typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
 
-/* all series of one step; the engine fills t, u, x and sign, the model the rest */
-typedef struct {
-    Series t;
-    double time_rest;                         /* what rounding took from t[0]; only a phase needs it */
-    Series u[MODEL_ROOM(MODEL_NU)];
-    Series du[MODEL_ROOM(MODEL_NU)];          /* rates of the inputs */
-    Series x[MODEL_ROOM(MODEL_NX)];
-    double sign[MODEL_ROOM(MODEL_NC)];        /* of the slip speed of each slipping contact, +1 or -1; else 0 */
-    double memory[MODEL_ROOM(MODEL_NC)];      /* speed at which the contact was last entered */
-    Series a[MODEL_ROOM(MODEL_NV)];           /* rates of v without contact forces */
-    Series zrate[MODEL_ROOM(MODEL_NZ)];
-    Series slip[MODEL_ROOM(MODEL_NC)];
-    Series slip_rate[MODEL_ROOM(MODEL_NC)];   /* without contact forces */
-    Series capacity[MODEL_ROOM(MODEL_NC)];    /* largest force in stick */
-    Series depth[MODEL_ROOM(MODEL_NC)];       /* of a contact with bounds; positive inside */
-    Series release[MODEL_ROOM(MODEL_NC)];     /* of a stop that releases by force: has the sign of its force */
-    Series force[MODEL_ROOM(MODEL_NC)];       /* lambda */
-    Series y[MODEL_ROOM(MODEL_NY)];
-    Series W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
-    Series G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
-    Series w[MODEL_ROOM(MODEL_NW)];
-} Jets;
+#include "kind_real.h"
+#include "model_kind.h"
 
 /* start values and facts, indexed as above */
 extern const double model_start_parameters[MODEL_ROOM(MODEL_NP)];
@@ -93,33 +73,9 @@ extern const unsigned char model_contact_resets[MODEL_ROOM(MODEL_NC)];   /* stat
 /* NULL, or a sentence that says which requirement of the model the parameters violate */
 const char *model_violation(const double *p);
 
-/* constants derived from the parameters: d has MODEL_ND entries */
-void model_prepare(const double *p, double *d);
-
-/* series slip */
-void model_slip(const double *p, const double *d, Jets *j, int k);
-/* series depth, of contacts that have one; called after slip */
-void model_depth(const double *p, const double *d, Jets *j, int k);
-/* series a (reads nothing of the contacts but the sign of those that do not stick) */
-void model_acceleration(const double *p, const double *d, Jets *j, int k);
-/* series W and G; with MODEL_CONSTANT_INERTIA only k = 0 is ever asked for */
-void model_inertia(const double *p, const double *d, Jets *j, int k);
-/* force of contact c while it slips with sign[c], or touches; called after slip, depth and acceleration */
-void model_law(const double *p, const double *d, Jets *j, int k, int c);
-/* series release of contact c; called after slip and depth */
-void model_release(const double *p, const double *d, Jets *j, int k, int c);
-/* slip_rate and capacity of contact c; called after acceleration */
-void model_stick(const double *p, const double *d, Jets *j, int k, int c);
-/* series zrate; called after the forces */
-void model_internal(const double *p, const double *d, Jets *j, int k);
-/* outputs; called last; may read everything above except slip_rate and capacity */
-void model_outputs(const double *p, const double *d, Jets *j, int k);
-
 /* sum of the magnitudes of the terms whose cancellation makes the slip speed of contact c zero (order 0) */
 double model_slip_magnitude(const double *p, const double *d, const Jets *j, int c);
 /* the same for its depth */
 double model_depth_magnitude(const double *p, const double *d, const Jets *j, int c);
-/* states after the jump of contact c, from order 0 of the series */
-void model_reset(const double *p, const double *d, const Jets *j, int c, double *x);
 
 #endif

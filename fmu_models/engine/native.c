@@ -12,6 +12,7 @@
 #include <math.h>
 
 #include "instance.h"
+#include "tangent.h"
 
 #if defined(_WIN32)
 #define NATIVE_EXPORT __declspec(dllexport)
@@ -75,7 +76,7 @@ static Status record(Instance *m, NativeRun *run) {
     for (int64_t k = 0; k < run->n_values; k++)
         if (!instance_value(m, run->references[k], &e, &row[k]))
             return instance_refuse(m, "%s: value reference %u cannot be read at time %g", __func__,
-                                   (unsigned)run->references[k], m->core.run.time);
+                                   (unsigned)run->references[k], m->core.run.at.time);
     run->next_time++;
     return STATUS_OK;
 }
@@ -92,20 +93,20 @@ static int proceed(Instance *m, NativeRun *run) {
     }
     while (run->next_time < run->n_times) {
         if (run->n_events >= run->event_capacity - reserve || r->steps > last_step) return NATIVE_MORE;
-        while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->time)
+        while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
             if (pass_knot(m, run)) return NATIVE_ERROR;
         if (instance_settle(m, __func__, NULL)) return NATIVE_ERROR;
         double end = run->times[run->next_time];
         int knot_first = run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= end;
         if (knot_first) end = run->knot_times[run->next_knot];
-        if (r->time < end) {
+        if (r->at.time < end) {
             RunStatus status = run_advance(r, end, 1, note, run);
             if (status == RUN_ERROR) {
                 m->core.phase = PHASE_FAILED;
-                instance_refuse(m, "at time %.10g: %s", r->time, r->message);
+                instance_refuse(m, "at time %.10g: %s", r->at.time, r->message);
                 return NATIVE_ERROR;
             }
-            if (status == RUN_EVENT && r->time < end) continue;
+            if (status == RUN_EVENT && r->at.time < end) continue;
         }
         if (!knot_first && record(m, run)) return NATIVE_ERROR;
     }
@@ -125,4 +126,37 @@ int stickslip_simulate(void *instance, NativeRun *run) {
     run->n_changes = m->core.run.events;
     run->evaluations = m->core.run.evaluations;
     return status;
+}
+
+/*
+ * Derivatives of the states at a later time along n directions in the present states (n rows of MODEL_NX, or NULL) and in the
+ * parameters (n rows of MODEL_NP, or NULL): rows of derivatives, and the states themselves. The instance moves to that time.
+ */
+NATIVE_EXPORT int stickslip_tangent(void *instance, double end, int64_t n, const double *states, const double *parameters,
+                                    double *x, double *derivatives);
+
+int stickslip_tangent(void *instance, double end, int64_t n, const double *states, const double *parameters, double *x,
+                      double *derivatives) {
+    Instance *m = instance;
+    Run *r = &m->core.run;
+    if (instance_enter(m, PHASE_STEP, __func__) || instance_settle(m, __func__, NULL)) return NATIVE_ERROR;
+    if (n < 0 || n > INT32_MAX || !(end >= r->at.time) || !x || !derivatives) {
+        instance_refuse(m, "%s: a number of directions, a later time and arrays for the results are needed", __func__);
+        return NATIVE_ERROR;
+    }
+    Tangents *list = tangent_new(r, (int)n, states, parameters);
+    if (!list) {
+        instance_refuse(m, "%s: no memory for %lld directions", __func__, (long long)n);
+        return NATIVE_ERROR;
+    }
+    RunStatus status = tangent_advance(r, end, list, (int)n);
+    tangent_results(list, (int)n, derivatives);
+    memcpy(x, r->at.x, sizeof r->at.x);
+    tangent_free(list);
+    if (status == RUN_ERROR) {
+        m->core.phase = PHASE_FAILED;
+        instance_refuse(m, "at time %.10g: %s", r->at.time, r->message);
+        return NATIVE_ERROR;
+    }
+    return NATIVE_DONE;
 }

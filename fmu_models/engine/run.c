@@ -36,15 +36,15 @@ RunStatus run_fail(Run *r, const char *format, ...)
 void run_touched(Run *r)
 {
     r->segment_valid = 0;
-    memset(r->known, 0, sizeof r->known);
+    memset(r->at.known, 0, sizeof r->at.known);
 }
 
 void run_parameters_changed(Run *r)
 {
     run_touched(r);
-    model_prepare(r->p, r->d);
-    model_inertia(r->p, r->d, &r->jets, 0);
-    model_inertia(r->p, r->d, &r->scratch, 0);
+    model_prepare(r->at.p, r->at.d);
+    model_inertia(r->at.p, r->at.d, &r->jets, 0);
+    model_inertia(r->at.p, r->at.d, &r->scratch, 0);
 }
 
 void run_reset(Run *r)
@@ -52,9 +52,9 @@ void run_reset(Run *r)
     memset(r, 0, sizeof *r);
     r->tolerances = run_default_tolerances;
     r->horizon = INFINITY;
-    memcpy(r->p, model_start_parameters, sizeof r->p);
-    memcpy(r->u, model_start_inputs, sizeof r->u);
-    memcpy(r->x, model_start_states, sizeof r->x);
+    memcpy(r->at.p, model_start_parameters, sizeof r->at.p);
+    memcpy(r->at.u, model_start_inputs, sizeof r->at.u);
+    memcpy(r->at.x, model_start_states, sizeof r->at.x);
     run_parameters_changed(r);
 }
 
@@ -62,7 +62,7 @@ static RunStatus check_finite(Run *r, const char *what, const double *values, in
 {
     for (int i = 0; i < n; i++) {
         if (!isfinite(values[i])) {
-            return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->time);
+            return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->at.time);
         }
     }
     return RUN_OK;
@@ -72,22 +72,22 @@ RunStatus run_initialize(Run *r)
 {
     run_parameters_changed(r);
     r->stalled = 0;
-    const char *violation = model_violation(r->p);
+    const char *violation = model_violation(r->at.p);
     if (violation) {
         return run_fail(r, "%s", violation);
     }
-    if (check_finite(r, "start value of state", r->x, MODEL_NX) || check_finite(r, "input", r->u, MODEL_NU)
-        || check_finite(r, "rate of input", r->du, MODEL_NU)) {
+    if (check_finite(r, "start value of state", r->at.x, MODEL_NX) || check_finite(r, "input", r->at.u, MODEL_NU)
+        || check_finite(r, "rate of input", r->at.du, MODEL_NU)) {
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        r->state[c] = CONTACT_AWAY;
+        r->at.state[c] = CONTACT_AWAY;
     }
     if (run_reconsider(r, NULL) == RUN_ERROR) {
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_remembers[c] && r->state[c] == CONTACT_TOUCHING && !(r->memory[c] > 0.0)) {
+        if (model_contact_remembers[c] && r->at.state[c] == CONTACT_TOUCHING && !(r->at.memory[c] > 0.0)) {
             return run_fail(r, "the motion starts inside the stop '%s', whose force depends on the speed at which it was entered: "
                                "give that speed as %s_memory, or start outside", model_contact_names[c], model_contact_names[c]);
         }
@@ -114,12 +114,12 @@ static void evaluate_segment(Run *r, double time, double since_start)
 {
     const double s = r->segment_rooted ? sqrt(since_start) : since_start;
     for (int i = 0; i < MODEL_NX; i++) {
-        r->x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
+        r->at.x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
     }
     for (int i = 0; i < MODEL_NU; i++) {
-        r->u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
+        r->at.u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
     }
-    r->time = time;
+    r->at.time = time;
 }
 
 /* go to the end of the segment; what rounding takes from the sum of lengths is kept */
@@ -129,34 +129,37 @@ static void finish_segment(Run *r)
     const double end = start + r->segment_length;
     const double rest = r->jets.time_rest + (r->segment_length - (end - start));
     evaluate_segment(r, end, r->segment_length);
-    r->time_rest = rest;
+    r->at.time_rest = rest;
     r->segment_valid = 0;
+}
+
+/* how far a step may reach on the way to a time */
+static double step_limit(const Run *r, double end)
+{
+    return fmin(LOOK_AHEAD * (end - r->at.time), r->horizon - r->at.time);
 }
 
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
-    if (!(t >= r->time)) {
-        return run_fail(r, "time cannot go back from %.17g to %.17g", r->time, t);
+    if (!(t >= r->at.time)) {
+        return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
     }
-    while (r->time < t || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= t)) {
-        if (!r->segment_valid) {
-            const double limit = fmin(LOOK_AHEAD * (t - r->time), r->horizon - r->time);
-            if (taylor_step(r, limit) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
+    while (r->at.time < t || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= t)) {
+        if (!r->segment_valid && taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
+            return RUN_ERROR;
         }
         const double end = r->segment_start + r->segment_length;
         if (end > t) {
             evaluate_segment(r, t, (t - r->segment_start) - r->jets.time_rest);
-            r->time_rest = 0.0;
+            r->at.time_rest = 0.0;
             break;
         }
-        if (end > r->time) {
+        if (end > r->at.time) {
             r->stalled = 0;
         }
         finish_segment(r);
         if (!r->segment_event) {
-            memset(r->known, 0, sizeof r->known);
+            memset(r->at.known, 0, sizeof r->at.known);
             continue;
         }
         r->segment_event = 0;
@@ -168,7 +171,7 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
             return RUN_EVENT;
         }
     }
-    return check_finite(r, "state", r->x, MODEL_NX);
+    return check_finite(r, "state", r->at.x, MODEL_NX);
 }
 
 RunStatus run_derivatives(Run *r, double *dx)
@@ -180,7 +183,7 @@ RunStatus run_derivatives(Run *r, double *dx)
         dx[i] = j->x[MODEL_NQ + i][0];
     }
     for (int i = 0; i < MODEL_NV; i++) {
-        dx[MODEL_NQ + i] = contact_acceleration(j, i, 0);
+        dx[MODEL_NQ + i] = contact_rate(j, i, 0);
     }
     for (int i = 0; i < MODEL_NZ; i++) {
         dx[MODEL_NQ + MODEL_NV + i] = j->zrate[i][0];
@@ -198,15 +201,15 @@ static double watched(Run *r, int c, Slot slot)
         return 1.0;
     }
     if (slot == SLOT_NORMAL) {
-        return sign * j->depth[c][0] + shift * model_depth_magnitude(r->p, r->d, j, c);
+        return sign * j->depth[c][0] + shift * model_depth_magnitude(r->at.p, r->at.d, j, c);
     }
     if (model_contact_is_stop[c]) {
         return sign * j->release[c][0];
     }
-    if (r->state[c] == CONTACT_STICK) {
+    if (r->at.state[c] == CONTACT_STICK) {
         return j->capacity[c][0] * (1.0 + shift) - fabs(j->force[c][0]);
     }
-    return sign * j->slip[c][0] + shift * model_slip_magnitude(r->p, r->d, j, c);
+    return sign * j->slip[c][0] + shift * model_slip_magnitude(r->at.p, r->at.d, j, c);
 }
 
 /* order 0 of all that indicators read, in scratch */
@@ -216,7 +219,7 @@ static void load_indicators(Run *r)
     taylor_field(r, &r->scratch, 0);
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_releases[c]) {
-            model_release(r->p, r->d, &r->scratch, 0, c);
+            model_release(r->at.p, r->at.d, &r->scratch, 0, c);
         }
     }
 }
@@ -244,12 +247,12 @@ RunStatus run_event(Run *r, int *changed)
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
             const double margin = slot == SLOT_NORMAL
-                                      ? r->tolerances.importer * model_depth_magnitude(r->p, r->d, &r->scratch, c)
-                                  : model_contact_is_stop[c] || r->state[c] == CONTACT_STICK
+                                      ? r->tolerances.importer * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c)
+                                  : model_contact_is_stop[c] || r->at.state[c] == CONTACT_STICK
                                       ? 0.0
-                                      : r->tolerances.importer * model_slip_magnitude(r->p, r->d, &r->scratch, c);
+                                      : r->tolerances.importer * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
             /* sticking contacts are candidates anyway; whether they hold is for their forces to say */
-            const int sticks = slot == SLOT_TANGENTIAL && r->state[c] == CONTACT_STICK;
+            const int sticks = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
             r->falling[c][slot] = !sticks && watched(r, c, (Slot)slot) <= margin;
         }
     }
@@ -263,7 +266,7 @@ RunStatus run_outputs(Run *r, double *y)
     Jets *j = &r->scratch;
     taylor_load(r, j);
     taylor_field(r, j, 0);
-    model_outputs(r->p, r->d, j, 0);
+    model_outputs(r->at.p, r->at.d, j, 0);
     for (int i = 0; i < MODEL_NY; i++) {
         y[i] = j->y[i][0];
     }
@@ -275,7 +278,7 @@ RunStatus run_directional(Run *r, const double *xdot, const double *udot, double
     Jets *j = &r->scratch;
     taylor_load(r, j);
     taylor_field(r, j, 0);
-    model_outputs(r->p, r->d, j, 0);
+    model_outputs(r->at.p, r->at.d, j, 0);
     /* order 1 along the imposed direction instead of along time; the rates of the inputs do not change along it */
     j->t[1] = 0.0;
     for (int i = 0; i < MODEL_NU; i++) {
@@ -285,12 +288,12 @@ RunStatus run_directional(Run *r, const double *xdot, const double *udot, double
         j->x[i][1] = xdot ? xdot[i] : 0.0;
     }
     taylor_field(r, j, 1);
-    model_outputs(r->p, r->d, j, 1);
+    model_outputs(r->at.p, r->at.d, j, 1);
     for (int i = 0; dxdot && i < MODEL_NQ; i++) {
         dxdot[i] = j->x[MODEL_NQ + i][1];
     }
     for (int i = 0; dxdot && i < MODEL_NV; i++) {
-        dxdot[MODEL_NQ + i] = contact_acceleration(j, i, 1);
+        dxdot[MODEL_NQ + i] = contact_rate(j, i, 1);
     }
     for (int i = 0; dxdot && i < MODEL_NZ; i++) {
         dxdot[MODEL_NQ + MODEL_NV + i] = j->zrate[i][1];

@@ -19,16 +19,6 @@ typedef struct {
 
 typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2 } RunStatus;
 
-/* the sticking contacts of a step and the matrix that gives their forces (contact.c, equation 1) */
-typedef struct {
-    int count;
-    int contact[MODEL_ROOM(MODEL_NC)];
-    double inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
-} Sticking;
-
-/* the indicators of a contact: of its depth, and of its slip, stick margin or force */
-typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
-
 /* a change of contact state */
 typedef struct {
     double time;
@@ -38,22 +28,14 @@ typedef struct {
 
 typedef struct {
     Tolerances tolerances;
-    double time;
-    double time_rest;                                   /* low part of the time, which rounding of sums took from it */
+    Point at;                                           /* where the run is */
     double horizon;                                     /* no step reaches beyond: the next knot of an input, or infinity */
-    double p[MODEL_ROOM(MODEL_NP)];
-    double d[MODEL_ROOM(MODEL_ND)];
-    double u[MODEL_ROOM(MODEL_NU)];
-    double du[MODEL_ROOM(MODEL_NU)];                    /* rates of the inputs, constant over a step */
-    double x[MODEL_ROOM(MODEL_NX)];
-    signed char state[MODEL_ROOM(MODEL_NC)];            /* ContactState */
-    double memory[MODEL_ROOM(MODEL_NC)];                /* speed at which a contact was last entered; 0: never */
-    signed char known[MODEL_ROOM(MODEL_NC)][SLOTS];     /* leading coefficients of the indicators known to be zero */
-    Sticking sticking;
     /* the Taylor step in use: valid on [start, start + length] */
     int segment_valid, segment_order;
     int segment_event;                                  /* an event waits at its end */
     signed char falling[MODEL_ROOM(MODEL_NC)][SLOTS];   /* the indicators it belongs to */
+    /* what the last event did to a contact: entered with a speed to remember, jumped, brought to zero slip */
+    signed char entered[MODEL_ROOM(MODEL_NC)], jumped[MODEL_ROOM(MODEL_NC)], projected[MODEL_ROOM(MODEL_NC)];
     int segment_rooted;                                 /* its series run in the square root of time */
     double segment_start, segment_length;
     Jets jets;                                          /* of the step */

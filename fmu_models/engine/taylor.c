@@ -26,87 +26,15 @@ int taylor_order(const Run *r)
     return order < 8 ? 8 : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
 }
 
-/* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
-static int time_power(int rooted) { return rooted ? 2 : 1; }
-
-/* value + rate * time as a series */
-static void load_line(double *series, double value, double rate, int rooted)
-{
-    series[0] = value;
-    series[1] = 0.0;
-    series[2] = 0.0;
-    series[time_power(rooted)] = rate;
-}
-
-static void load(const Run *r, Jets *j, int rooted)
-{
-    load_line(j->t, r->time, 1.0, rooted);
-    j->time_rest = r->time_rest;
-    for (int i = 0; i < MODEL_NU; i++) {
-        load_line(j->u[i], r->u[i], r->du[i], rooted);
-        load_line(j->du[i], r->du[i], 0.0, rooted);
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
-        j->x[i][0] = r->x[i];
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
-        j->sign[c] = r->state[c] == CONTACT_SLIP_PLUS ? 1.0 : r->state[c] == CONTACT_SLIP_MINUS ? -1.0 : 0.0;
-        j->memory[c] = r->memory[c];
-    }
-}
-
 void taylor_load(const Run *r, Jets *j)
 {
-    load(r, j, 0);
-}
-
-/* order k of the depths in the root of time; a contact just entered has none of the rounding that its position carries */
-static void rooted_depths(Run *r, Jets *j, int k)
-{
-    model_depth(r->p, r->d, j, k);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (r->state[c] == CONTACT_TOUCHING && k < 2 * r->known[c][SLOT_NORMAL]) {
-            j->depth[c][k] = 0.0;
-        }
-    }
-}
-
-static void field(Run *r, Jets *j, int k, int rooted)
-{
-    r->evaluations++;
-    model_slip(r->p, r->d, j, k);
-    if (MODEL_BOUNDED && !rooted) {
-        model_depth(r->p, r->d, j, k);
-    }
-    model_acceleration(r->p, r->d, j, k);
-    if (!MODEL_CONSTANT_INERTIA) {
-        model_inertia(r->p, r->d, j, k);
-    }
-    contact_forces(r, j, k);
-    if (MODEL_NZ > 0) {
-        model_internal(r->p, r->d, j, k);
-    }
+    flow_load(&r->at, j, 0);
 }
 
 void taylor_field(Run *r, Jets *j, int k)
 {
-    field(r, j, k, 0);
-}
-
-/* order n of the states from their rates: x' = rate in time, x' = 2 s rate in its root */
-static void extend(Jets *j, int n, int rooted)
-{
-    const int k = n - time_power(rooted);
-    const double f = (double)time_power(rooted) / n;
-    for (int i = 0; i < MODEL_NQ; i++) {
-        j->x[i][n] = k < 0 ? 0.0 : f * j->x[MODEL_NQ + i][k];
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
-        j->x[MODEL_NQ + i][n] = k < 0 ? 0.0 : f * contact_acceleration(j, i, k);
-    }
-    for (int i = 0; i < MODEL_NZ; i++) {
-        j->x[MODEL_NQ + MODEL_NV + i][n] = k < 0 ? 0.0 : f * j->zrate[i][k];
-    }
+    r->evaluations++;
+    flow_field(&r->at, j, k, 0);
 }
 
 /*
@@ -116,7 +44,7 @@ static void extend(Jets *j, int n, int rooted)
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (r->state[c] == CONTACT_STICK
+        if (r->at.state[c] == CONTACT_STICK
             && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
             return 0;
         }
@@ -135,25 +63,14 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
     return 1;
 }
 
-/* the release indicators of touching and released stops up to the order given */
-static void releases(Run *r, Jets *j, int order)
-{
-    for (int c = 0; c < MODEL_NC; c++) {
-        const int inside = r->state[c] == CONTACT_TOUCHING || r->state[c] == CONTACT_RELEASED;
-        for (int k = 0; model_contact_releases[c] && inside && k <= order; k++) {
-            model_release(r->p, r->d, j, k, c);
-        }
-    }
-}
-
 int taylor_series(Run *r, Jets *j, int order, double limit)
 {
-    load(r, j, 0);
+    flow_load(&r->at, j, 0);
     double power = limit;
     int vanished = 0;
     for (int k = 0; k < order; k++) {
-        field(r, j, k, 0);
-        extend(j, k + 1, 0);
+        taylor_field(r, j, k);
+        flow_extend(j, k + 1, 0);
         if (k + 1 >= 3 && isfinite(limit)) {
             vanished = vanishes(r, j, k + 1, power, limit) ? vanished + 1 : 0;
             if (vanished == 2) {
@@ -162,34 +79,7 @@ int taylor_series(Run *r, Jets *j, int order, double limit)
         }
         power *= limit;
     }
-    model_slip(r->p, r->d, j, order);
-    if (MODEL_BOUNDED) {
-        model_depth(r->p, r->d, j, order);
-    }
-    releases(r, j, order);
-    return order;
-}
-
-/*
- * The same in s = sqrt(time since the start), in which a force like depth^(3/2) is analytic at the moment of entry:
- * depth = s^2 P(s). Rates reach the states one order later than in time, so that all states, and the depths, are known
- * one order ahead of the forces.
- */
-static int rooted_series(Run *r, Jets *j, int order)
-{
-    load(r, j, 1);
-    extend(j, 1, 1);
-    model_slip(r->p, r->d, j, 0);
-    rooted_depths(r, j, 0);
-    for (int k = 0; k < order; k++) {
-        rooted_depths(r, j, k + 1);
-        field(r, j, k, 1);
-        if (k + 2 <= order + 1) {
-            extend(j, k + 2, 1);
-        }
-    }
-    model_slip(r->p, r->d, j, order);
-    releases(r, j, order);
+    flow_finish(&r->at, j, order);
     return order;
 }
 
@@ -241,14 +131,14 @@ static double taylor_length(const Run *r, const Jets *j, int order)
     double length = state_length(j, order, log_tolerance);
     for (int c = 0; c < MODEL_NC; c++) {
         if (j->sign[c] != 0.0 && j->force[c][0] != 0.0) {
-            length = shorter_length(length, j->slip[c], r->known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted), order,
+            length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted), order,
                                     log_tolerance);
         }
-        if (r->state[c] == CONTACT_STICK) {
+        if (r->at.state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
         }
         if (model_contact_bounded[c]) {
-            const int known = r->known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
+            const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
             length = shorter_length(length, j->depth[c], known, order, log_tolerance);
         }
     }
@@ -257,7 +147,7 @@ static double taylor_length(const Run *r, const Jets *j, int order)
 
 int taylor_indicator(const Run *r, int c, Slot slot)
 {
-    const int state = r->state[c];
+    const int state = r->at.state[c];
     if (slot == SLOT_NORMAL) {
         if (!model_contact_bounded[c]) {
             return 0;
@@ -307,7 +197,7 @@ static double fall_of_margin(const Jets *j, int c, int known, int order, double 
 static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h)
 {
     const int sign = taylor_indicator(r, c, slot);
-    const int known = r->known[c][slot] * time_power(r->segment_rooted);
+    const int known = r->at.known[c][slot] * time_power(r->segment_rooted);
     if (sign == 0) {
         return -1.0;
     }
@@ -317,7 +207,7 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
     if (model_contact_is_stop[c]) {
         return fall_of(j->release[c], sign, known, order, h);
     }
-    return r->state[c] == CONTACT_STICK ? fall_of_margin(j, c, known, order, h)
+    return r->at.state[c] == CONTACT_STICK ? fall_of_margin(j, c, known, order, h)
                                         : fall_of(j->slip[c], sign, known, order, h);
 }
 
@@ -347,7 +237,7 @@ static double cut(Run *r, int order, double h)
 static int starts_rooted(const Run *r)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_rooted[c] && r->state[c] == CONTACT_TOUCHING && r->known[c][SLOT_NORMAL] > 0) {
+        if (model_contact_rooted[c] && r->at.state[c] == CONTACT_TOUCHING && r->at.known[c][SLOT_NORMAL] > 0) {
             return 1;
         }
     }
@@ -358,16 +248,22 @@ RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
     const int rooted = r->segment_rooted = starts_rooted(r);
-    const int order = rooted ? rooted_series(r, &r->jets, full) : taylor_series(r, &r->jets, full, limit);
+    int order = full;
+    if (rooted) {
+        flow_rooted_series(&r->at, &r->jets, full);
+        r->evaluations += full;
+    } else {
+        order = taylor_series(r, &r->jets, full, limit);
+    }
     const double end = rooted ? sqrt(limit) : limit;
     double h = fmin(order < full ? end : taylor_length(r, &r->jets, order), end);
-    if (!(h > 0.0) || !isfinite(h) || !(r->time + (rooted ? h * h : h) > r->time)) {
+    if (!(h > 0.0) || !isfinite(h) || !(r->at.time + (rooted ? h * h : h) > r->at.time)) {
         return run_fail(r, "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
-                           "(a state that is not finite, or a singular law)", r->time);
+                           "(a state that is not finite, or a singular law)", r->at.time);
     }
     h = cut(r, order, h);
     r->segment_order = order;
-    r->segment_start = r->time;
+    r->segment_start = r->at.time;
     r->segment_length = rooted ? h * h : h;
     r->segment_valid = 1;
     r->steps++;

@@ -64,15 +64,15 @@ static RunStatus evaluate(Run *r, Kind kind, Evaluation *e) {
 
 static double read_value(const Run *r, Kind kind, int i, const Evaluation *e) {
     switch (kind) {
-    case TIME: return r->time;
-    case PARAMETER: return r->p[i];
-    case INPUT: return r->u[i];
-    case RATE: return r->du[i];
-    case STATE: return r->x[i];
-    case MEMORY: return r->memory[memory_contact(i)];
+    case TIME: return r->at.time;
+    case PARAMETER: return r->at.p[i];
+    case INPUT: return r->at.u[i];
+    case RATE: return r->at.du[i];
+    case STATE: return r->at.x[i];
+    case MEMORY: return r->at.memory[memory_contact(i)];
     case DERIVATIVE: return e->derivatives[i];
     case OUTPUT: return e->outputs[i];
-    case CONTACT: return r->state[i];
+    case CONTACT: return r->at.state[i];
     case INDICATOR: return e->indicators[i];
     case UNKNOWN: break;
     }
@@ -125,7 +125,7 @@ Status instance_get_contacts(Instance *m, const char *function, const uint32_t *
             return instance_refuse(m, "%s: value reference %u is %s, not the state of a contact", function, (unsigned)vr[k],
                                    kind_names[kind]);
         if (check_readable(m, function, kind)) return STATUS_ERROR;
-        value[k] = m->core.run.state[i];
+        value[k] = m->core.run.at.state[i];
     }
     return STATUS_OK;
 }
@@ -158,11 +158,11 @@ Status instance_set(Instance *m, const char *function, const uint32_t *vr, size_
         int i;
         Run *r = &m->core.run;
         Kind kind = locate(vr[k], &i);
-        double *target = kind == PARAMETER ? &r->p[i]
-                         : kind == INPUT   ? &r->u[i]
-                         : kind == RATE    ? &r->du[i]
-                         : kind == MEMORY  ? &r->memory[memory_contact(i)]
-                                           : &r->x[i];
+        double *target = kind == PARAMETER ? &r->at.p[i]
+                         : kind == INPUT   ? &r->at.u[i]
+                         : kind == RATE    ? &r->at.du[i]
+                         : kind == MEMORY  ? &r->at.memory[memory_contact(i)]
+                                           : &r->at.x[i];
         if (*target == value[k]) continue;
         *target = value[k];
         if (kind == PARAMETER) parameters = 1;
@@ -187,13 +187,13 @@ static RunStatus add_rate_slope(Run *r, const double *rates, double *dxdot, doub
     RunStatus status = RUN_OK;
     for (int i = 0; i < MODEL_NU; i++) scale = fmax(scale, fabs(rates[i]));
     if (scale == 0.0) return RUN_OK;
-    memcpy(saved, r->du, sizeof saved);
+    memcpy(saved, r->at.du, sizeof saved);
     for (int side = 0; side < 2 && status == RUN_OK; side++) {
-        for (int i = 0; i < MODEL_NU; i++) r->du[i] = side * rates[i] / scale;
+        for (int i = 0; i < MODEL_NU; i++) r->at.du[i] = side * rates[i] / scale;
         status = run_derivatives(r, dx[side]);
         if (status == RUN_OK) status = run_outputs(r, y[side]);
     }
-    memcpy(r->du, saved, sizeof saved);
+    memcpy(r->at.du, saved, sizeof saved);
     if (status != RUN_OK) return status;
     for (int i = 0; i < MODEL_NX; i++) dxdot[i] += scale * (dx[1][i] - dx[0][i]);
     for (int i = 0; i < MODEL_NY; i++) ydot[i] += scale * (y[1][i] - y[0][i]);

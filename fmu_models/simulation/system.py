@@ -50,12 +50,12 @@ def simulate(
         )
     if not (math.isfinite(tolerance) and tolerance > 0):
         raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
-    _check_names(fmu, "parameter", parameters, fmu.parameters)
-    _check_names(fmu, "state", start, fmu.states)
-    _check_names(fmu, "input", inputs, fmu.inputs)
+    check_names(fmu, "parameter", parameters, fmu.parameters)
+    check_names(fmu, "state", start, fmu.states)
+    check_names(fmu, "input", inputs, fmu.inputs)
     values = {**parameters, **start, **{name: v for name, v in inputs.items() if not isinstance(v, Signal)}}
     for name, value in values.items():
-        _check_value(fmu, name, value)
+        check_value(fmu, name, value)
     times = _output_times(output_times, start_time, stop_time)
     signals = {
         name: v if isinstance(v, Signal) else Signal.constant(float(v), start_time, stop_time)
@@ -78,21 +78,21 @@ def simulate(
     initial = {**parameters, **start}
     for i, name in enumerate(signals):
         initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
-    with _instance(fmu, initial, start_time, tolerance) as (slave, failure):
+    with instance(fmu, initial, start_time, tolerance) as (slave, failure):
         result = native.run(native.library_of(slave.dll, fmu.path.name), slave.component, request, progress)
         if result is None:
             raise failure()
     return _trajectory(fmu, times, recorded, result)
 
 
-def _check_names(fmu: Fmu, kind: str, given: Mapping[str, object], known: Sequence[str]) -> None:
+def check_names(fmu: Fmu, kind: str, given: Mapping[str, object], known: Sequence[str]) -> None:
     for name in given:
         if name not in known:
             has = nearest(name, known) if known else f" It has no {kind}s."
             raise StickslipError(f"'{fmu.description.modelName}' has no {kind} '{name}'.{has}")
 
 
-def _check_value(fmu: Fmu, name: str, value: float) -> None:
+def check_value(fmu: Fmu, name: str, value: float) -> None:
     variable = fmu.variables[name]
     unit = f" {variable.unit}" if variable.unit else ""
     if not isinstance(value, (int, float, np.number)) or not math.isfinite(value):
@@ -123,7 +123,7 @@ def _output_times(given: ArrayLike | None, start: float, stop: float) -> NDArray
 
 
 @contextmanager
-def _instance(
+def instance(
     fmu: Fmu, initial: Mapping[str, float], start_time: float, tolerance: float
 ) -> Iterator[tuple[Any, Callable[[], StickslipError]]]:
     """A Co-Simulation instance past its initialization, and what makes an error of the last message it logged."""

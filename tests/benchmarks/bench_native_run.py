@@ -71,7 +71,7 @@ def ours() -> Callable[[], tuple[np.ndarray, int, float]]:
     request = native.Request(np.array([STOP]), references, [], np.zeros(0), none, none)
 
     def run() -> tuple[np.ndarray, int, float]:
-        with system._instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-12) as (slave, _):
+        with system.instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-12) as (slave, _):
             library = native.library_of(slave.dll, "disc_rig")
             begin = time.perf_counter()
             result = native.run(library, slave.component, request)

@@ -122,7 +122,7 @@ class CompiledModel:
     def __init__(self, mechanism: Mechanism | Automaton) -> None:
         self.system = lower(mechanism)
         self.sources = sources(self.system)
-        headers = {name: (_ENGINE / name).read_text("utf-8") for name in ("model.h", "jets.h")}
+        headers = {path.name: path.read_text("utf-8") for path in _ENGINE.glob("*.h")}
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             output = Path(folder) / "model.library"
             compile_shared({**self.sources, **headers, "all.c": _DRIVER}, output)

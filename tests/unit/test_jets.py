@@ -183,7 +183,7 @@ def test_what_is_not_smooth_or_real_is_refused_with_a_lesson(wrong):
 
 def test_shared_operations_are_computed_once():
     model = expression_model([x * v, 2 * x * v + 1, sympy.sin(x) + x * v, sympy.cos(x), 1 / (1 + x), 3 / (1 + x)])
-    body = function_body(model.sources["model.c"], "outputs")
+    body = function_body(model.sources["model_kind.c"], "outputs")
     assert [body.count(name) for name in ("jet_product(j->x[0], j->x[1]", "jet_sin", "jet_cos", "jet_reciprocal")] == [
         1,
         1,
@@ -193,7 +193,7 @@ def test_shared_operations_are_computed_once():
 
 
 def test_conti_costs_one_quotient_per_disc_and_nothing_else():
-    text = sources(lower(load("disc_rig")))["model.c"]
+    text = sources(lower(load("disc_rig")))["model_kind.c"]
     motion = text.replace(function_body(text, "outputs"), "")
     assert motion.count("jet_reciprocal(") == 2
     assert motion.count("jet_") == 2
@@ -201,5 +201,5 @@ def test_conti_costs_one_quotient_per_disc_and_nothing_else():
 
 
 def test_a_slip_speed_is_one_line():
-    text = sources(lower(load("disc_rig")))["model.c"]
+    text = sources(lower(load("disc_rig")))["model_kind.c"]
     assert "    j->slip[0][k] = p[4] * j->u[0][k] - p[3] * j->x[1][k];\n" in text

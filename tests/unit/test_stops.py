@@ -352,8 +352,8 @@ def test_energy_changes_by_the_powers_shown():
 
 
 def test_the_entry_speed_divides_once_per_order_and_nothing_else():
-    text = sources(lower(declare(stop(law=HERTZ))))["model.c"]
-    law = text[text.index("void model_law_0") : text.index("void model_law(")]
+    text = sources(lower(declare(stop(law=HERTZ))))["model_kind.c"]
+    law = text[text.index("void KIND(law_0)") : text.index("void model_law(")]
     assert law.count("j->memory[0]") == 1
     assert law.count("jet_root(") == 1
     assert law.count("jet_product(") == 2

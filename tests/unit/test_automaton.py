@@ -147,7 +147,7 @@ def test_generated_code_of_an_automaton():
     assert model.magnitude(0) == 2.0
 
 
-def run(automaton: Automaton, folder: Any, stop_time: float, **options: Any) -> Any:
+def run(automaton: Any, folder: Any, stop_time: float, **options: Any) -> Any:
     path = export(automaton, folder / f"{automaton.name}.fmu")
     return simulate(Fmu.open(path), stop_time, **options)
 

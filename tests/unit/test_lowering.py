@@ -12,9 +12,12 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
+import test_automaton
+import test_stops
 from compiled_model import CompiledModel
 
 from fmu_models.codegen.c_source import instantiation_token, sources
+from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre
@@ -250,12 +253,14 @@ def test_a_mechanism_without_contacts_inputs_and_outputs_compiles():
     assert model.violation({}) is None
 
 
-def variants() -> dict[str, Mechanism]:
+def variants() -> dict[str, Mechanism | Automaton]:
     """Every mechanism whose text must not depend on the process."""
     assert isinstance(CONTI, Conti)
     both = RIG.with_law(disc0=LuGre.around(CONTI, "0"))
     free = RIG.restricted_to([])
-    return {m.name: m for m in (*(load(name) for name in names()), both, LUGRE, free, PENDULUM)}
+    stops = test_stops.declare(test_stops.stop(law=test_stops.HERTZ, gap=test_stops.g - test_stops.x - test_stops.wall))
+    declared = (*(load(name) for name in names()), both, LUGRE, free, PENDULUM, stops, test_automaton.declare())
+    return {m.name: m for m in declared}
 
 
 def text_hash() -> str:

@@ -357,3 +357,26 @@ def test_the_entry_speed_divides_once_per_order_and_nothing_else():
     assert law.count("j->memory[0]") == 1
     assert law.count("jet_root(") == 1
     assert law.count("jet_product(") == 2
+
+
+def test_another_law_of_a_stop_keeps_what_outputs_show():
+    support = stop()
+    shown = [Output("F", support.force, "N", "force"), Output("rate", support.rate, "m/s", "rate of the depth")]
+    hertz = declare(support, outputs=shown).with_law(support=HERTZ)
+    (new,) = hertz.contacts
+    assert isinstance(new, Stop)
+    assert [output.expression for output in hertz.outputs] == [new.force, new.rate]
+    assert new.rooted
+    assert "kh" in [q.name for q in hertz.parameters]
+    assert [output.name for output in hertz.restricted_to([]).outputs] == []
+
+
+def test_friction_in_a_region_acts_as_elsewhere_and_has_a_depth():
+    start = Parameter("start", 0.2, "m", "where the pad begins")
+    model = CompiledModel(declare(Friction(name="pad", slip=x.v - belt, law=Coulomb(N, mu), where=x - start)))
+    load(model, 0.0, x=[0.5, -0.1], v=[-0.1, 0.2], belt=[0.2])
+    for order in range(2):
+        model.order(order, signs=[-1.0])
+    assert model.series("d")[:2] == pytest.approx([0.3, -0.1], rel=1e-15)
+    assert model.series("f")[:2] == pytest.approx([2.0, 0.0], rel=1e-15)
+    assert model.system.contacts[0].indicators == ("depth", "slip")

@@ -25,7 +25,7 @@ Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as
 
 @app.command()
 def models(json: Json = False) -> None:
-    """List the models.
+    """List the models, by paper.
 
     Example: stickslip models
     """
@@ -43,10 +43,12 @@ def models(json: Json = False) -> None:
     ]
 
     def show(out: Console) -> None:
-        made = console.table("model", "what it is", "contacts", "source")
-        for row in rows:
-            made.add_row(row["name"], row["title"], ", ".join(row["contacts"]), row["source"])
-        out.print(made)
+        for source in dict.fromkeys(row["source"] for row in rows):
+            made = console.table("model", "what it is", "contacts", title=source)
+            for row in rows:
+                if row["source"] == source:
+                    made.add_row(row["name"], row["title"], ", ".join(row["contacts"]))
+            out.print(made)
         out.print("Look at one:  stickslip show MODEL")
 
     console.say(json, {"models": rows}, show)
@@ -161,6 +163,8 @@ def simulate(
 
 def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
     """What happened: ranges, ends, events per contact, share of the run in each contact state."""
+    from fmu_models.simulation.trajectory import CONTACT_STATES
+
     ranges = {
         name: {
             "unit": trajectory.units[name],
@@ -175,8 +179,10 @@ def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
         events = [event for event in trajectory.events if event.contact == name]
         first = events[0].before if events else int(trajectory[f"{name}_state"][0])
         changes = [(0.0, first), *((event.time, event.after) for event in events), (until, first)]
-        held = sum(b[0] - a[0] for a, b in itertools.pairwise(changes) if a[1] == 0)
-        contacts[name] = {"events": len(events), "stick_fraction": held / until}
+        shares: dict[str, float] = {}
+        for (begin, state), (end, _) in itertools.pairwise(changes):
+            shares[CONTACT_STATES[state]] = shares.get(CONTACT_STATES[state], 0.0) + (end - begin) / until
+        contacts[name] = {"events": len(events), "shares": shares}
     return {
         "model": fmu.description.modelName,
         "until": until,
@@ -193,6 +199,7 @@ def _print_summary(content: dict[str, Any], out: Console) -> None:
         made.add_row(name, *(f"{row[key]:.6g}" for key in ("min", "max", "end")), row["unit"])
     out.print(made)
     for name, row in content["contacts"].items():
-        out.print(f"contact {name}: {row['events']} events, sticking {row['stick_fraction']:.1%} of the time")
+        shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
+        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
     for path in content["files"]:
         out.print(f"written: {path}")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fmu_models.language.mechanism import Mechanism
-    from fmu_models.lowering.hybrid_system import HybridSystem
+    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
 
 def sheet(mechanism: Mechanism) -> dict[str, Any]:
@@ -41,20 +41,7 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
             {"name": x.name, "start": x.start, "unit": x.unit, "description": x.description} for x in system.states
         ],
         "contacts": [
-            {
-                "name": contact.name,
-                "description": contact.description,
-                "law": type(declared.law).__name__,
-                "slip": readable(contact.slip),
-                "force in slip": readable(contact.force.xreplace({contact.slip_symbol: sympy.Symbol("slip")})),
-                "capacity in stick": readable(contact.capacity) if contact.sticks else None,
-                "states": ["slip+", "slip-", *(["stick"] if contact.sticks else [])],
-                "indicators": {
-                    "in slip": "|slip|, the slip speed",
-                    **({"in stick": "capacity - |force|, the margin"} if contact.sticks else {}),
-                },
-            }
-            for contact, declared in zip(system.contacts, mechanism.contacts, strict=True)
+            _contact(contact, declared) for contact, declared in zip(system.contacts, mechanism.contacts, strict=True)
         ],
         "outputs": [
             {"name": y.name, "expression": readable(y.expression), "unit": y.unit, "description": y.description}
@@ -64,6 +51,62 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
+def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
+    """What a contact is made of, by its kind."""
+    named = {
+        contact.slip_symbol: sympy.Symbol("v" if contact.kind != "switch" else "h"),
+        contact.depth_symbol: sympy.Symbol("d"),
+        contact.memory_symbol: sympy.Symbol("v0"),
+        contact.sign_symbol: sympy.Symbol("s"),
+    }
+    named = {symbol: letter for symbol, letter in named.items() if symbol is not None}
+
+    def written(expression: sympy.Expr) -> str:
+        return readable(sympy.sympify(expression).xreplace(named))
+
+    said: dict[str, str] = {}
+    if contact.kind == "friction":
+        said |= {"v, slip speed": readable(contact.slip), "lambda in slip": written(contact.force)}
+        if contact.sticks:
+            said["sticks while"] = f"|lambda| < {readable(contact.capacity)}"
+        if contact.depth is not None:
+            said["present where"] = f"{readable(contact.depth)} >= 0"
+    elif contact.kind == "stop":
+        said |= {"d, depth": readable(contact.depth or sympy.S.Zero), "v, its rate": readable(contact.slip)}
+        said |= {"lambda while touching": written(contact.force), "lets go": f"where its {declared.release} vanishes"}
+    else:
+        said |= {"h, switching function": readable(contact.slip)}
+        said["slides"] = "where both flows push onto h = 0" if contact.sticks else "never: the flow goes through h = 0"
+        if contact.reset:
+            jumps = (f"{state.name} := {written(value)}" for state, value in contact.reset.items())
+            said["jump at h = 0"] = "; ".join(jumps)
+    return {
+        "name": contact.name,
+        "kind": contact.kind,
+        "description": contact.description,
+        "law": type(declared.law).__name__ if hasattr(declared, "law") else None,
+        "equations": said,
+        "states": _states(contact),
+        "indicators": [_INDICATORS[what] for what in contact.indicators],
+    }
+
+
+_INDICATORS = {
+    "depth": "depth, or its negative while away",
+    "slip": "|slip speed|; in stick capacity - |lambda|",
+    "release": "force while touching, its negative once released",
+    "function": "|h|; while sliding 1 - |mean sign|",
+}
+
+
+def _states(contact: ContactDynamics) -> list[str]:
+    if contact.kind == "stop":
+        return ["away", "touching", *(["released"] if contact.release is not None else [])]
+    moving = ["slip+", "slip-"] if contact.kind == "friction" else ["+", "-"]
+    held = {"friction": "stick", "switch": "sliding"}[contact.kind]
+    return [*moving, *([held] if contact.sticks else []), *(["away"] if contact.depth is not None else [])]
+
+
 def readable(expression: sympy.Basic) -> str:
     """An expression in plain letters."""
     names = {symbol: sympy.Symbol(symbol.name) for symbol in expression.atoms(sympy.Dummy)}
@@ -71,11 +114,13 @@ def readable(expression: sympy.Basic) -> str:
 
 
 def _equations(system: HybridSystem) -> list[str]:
-    lines = []
-    for i, q in enumerate(system.coordinates):
-        force = sum((system.W[i, c] * contact.force_symbol for c, contact in enumerate(system.contacts)), sympy.S.Zero)
-        lines.append(f"{q.name}' = {q.v.name}")
-        lines.append(f"{q.v.name}' = {readable(sympy.expand(system.acceleration[i]) + force)}")
+    lines = [f"{q.name}' = {q.v.name}" for q in system.coordinates]
+    for i, state in enumerate(system.driven):
+        force = sum(
+            (system.W[i, c] * sympy.Symbol(f"lambda_{contact.name}") for c, contact in enumerate(system.contacts)),
+            sympy.S.Zero,
+        )
+        lines.append(f"{state.name}' = {readable(sympy.expand(system.acceleration[i]) + force)}")
     for state, rate in zip(system.internal_states, system.internal_rates, strict=True):
         lines.append(f"{state.name}' = {readable(rate)}")
     return lines
@@ -90,13 +135,12 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     for line in content["equations"]:
         out.print(f"    {line}", markup=False)
     for contact in content["contacts"]:
-        out.print(f"\ncontact [bold]{contact['name']}[/bold] ({contact['law']}): {contact['description']}")
-        out.print(f"    slip speed   {contact['slip']}", markup=False)
-        out.print(f"    force, slip  {contact['force in slip']}", markup=False)
-        if contact["capacity in stick"]:
-            out.print(f"    stick while  |force| < {contact['capacity in stick']}", markup=False)
-        out.print(f"    states       {', '.join(contact['states'])}")
-        out.print(f"    indicators   {'; '.join(f'{k}: {v}' for k, v in contact['indicators'].items())}", markup=False)
+        kind = f"{contact['kind']}, {contact['law']}" if contact["law"] else contact["kind"]
+        out.print(f"\n[bold]{contact['name']}[/bold] ({kind}): {contact['description']}")
+        for what, expression in contact["equations"].items():
+            out.print(f"    {what:22s} {expression}", markup=False)
+        out.print(f"    {'states':22s} {', '.join(contact['states'])}", markup=False)
+        out.print(f"    {'indicators':22s} {'; '.join(contact['indicators'])}", markup=False)
     made = table("parameter", ">value", "unit", ">from", ">to", "meaning")
     for row in content["parameters"]:
         ends = ["" if row[key] is None else f"{row[key]:g}" for key in ("minimum", "maximum")]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas
 
 # what the number in a variable "<contact>_state" says
-CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away"}
+CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away", 3: "touching", 4: "released"}
 
 
 @dataclass(frozen=True)

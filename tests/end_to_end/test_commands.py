@@ -105,7 +105,8 @@ def test_simulate_tells_what_happened(stickslip, tmp_path):
     assert header.startswith("time [s],w0 [rad/s],theta [rad]")
     assert first.startswith("0.0,0.41,")
     assert "<svg" in (tmp_path / "run.svg").read_text()
-    assert "sticking" in stickslip(*arguments).out
+    assert content["contacts"]["disc0"]["shares"]["stick"] == pytest.approx(0.355, abs=0.01)
+    assert "stick 35" in stickslip(*arguments).out
 
 
 def test_the_whole_road(stickslip, tmp_path):

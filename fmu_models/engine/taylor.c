@@ -215,16 +215,19 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
 static double cut(Run *r, int order, double h)
 {
     double falls[MODEL_ROOM(MODEL_NC)][SLOTS];
+    double first = h;
     r->segment_event = 0;
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
+            /* over the whole step: cut at another's fall, one at the same instant could hide behind its rounding */
             falls[c][slot] = fall_in_slot(r, &r->jets, c, (Slot)slot, order, h);
             if (falls[c][slot] >= 0.0) {
-                h = falls[c][slot];
+                first = fmin(first, falls[c][slot]);
                 r->segment_event = 1;
             }
         }
     }
+    h = first;
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
             r->falling[c][slot] = falls[c][slot] >= 0.0 && falls[c][slot] <= h;

@@ -168,7 +168,7 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
         if name not in known:
             raise StickslipError(f"There is no law '{name}'.{nearest(name, known)}")
         module = importlib.import_module(f"{package.__name__}.{name}")
-        (law,) = (v for key, v in vars(module).items() if key.lower() == name)
+        (law,) = (v for key, v in vars(module).items() if key.lower() == name.replace("_", ""))
         if not hasattr(law, "around"):
             raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
         digits = re.search(r"\d*$", contact)

@@ -230,7 +230,7 @@ static double cut(Run *r, int order, double h)
     h = first;
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
-            r->falling[c][slot] = falls[c][slot] >= 0.0 && falls[c][slot] <= h;
+            r->falling[c][slot] = falls[c][slot] >= 0.0 && falls[c][slot] <= h * (1.0 + 4.0 * DBL_EPSILON);
         }
     }
     return h;

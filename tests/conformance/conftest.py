@@ -29,3 +29,11 @@ def path(case: tuple[str, str]) -> Path:
 def fmu(path: Path) -> Fmu:
     """The same, opened."""
     return Fmu.open(path)
+
+
+@pytest.fixture
+def input_name(fmu: Fmu) -> str:
+    """Its first input."""
+    if not fmu.inputs:
+        pytest.skip("the model has no input")
+    return fmu.inputs[0]

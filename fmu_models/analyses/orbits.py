@@ -1,6 +1,12 @@
-"""Periodic motions of forced oscillators, by Newton's method on the exact map over a period, and their multipliers.
+"""Periodic motions by Newton's method on the exact map over a period, and their multipliers.
 
 P(x) = state one period after state x;  P(x*) = x*;  multipliers = eigenvalues of dP/dx at x*
+
+The period of a forced motion is given. That of an autonomous one is unknown; what fixes it, and the phase, is that a
+step of Newton's method is at right angles to the flow f:
+
+    [ dP/dx - 1   f(P(x)) ] [dx]   [ x - P(x) ]
+    [  f(x)^T        0    ] [dT] = [    0     ]
 """
 
 from __future__ import annotations
@@ -14,6 +20,7 @@ from numpy.typing import NDArray
 
 from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.system import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
 STEPS = 30
@@ -29,6 +36,7 @@ class Orbit:
         monodromy: (n, n) derivative of the map over a period at the start.
         multipliers: (n,) its eigenvalues, largest modulus first.
         residual: largest distance by which the motion misses its start after a period.
+        autonomous: nothing forces the motion: one of the multipliers, the shift along the motion, is 1.
     """
 
     period: float
@@ -36,14 +44,26 @@ class Orbit:
     monodromy: NDArray[np.float64]
     multipliers: NDArray[np.complex128]
     residual: float
+    autonomous: bool = False
 
     @property
     def stable(self) -> bool:
-        """Whether every multiplier lies inside the unit circle."""
-        return bool(np.abs(self.multipliers).max() < 1.0)
+        """Whether every multiplier, but the 1 of an autonomous motion, lies inside the unit circle."""
+        others = self.multipliers
+        if self.autonomous:
+            others = np.delete(others, np.abs(others - 1.0).argmin())
+        return bool((np.abs(others) < 1.0).all())
 
 
-def orbit_at(fmu: Fmu, period: float, start: Mapping[str, float], *, start_time: float = 0.0, **run: Any) -> Orbit:
+def orbit_at(
+    fmu: Fmu,
+    period: float,
+    start: Mapping[str, float],
+    *,
+    start_time: float = 0.0,
+    autonomous: bool = False,
+    **run: Any,
+) -> Orbit:
     """What the motion from ``start`` does over one period; run: parameters, inputs, tolerance of ``flow_derivative``.
 
     Raises:
@@ -54,7 +74,7 @@ def orbit_at(fmu: Fmu, period: float, start: Mapping[str, float], *, start_time:
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     begin = np.array([start.get(name, _start(fmu, name)) for name in found.states])
     residual = float(np.abs(found.end - begin).max())
-    return Orbit(period, dict(zip(found.states, begin, strict=True)), found.by_start, multipliers, residual)
+    return Orbit(period, dict(zip(found.states, begin, strict=True)), found.by_start, multipliers, residual, autonomous)
 
 
 def find_orbit(
@@ -63,14 +83,16 @@ def find_orbit(
     guess: Mapping[str, float],
     *,
     start_time: float = 0.0,
+    autonomous: bool = False,
     accuracy: float = 1e-11,
     **run: Any,
 ) -> Orbit:
     """The periodic motion near a guess, stable or not.
 
     Args:
-        period: s, of the motion: a multiple of that of the forcing.
+        period: s, of the motion: a multiple of that of the forcing; a guess if ``autonomous``.
         guess: states at ``start_time``.
+        autonomous: nothing forces the motion, and its period is to be found too.
         accuracy: by which start and end may differ, relative to the size of the states.
         run: parameters, inputs, tolerance of ``flow_derivative``.
 
@@ -85,17 +107,30 @@ def find_orbit(
         found = flow_derivative(fmu, start_time + period, start_time=start_time, start=begin, **run)
         gap = float(np.abs(found.end - x).max())
         if gap <= accuracy * max(1e-3, float(np.abs(x).max())):
-            return orbit_at(fmu, period, begin, start_time=start_time, **run)
+            return orbit_at(fmu, period, begin, start_time=start_time, autonomous=autonomous, **run)
+        matrix, miss = found.by_start - np.eye(len(x)), found.end - x
+        if autonomous:
+            f = _rates(fmu, period, begin, start_time, **run)
+            matrix, miss = np.block([[matrix, f[1][:, None]], [f[0], 0.0]]), np.append(miss, 0.0)
         try:
-            x = x - np.linalg.solve(found.by_start - np.eye(len(x)), found.end - x)
+            step = np.linalg.solve(matrix, miss)
         except np.linalg.LinAlgError:
             break
-        if not np.isfinite(x).all():
+        x = x - step[: len(x)]
+        period -= float(step[len(x) :].sum())  # empty if the period is given
+        if not (np.isfinite(x).all() and 0.0 < period < np.inf):
             break
     raise StickslipError(
         f"No motion of period {period:g} s was found from that guess: after {STEPS} steps at most it still misses its "
         f"start by {gap:.2g}. Start nearer, for example from a long run, or check the period."
     )
+
+
+def _rates(fmu: Fmu, period: float, begin: Mapping[str, float], start_time: float, **run: Any) -> NDArray[np.float64]:
+    """(2, n) rates of the states at the start and after a period."""
+    end = start_time + period
+    motion = simulate(fmu, end, start_time=start_time, start=begin, output_times=[start_time, end], **run)
+    return np.stack([motion[f"der({name})"] for name in fmu.states], axis=1)
 
 
 def _start(fmu: Fmu, state: str) -> float:

@@ -87,7 +87,7 @@ RunStatus run_initialize(Run *r)
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_remembers[c] && r->at.state[c] == CONTACT_TOUCHING && !(r->at.memory[c] > 0.0)) {
+        if (model_contact_remembers[c] && r->at.state[c] != CONTACT_AWAY && !(r->at.memory[c] > 0.0)) {
             return run_fail(r, "the motion starts inside the stop '%s', whose force depends on the speed at which it was entered: "
                                "give that speed as %s_memory, or start outside", model_contact_names[c], model_contact_names[c]);
         }

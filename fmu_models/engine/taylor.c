@@ -152,9 +152,6 @@ int taylor_indicator(const Run *r, int c, Slot slot)
         if (!model_contact_bounded[c]) {
             return 0;
         }
-        if (state == CONTACT_TOUCHING && model_contact_releases[c]) {
-            return 0; /* the force falls to zero before the depth does */
-        }
         return state == CONTACT_AWAY ? -1 : 1;
     }
     if (model_contact_is_stop[c]) {

@@ -267,8 +267,8 @@ class Description:
     # units
 
     @property
-    def units(self) -> dict[str, dict[str, float]]:
-        """Per unit its exponents of SI base units and its factor, as FMI's element BaseUnit wants them."""
+    def units(self) -> dict[str, dict[str, float] | None]:
+        """Per unit its exponents of SI base units and its factor, for FMI's element BaseUnit; None if it cannot say."""
         names = dict.fromkeys(v.unit for v in self.variables if v.unit)
         return {name: _base_unit(name) for name in names}
 
@@ -278,14 +278,16 @@ def _free(expression: Any) -> set[sympy.Basic]:
     return expression.free_symbols
 
 
-def _base_unit(unit: str) -> dict[str, float]:
-    """FMI attributes of a unit such as "N m/rad"; the radian is a base unit of FMI.
+def _base_unit(unit: str) -> dict[str, float] | None:
+    """FMI attributes of a unit such as "N m/rad"; the radian is a base unit of FMI, and its exponents are whole.
 
-    >>> _base_unit("N m/rad")
-    {'kg': 1, 'm': 2, 's': -2, 'rad': -1}
+    >>> _base_unit("N m/rad"), _base_unit("N/m1.5")
+    ({'kg': 1, 'm': 2, 's': -2, 'rad': -1}, None)
     """
     quantity = _registry().Quantity(1.0, re.sub(r"([A-Za-z]+)(\d+)", r"\1**\2", unit).replace(" ", "*"))
     base = quantity.to_base_units()
+    if any(power % 1 for _, power in base.unit_items()):
+        return None
     exponents = {BASE_UNITS[str(name)]: int(power) for name, power in base.unit_items()}
     attributes: dict[str, float] = {name: exponents[name] for name in BASE_UNITS.values() if name in exponents}
     if base.magnitude != 1.0:

@@ -82,6 +82,11 @@ class Fmu:
         return [str(v.derivative.name) for v in derivatives if v is not None and v.derivative is not None]
 
     @property
+    def memories(self) -> list[str]:
+        """Names of the speeds at which stops were entered, for the stops that remember them."""
+        return [f"{name}_memory" for name in self.contacts if f"{name}_memory" in self.variables]
+
+    @property
     def outputs(self) -> list[str]:
         """Names of the outputs, without the states of contacts."""
         return [name for name, v in self.variables.items() if v.causality == "output" and v.variability == "continuous"]

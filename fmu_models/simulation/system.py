@@ -33,7 +33,8 @@ def simulate(
 
     Args:
         parameters: values that replace the defaults, in the units of the FMU.
-        start: values of states at ``start_time``.
+        start: values of states at ``start_time``; for a start inside a stop that remembers its speed of entry also
+            ``<stop>_memory``, m/s.
         inputs: constant or Signal per input; the rate of an input is the slope of its Signal.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
         tolerance: relative local error of a step. Values above 1e-12 have no effect: the engine's default costs little.
@@ -51,7 +52,7 @@ def simulate(
     if not (math.isfinite(tolerance) and tolerance > 0):
         raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
     check_names(fmu, "parameter", parameters, fmu.parameters)
-    check_names(fmu, "state", start, fmu.states)
+    check_names(fmu, "state", start, [*fmu.states, *fmu.memories])
     check_names(fmu, "input", inputs, fmu.inputs)
     values = {**parameters, **start, **{name: v for name, v in inputs.items() if not isinstance(v, Signal)}}
     for name, value in values.items():

@@ -64,7 +64,7 @@ def flow_derivative(
             f"The run must end after it starts, found start {start_time:g} s and stop {stop_time:g} s."
         )
     check_names(fmu, "parameter", {**parameters, **dict.fromkeys(by)}, fmu.parameters)
-    check_names(fmu, "state", start, fmu.states)
+    check_names(fmu, "state", start, [*fmu.states, *fmu.memories])
     check_names(fmu, "input", inputs, fmu.inputs)
     initial = {**parameters, **start, **inputs}
     for name, value in initial.items():

@@ -22,6 +22,10 @@ The paper gives no normal forces; N = 4.905 N (a dead weight of 0.5 kg) is assum
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import sympy
+
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.mechanism import Mechanism, Output
@@ -37,32 +41,39 @@ theta = Coordinate("theta", "rad", "angle of the body, positive counterclockwise
 omega = theta.v
 
 
-def disc(i: int, speed: float) -> tuple[Friction, list[Output]]:
+def disc(i: int, speed: float, where: sympy.Expr | None = None) -> tuple[Friction, list[Output]]:
     """Disc i driven at ``speed`` (rad/s): its contact, and friction force and slip speed as outputs."""
     N = Parameter(f"N{i}", 4.905, "N", f"normal force of disc {i}", minimum=0.0)
     mu_s = Parameter(f"mu_s{i}", 0.65, "1", f"static friction coefficient of disc {i}", minimum=0.0)
     mu_k = Parameter(f"mu_k{i}", 0.35, "1", f"kinetic friction coefficient of disc {i}", minimum=0.0)
     p = Parameter(f"p{i}", 15.0, "s/m", f"steepness of the friction law of disc {i}", minimum=0.0)
     w = Input(f"w{i}", speed, "rad/s", f"speed of disc {i}, positive clockwise")
-    contact = Friction(
-        name=f"disc{i}", slip=r * w - R * omega, law=Conti(N, mu_s, mu_k, p), description=f"body on disc {i}"
-    )
+    law = Conti(N, mu_s, mu_k, p)
+    contact = Friction(name=f"disc{i}", slip=r * w - R * omega, law=law, where=where, description=f"body on disc {i}")
     force = Output(f"F{i}", -contact.force, "N", f"friction force of disc {i} on the body, positive with the slip")
     slip = Output(f"slip{i}", contact.slip, "m/s", f"slip speed of disc {i} over the body")
     return contact, [force, slip]
 
 
-disc0, outputs0 = disc(0, speed=0.83)
-disc1, outputs1 = disc(1, speed=0.41)
+def rig(name: str, title: str, *discs: tuple[Friction, list[Output]], outputs: Sequence[Output] = ()) -> Mechanism:
+    """The body with these discs and outputs beside theirs."""
+    return Mechanism(
+        name=name,
+        title=title,
+        source="Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006)",
+        coordinates=[theta],
+        kinetic_energy=J * omega**2 / 2,
+        potential_energy=k * theta**2 / 2,
+        dissipation=c * omega**2 / 2,
+        contacts=[contact for contact, _ in discs],
+        outputs=[*(output for _, shown in discs for output in shown), *outputs],
+    )
 
-MODEL = Mechanism(
-    name="disc_rig",
-    title="Rotational oscillator against two driven discs",
-    source="Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006)",
-    coordinates=[theta],
-    kinetic_energy=J * omega**2 / 2,
-    potential_energy=k * theta**2 / 2,
-    dissipation=c * omega**2 / 2,
-    contacts=[disc0, disc1],
-    outputs=[*outputs0, *outputs1, Output("alpha", theta.a, "rad/s2", "angular acceleration of the body")],
+
+MODEL = rig(
+    "disc_rig",
+    "Rotational oscillator against two driven discs",
+    disc(0, speed=0.83),
+    disc(1, speed=0.41),
+    outputs=[Output("alpha", theta.a, "rad/s2", "angular acceleration of the body")],
 )

@@ -42,7 +42,7 @@ def steady_cycle(fmu: Fmu, *, until: float = 60.0, **run) -> Cycle:
     inside = [event for event in events if start <= event.time < stop]
     times = np.unique(np.concatenate([np.linspace(start, stop, 2001), [event.time for event in inside]]))
     trajectory = simulate(fmu, until, output_times=times, **run)
-    extremes = _extremes(times, trajectory["theta"], trajectory["omega"], trajectory["alpha"])
+    extremes = _extremes(times, trajectory["theta"], trajectory["omega"], trajectory["der(omega)"])
     at = dict(zip(times, trajectory["theta"], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:

@@ -17,6 +17,7 @@ from fmu_models.simulation.tangent import flow_derivative
 
 SUPPORT = Fmu.open(built("discontinuous_support"))
 HINGE = Fmu.open(built("hinge_clearance"))
+BELT = Fmu.open(built("forced_stick_slip"))
 
 
 @pytest.mark.parametrize(
@@ -99,6 +100,63 @@ def test_hinge_doubles_its_period():
     f = 0.42628837787
     orbit = find_orbit(HINGE, 1 / f, {"x": -5e-6, "v": 0.033}, parameters={"f": f})
     assert np.abs(orbit.multipliers + 1.0).min() < 2e-7
+
+
+@pytest.mark.parametrize(
+    ("branch", "omega", "n", "x", "v", "multipliers"),
+    [
+        ("I", 1.6, 2, 1.040922001474, -0.720488407813, (0.4646435094, 0.0)),
+        ("I", 1.67587, 2, 1.652839449281, -0.835945777956, (0.7657716081, 0.0)),
+        ("V", 1.67587, 2, 2.079734897160, -0.631175144660, (1.3881738006, 0.0)),
+        ("IV", 1.67587, 2, 2.122917263608, -0.494267912184, (-1.2299351068, -0.0406922271)),
+        ("II", 1.8, 2, 0.727294230053, 0.445984295430, (2.4934257148, 0.4004668420)),
+        ("VI", 1.71, 4, 1.891443599339, -0.262041095369, (0.9064831293, 0.0071598455)),
+        ("VIII", 1.69, 8, 2.164846083735, -0.491606021503, (-2.5127615173, 0.0)),
+    ],
+)
+def test_forced_stick_slip_branches(branch, omega, n, x, v, multipliers):
+    """Equations (15), (16): states at t = 0 on the branches of Fig. 8, stable or not; stick makes one multiplier 0."""
+    orbit = find_orbit(BELT, 2 * np.pi * n / omega, {"x": x, "v": v}, parameters={"omega": omega})
+    assert [orbit.start["x"], orbit.start["v"]] == pytest.approx([x, v], abs=2e-12 * max(1, abs(multipliers[0])))
+    assert orbit.multipliers.real == pytest.approx(multipliers, abs=1e-9)
+    assert orbit.stable == (abs(multipliers[0]) < 1)
+
+
+def test_forced_stick_slip_smooth_fold():
+    """Fold I/V at omega = 1.683440572496: a multiplier is +1 there (with stick, so the other is 0)."""
+    omega = 1.683440572496
+    start = {"x": 1.652839449281, "v": -0.835945777956}
+    for between in np.linspace(1.67587, omega - 1e-9, 8):
+        orbit = find_orbit(BELT, 4 * np.pi / between, start, parameters={"omega": between})
+        start = orbit.start
+    assert orbit.multipliers.real == pytest.approx([1.0, 0.0], abs=1e-3)
+
+
+def test_forced_stick_slip_flip():
+    """Flip IV/III at omega = 1.712981036227: multipliers -1 and -0.08447867."""
+    start = {"x": 2.122917263608, "v": -0.494267912184}
+    for omega in np.linspace(1.67587, 1.712981036227, 12):
+        orbit = find_orbit(BELT, 4 * np.pi / omega, start, parameters={"omega": omega})
+        start = orbit.start
+    assert orbit.multipliers.real == pytest.approx([-1.0, -0.08447867], abs=1e-7)
+
+
+def test_the_determinant_of_friction_is_the_integral_of_its_divergence():
+    """Slip all the way: det of the monodromy = exp(integral of (a1 - 3 a3 w^2)/m over time) times f+/f- per crossing."""
+    omega, period = 1.8, 4 * np.pi / 1.8
+    orbit = find_orbit(BELT, period, {"x": 0.727294230053, "v": 0.445984295430}, parameters={"omega": omega})
+    run = simulate(
+        BELT, period, start=orbit.start, parameters={"omega": omega}, output_times=np.linspace(0, period, 20001)
+    )
+    slip = run["v"] - 1.0
+    integral = np.trapezoid(1.5 - 1.35 * slip**2, run.time)
+    jumps = 1.0
+    for event in run.events:
+        at = simulate(BELT, period, start=orbit.start, parameters={"omega": omega}, output_times=[event.time])
+        s = at["x"][0] - 0.1 * np.cos(omega * event.time)
+        # before and after the crossing v' = -s -+ 1.5
+        jumps *= (-s - 1.5 * event.after) / (-s - 1.5 * event.before)
+    assert np.linalg.det(orbit.monodromy) == pytest.approx(np.exp(integral) * jumps, rel=1e-7)
 
 
 def test_no_orbit_is_said_in_words():

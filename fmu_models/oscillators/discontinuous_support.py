@@ -49,7 +49,7 @@ support = Stop(name="support", gap=g - x, law=KelvinVoigt(ks, cs), release="forc
 MODEL = Mechanism(
     name="discontinuous_support",
     title="Oscillator with a discontinuous support",
-    source="single-degree-of-freedom oscillator with a discontinuous support, after Leine and van Campen's switch model",
+    source="study of a discontinuous support by the switch model of Leine and van Campen, Nonlinear Dynamics 16 (1998)",
     coordinates=[x],
     kinetic_energy=m * x.v**2 / 2,
     potential_energy=k * x**2 / 2,

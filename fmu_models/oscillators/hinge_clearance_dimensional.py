@@ -27,11 +27,11 @@ from fmu_models.language.stops import Stop
 
 HERTZ = sympy.Rational(3, 2)
 
-M = Parameter("M", 0.5, "kg", "mass", positive=True)
-C = Parameter("C", 20.0, "N s/m", "viscous damping", minimum=0.0)
+M = Parameter("M", 50.0, "kg", "mass", positive=True)
+C = Parameter("C", 200.0, "N s/m", "viscous damping", minimum=0.0)
 K = Parameter("K", 5000.0, "N/m", "stiffness of the spring", positive=True)
 P = Parameter("P", 50.0, "N", "amplitude of the force", positive=True)
-Omega = Parameter("Omega", 85.8 * math.pi, "rad/s", "angular frequency of the force", minimum=0.0)
+Omega = Parameter("Omega", 8.58 * math.pi, "rad/s", "angular frequency of the force", minimum=0.0)
 Gamma = Parameter("Gamma", 0.0, "rad", "phase of the force at time zero")
 K0 = Parameter("K0", 1.5e7, "N/m1.5", "stiffness of the stops", minimum=0.0)
 Delta = Parameter("Delta", 1e-4, "m", "clearance to either side", minimum=0.0)

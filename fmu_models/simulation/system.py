@@ -68,6 +68,7 @@ def simulate(
         *fmu.states,
         *(f"der({name})" for name in fmu.states),
         *fmu.outputs,
+        *fmu.memories,
         *(f"{name}_state" for name in fmu.contacts),
     ]
     request = native.Request(

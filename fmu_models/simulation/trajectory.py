@@ -40,7 +40,8 @@ class Trajectory:
 
     Attributes:
         time: (n,) s.
-        values: per variable (n,) in its unit: inputs, states, ``der(<state>)``, outputs, contact states (integers).
+        values: per variable (n,) in its unit: inputs, states, ``der(<state>)``, outputs, speeds of entry
+            ``<stop>_memory`` that stops remember, contact states (integers).
             At the time of an event they are those after it.
         units: unit per variable, "1" for a pure number.
         events: every change of contact state, in order of time, whatever the output times.

@@ -12,10 +12,10 @@ from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 
 
-def at_state(instance: Face, x: np.ndarray) -> None:
-    """Initialize Model Exchange at x and go to continuous-time mode."""
+def at_point(instance: Face, point: dict[str, float]) -> None:
+    """Initialize Model Exchange at a point and go to continuous-time mode."""
     instance.api.reset()
-    instance.set(dict(zip(instance.fmu.states, x.tolist(), strict=True)))
+    instance.set(point)
     instance.initialize()
     instance.update()
     instance.api.enterContinuousTimeMode()
@@ -26,7 +26,7 @@ def unknowns(fmu: Fmu) -> list[str]:
 
 
 @pytest.fixture(scope="module", params=["slip", "stick"])
-def point(fmu: Fmu, request: pytest.FixtureRequest) -> np.ndarray:
+def point(fmu: Fmu, request: pytest.FixtureRequest) -> dict[str, float]:
     """States in the middle of the longest time between two events of a run, with a contact that sticks or without."""
     times = [0.0, *(event.time for event in simulate(fmu, 5.0).events), 5.0]
     middles = [(begin + end) / 2 for begin, end in pairwise(times)]
@@ -35,13 +35,14 @@ def point(fmu: Fmu, request: pytest.FixtureRequest) -> np.ndarray:
     wanted = np.where(sticks == (request.param == "stick"), np.diff(times), 0.0)
     if not wanted.any():
         pytest.skip(f"nothing is in {request.param} during the run")
-    return np.array([there[name][wanted.argmax()] for name in fmu.states])
+    return {name: float(there[name][wanted.argmax()]) for name in [*fmu.states, *fmu.memories]}
 
 
-def test_they_match_central_differences(fmu: Fmu, point: np.ndarray) -> None:
+def test_they_match_central_differences(fmu: Fmu, point: dict[str, float]) -> None:
     with face(fmu, co_simulation=False) as one:
-        at_state(one, point)
+        at_point(one, point)
         names, states = unknowns(fmu), one.contact_states()
+        here = np.array([point[name] for name in fmu.states])
         inputs = [*fmu.inputs, *(f"{name}_rate" for name in fmu.inputs)]
         for known in [*fmu.states, *inputs]:
             value = one.get([known])[0]
@@ -50,11 +51,11 @@ def test_they_match_central_differences(fmu: Fmu, point: np.ndarray) -> None:
                 if known in inputs:
                     one.set({known: value + side})
                 else:
-                    x = point.copy()
+                    x = here.copy()
                     x[fmu.states.index(known)] += side
                     one.set_states(x)
                 sides.append(one.get(names))
-            (one.set({known: value}) if known in inputs else one.set_states(point))
+            (one.set({known: value}) if known in inputs else one.set_states(here))
             difference = (sides[1] - sides[0]) / (2 * h)
             exact = one.directional(names, known, 1.0)
             assert one.contact_states() == states
@@ -63,9 +64,9 @@ def test_they_match_central_differences(fmu: Fmu, point: np.ndarray) -> None:
             assert np.abs(exact - difference).max() < 1e-6 * scale, known
 
 
-def test_they_are_linear_in_the_seed(fmu: Fmu, point: np.ndarray) -> None:
+def test_they_are_linear_in_the_seed(fmu: Fmu, point: dict[str, float]) -> None:
     with face(fmu, co_simulation=False) as one:
-        at_state(one, point)
+        at_point(one, point)
         for known in [*fmu.states, *fmu.inputs, *(f"{name}_rate" for name in fmu.inputs)]:
             whole = one.directional(unknowns(fmu), known, 1.0)
             # powers of two: exact where the computation is, and rates are differences of values near one
@@ -73,21 +74,21 @@ def test_they_are_linear_in_the_seed(fmu: Fmu, point: np.ndarray) -> None:
             assert not one.directional(unknowns(fmu), known, 0.0).any()
 
 
-def test_the_rate_of_a_coordinate_is_its_velocity(fmu: Fmu, point: np.ndarray) -> None:
+def test_the_rate_of_a_coordinate_is_its_velocity(fmu: Fmu, point: dict[str, float]) -> None:
     if "energy" not in fmu.outputs:
         pytest.skip("a system without a body has no velocities")
     with face(fmu, co_simulation=False) as one:
-        at_state(one, point)
+        at_point(one, point)
         coordinate, velocity = fmu.states[0], fmu.states[len(fmu.states) // 2]
         assert one.directional([f"der({coordinate})"], velocity, 3.0).tolist() == [3.0]
         assert one.directional([f"der({coordinate})"], coordinate, 3.0).tolist() == [0.0]
 
 
-def test_dependencies_of_the_model_structure_are_complete(fmu: Fmu, point: np.ndarray) -> None:
+def test_dependencies_of_the_model_structure_are_complete(fmu: Fmu, point: dict[str, float]) -> None:
     unknown = (*fmu.description.derivatives, *fmu.description.outputs)
     depends = {u.variable.name: [v.name for v in u.dependencies or ()] for u in unknown if u.variable}
     with face(fmu, co_simulation=False) as one:
-        at_state(one, point)
+        at_point(one, point)
         for known in [*fmu.states, *fmu.inputs, *(f"{name}_rate" for name in fmu.inputs)]:
             for name, slope in zip(unknowns(fmu), one.directional(unknowns(fmu), known, 1.0), strict=True):
                 if slope != 0.0:

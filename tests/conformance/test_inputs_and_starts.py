@@ -108,10 +108,11 @@ def test_a_parameter_tuned_between_steps_counts_from_there(fmu: Fmu) -> None:
         value = one.get([parameter])[0]
         one.initialize()
         one.step(0.0, 1.0)
-        there = one.get(fmu.states)
+        carried = [*fmu.states, *fmu.memories]
+        there = one.get(carried)
         tuned = 1.5 * value if value else 0.01
         one.set({parameter: tuned})
         one.step(1.0, 1.0)
-        start = dict(zip(fmu.states, there.tolist(), strict=True))
+        start = dict(zip(carried, there.tolist(), strict=True))
         native = simulate(fmu, 2.0, start_time=1.0, start=start, parameters={parameter: tuned}, output_times=[1.0, 2.0])
         assert one.get(fmu.states) == pytest.approx([native[s][-1] for s in fmu.states], abs=1e-9)

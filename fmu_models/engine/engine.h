@@ -24,6 +24,8 @@ void taylor_field(Run *r, Jets *j, int k);
 int taylor_series(Run *r, Jets *j, int order, double limit);
 /* a time over which the states change noticeably: the length of a step of this order; 1 where they do not change at all */
 double taylor_time_scale(const Run *r, const Jets *j, int order);
+/* the length over which a series keeps a relative tolerance */
+double taylor_series_length(const double *x, int order, double tolerance);
 /* order that the step tolerance asks for */
 int taylor_order(const Run *r);
 /* the next step from r, cut at the first fall of an indicator */

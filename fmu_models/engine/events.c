@@ -388,8 +388,10 @@ void events_transit(Run *r, int *moved)
                 r->at.state[c] = r->at.state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
             }
         } else {
+            const double reached = fabs(r->scratch.slip[c][0]); /* a fallen function is zero but for its rounding */
             const int jumped = falls && jump(r, c, moved);
-            candidate[c] = sticks || at_zero_slip(r, c) || (falls && !jumped);
+            const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached;
+            candidate[c] = sticks || at_zero_slip(r, c) || still_zero;
             if (jumped && !candidate[c]) {
                 r->at.state[c] = slipping_state(r, c);
             }

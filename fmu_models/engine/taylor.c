@@ -38,8 +38,17 @@ void taylor_field(Run *r, Jets *j, int k)
 }
 
 /*
+ * a switching function may be any function of states and time, and decides events of its own accord
+ */
+static int watches_function(const Run *r, int c)
+{
+    return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK;
+}
+
+/*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
- * for every force in stick, and of depths: the states may be polynomials while what decides an event is not
+ * for every force in stick, of depths and of switching functions: the states may be polynomials while what decides an
+ * event is not
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
@@ -51,6 +60,11 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         const double depth = fmax(fabs(j->depth[c][0]), fabs(j->depth[c][1]) * length);
         if (model_contact_bounded[c]
             && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length) {
+            return 0;
+        }
+        const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
+        if (watches_function(r, c)
+            && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
             return 0;
         }
     }
@@ -118,19 +132,24 @@ static double state_length(const Jets *j, int order, double log_tolerance)
     return length;
 }
 
+double taylor_series_length(const double *x, int order, double tolerance)
+{
+    return exp2(shorter_length(INFINITY, x, 0, order, log2(tolerance)));
+}
+
 double taylor_time_scale(const Run *r, const Jets *j, int order)
 {
     const double length = exp2(state_length(j, order, log2(r->tolerances.step)));
     return isfinite(length) ? length : 1.0;
 }
 
-/* the same for slip speeds too, where they matter to a force, for the forces in stick and for depths */
+/* the same for slip speeds too, where they matter to a force, for the forces in stick, for depths and switching functions */
 static double taylor_length(const Run *r, const Jets *j, int order)
 {
     const double log_tolerance = log2(r->tolerances.step);
     double length = state_length(j, order, log_tolerance);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (j->sign[c] != 0.0 && j->force[c][0] != 0.0) {
+        if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, c)) {
             length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted), order,
                                     log_tolerance);
         }

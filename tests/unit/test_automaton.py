@@ -194,3 +194,35 @@ def test_a_ball_bounces_by_its_reset(tmp_path):
     since, speed = 2.0 - falls[-1], 10 * first * 0.8 ** len(falls)
     assert trajectory["z"][-1] == pytest.approx(speed * since - 5 * since**2, rel=1e-11)
     assert trajectory["w"][-1] == pytest.approx(speed - 10 * since, rel=1e-11)
+
+
+def test_bounces_that_never_end_are_refused_where_they_pile_up(tmp_path):
+    """Dropped from h: t1 (1 + e)/(1 - e) with t1 = sqrt(2 h/g); a jump is not tied to the side where rounding put h."""
+    z = State("z", "m", "height", start=1.0)
+    w = State("w", "m/s", "speed")
+    floor = Switch(name="floor", function=z, unit="m")
+    ball = declare(
+        name="ball",
+        states=[z, w],
+        flows={z: w, w: -Parameter("g", 9.81, "m/s2", "gravity")},
+        switches=(floor,),
+        resets=[Reset(floor, "+", {w: -w / 2})],
+    )
+    with pytest.raises(StickslipError, match=r"contact 'floor' keeps switching at t = 1\.35457092295"):
+        run(ball, tmp_path, 3.0)
+
+
+@pytest.mark.parametrize("limit", [20.0, 1000.0])
+def test_a_switch_of_time_falls_at_its_zeros_whatever_the_states_do(tmp_path, limit):
+    """The states are straight lines between the zeros of sin(t): their series end long before that of the switch."""
+    clock = Switch(name="clock", function=sympy.sin(TIME))
+    trajectory = run(declare(clock.sign, x1, switches=(clock,)), tmp_path, limit, output_times=[limit])
+    expected = np.pi * np.arange(1, limit // np.pi + 1)
+    assert [event.time for event in trajectory.events] == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_switch_of_a_function_of_straight_states_falls_at_its_zeros(tmp_path):
+    """1/(1 + x1^2) - 1/10 with x1 = t - 5: zeros at x1 = -3 and 3, on a series that converges over 1 s only."""
+    bell = Switch(name="bell", function=1 / (1 + (x1 - 5) ** 2) - HALF / 5)
+    trajectory = run(declare(1, bell.sign, switches=(bell,)), tmp_path, 20.0)
+    assert [event.time for event in trajectory.events] == pytest.approx([2.0, 8.0], rel=1e-12)

@@ -2,9 +2,10 @@
  * Derivatives of a motion along directions in start state and parameters, carried through steps and events.
  *
  * A tangent is a second copy of the point, in numbers a + i eps b: a is the motion itself, b its derivative. The run
- * decides (order, length, events, states of contacts); each tangent repeats the arithmetic of the step:
+ * decides (length, events, states of contacts), in steps no longer than the tangents allow; each tangent repeats the
+ * arithmetic of the step:
  *
- *     series of the step from its own point
+ *     series of the step from its own point, to the full order: it need not end where that of the motion does (at rest)
  *     end of the step:   at a fixed time t      since = t - time
  *                        at an event            since with indicator(since) = 0, one Newton step from the run's value
  *     point = series(since); time = time + since
@@ -33,6 +34,7 @@
 struct Tangents {
     Point at;
     Jets jets;
+    int expanded; /* jets holds the series in time from the point */
 };
 
 /* so small that its square vanishes, so large that nothing underflows */
@@ -115,7 +117,7 @@ static Real value_at(const Real *c, int n, Real s, Real *slope)
 /* the falling indicator of the step, up to its sign, and the order to which it is known */
 static int falling_series(const Run *r, const Jets *j, double s, Real *series)
 {
-    const int order = r->segment_order;
+    const int order = taylor_order(r);
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
             if (!r->falling[c][slot]) {
@@ -133,14 +135,36 @@ static int falling_series(const Run *r, const Jets *j, double s, Real *series)
     return -1;
 }
 
+/* the length over which the derivatives of the states keep the tolerance */
+static double shortest_length(const Run *r, Tangents *tangents, int n)
+{
+    const int order = taylor_order(r);
+    double shortest = INFINITY;
+    for (int k = 0; k < n; k++) {
+        flow_series(&tangents[k].at, &tangents[k].jets, order);
+        tangents[k].expanded = 1;
+        for (int i = 0; i < MODEL_NX; i++) {
+            double derivative[POLYNOMIAL_TERMS];
+            for (int m = 0; m <= order; m++) {
+                derivative[m] = cimag(tangents[k].jets.x[i][m]) / EPS;
+            }
+            const double length = taylor_series_length(derivative, order, r->tolerances.step);
+            shortest = length > 0.0 ? fmin(shortest, length) : shortest; /* a step in the root of time has no series here */
+        }
+    }
+    return shortest;
+}
+
 static int follow(const Run *r, Tangents *t, double length, int at_event)
 {
     Jets *j = &t->jets;
+    const int full = taylor_order(r);
     if (r->segment_rooted) {
-        flow_rooted_series(&t->at, j, r->segment_order);
-    } else {
-        flow_series(&t->at, j, r->segment_order);
+        flow_rooted_series(&t->at, j, full);
+    } else if (!t->expanded) {
+        flow_series(&t->at, j, full);
     }
+    t->expanded = 0;
     Real since = length - cimag(t->at.time) * _Complex_I;
     Real s = r->segment_rooted ? sqrt(since) : since;
     if (at_event) {
@@ -153,7 +177,7 @@ static int follow(const Run *r, Tangents *t, double length, int at_event)
         since = r->segment_rooted ? s * s : s;
     }
     for (int i = 0; i < MODEL_NX; i++) {
-        t->at.x[i] = value_at(j->x[i], r->segment_order, s, NULL);
+        t->at.x[i] = value_at(j->x[i], full, s, NULL);
     }
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] += t->at.du[i] * since;
@@ -193,7 +217,8 @@ static void repeat_event(const Run *r, Tangents *t)
 RunStatus tangent_advance(Run *r, double end, Tangents *tangents, int n)
 {
     while (r->at.time < end || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= end)) {
-        if (!r->segment_valid && taylor_step(r, step_limit(r, end)) == RUN_ERROR) {
+        if (!r->segment_valid
+            && taylor_step(r, fmin(step_limit(r, end), shortest_length(r, tangents, n))) == RUN_ERROR) {
             return RUN_ERROR;
         }
         const int inside = r->segment_start + r->segment_length > end;

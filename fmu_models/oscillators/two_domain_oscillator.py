@@ -3,7 +3,8 @@
     x'' + 2 d x' + w_a^2 x = b_a + Q_a cos(W t),    a = 1 where x < X_s, a = 2 where x > X_s
 
 The acceleration jumps at x = X_s, the velocity does not: the motion crosses and never slides. With w_a = 0 each domain
-is a constant field, which turns the particle around as a soft wall would.
+is a constant field, which turns the particle around as a soft wall would. Damped between fields that push towards each
+other, the particle crosses X_s ever faster, without end; a start at rest there is refused.
 
 A proposal of this project: the literature on the Fermi oscillator at hand (Luo and Guo, Vibro-impact dynamics) gives
 no equations for it. Values chosen here; frequencies of the springs in a ratio that does not repeat soon.
@@ -37,14 +38,15 @@ def field(w: Parameter, b: Parameter, Q: Parameter) -> sympy.Expr:
     return b + Q * sympy.cos(W * TIME) - 2 * d * v - w**2 * x
 
 
-left, right = field(w1, b1, Q1), field(w2, b2, Q2)
+# shares of exactly 0 and 1: a stiff domain leaves no rounding in a soft one
+left, right = (1 - side.sign) / 2 * field(w1, b1, Q1), (1 + side.sign) / 2 * field(w2, b2, Q2)
 
 MODEL = Automaton(
     name="two_domain_oscillator",
     title="Oscillator of two linear domains",
     source="generalised Fermi oscillator, a proposal of this project",
     states=[x, v],
-    flows={x: v, v: sympy.expand((right + left) / 2 + side.sign * (right - left) / 2)},
+    flows={x: v, v: left + right},
     switches=[side],
     outputs=[Output("acceleration", v.rate, "m/s2", "acceleration")],
 )

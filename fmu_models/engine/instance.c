@@ -179,16 +179,26 @@ Status instance_enter_event(Instance *m, const char *function) {
     if (instance_enter(m, from, function)) return STATUS_ERROR;
     m->core.phase = PHASE_EVENT;
     m->core.event_pending = !m->core.co_simulation;
+    m->core.event_moved = 0;
+    return STATUS_OK;
+}
+
+Status instance_resolve(Instance *m, const char *function) {
+    Core *core = &m->core;
+    int moved = 0;
+    if (!core->event_pending) return STATUS_OK;
+    core->event_pending = 0;
+    if (run_event(&core->run, &moved) == RUN_ERROR) return failed(m, function, core->run.message);
+    core->event_moved |= moved;
     return STATUS_OK;
 }
 
 Status instance_update(Instance *m, const char *function, int *changed) {
-    Core *core = &m->core;
     int moved = 0;
     *changed = 0;
-    if (check_parameters(m, function)) return STATUS_ERROR;
-    if (core->event_pending && run_event(&core->run, changed) == RUN_ERROR) return failed(m, function, core->run.message);
-    core->event_pending = 0;
+    if (check_parameters(m, function) || instance_resolve(m, function)) return STATUS_ERROR;
+    *changed = m->core.event_moved;
+    m->core.event_moved = 0;
     if (instance_settle(m, function, &moved)) return STATUS_ERROR;
     *changed |= moved;
     return STATUS_OK;

@@ -41,6 +41,7 @@ typedef struct {
     int phase;         /* Phase */
     int settled;       /* the contact states fit the values written */
     int event_pending; /* Model Exchange: the importer located an event that is not resolved yet */
+    int event_moved;   /* states moved by an event that was resolved before values were set */
     int stop_defined;
     double start_time, stop_time;
 } Core;
@@ -107,6 +108,8 @@ Status instance_reset(Instance *m);
 Status instance_settle(Instance *m, const char *function, int *changed);
 /* one Co-Simulation step; *event is set when it ended early at a change of contact state */
 Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event);
+/* resolve the event that the importer has located (Model Exchange), if there is one */
+Status instance_resolve(Instance *m, const char *function);
 /* leave an event located by the importer (Model Exchange) or announced to it (Co-Simulation) */
 Status instance_update(Instance *m, const char *function, int *changed);
 

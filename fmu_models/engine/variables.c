@@ -154,6 +154,8 @@ Status instance_set(Instance *m, const char *function, const uint32_t *vr, size_
     if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++)
         if (check_writable(m, function, vr[k], value[k])) return STATUS_ERROR;
+    /* the event belongs to the values before: a jump of an input at the same instant comes after it */
+    if (n && instance_resolve(m, function)) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++) {
         int i;
         Run *r = &m->core.run;

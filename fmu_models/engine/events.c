@@ -409,6 +409,11 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
     events_transit(r, &moved);
     for (int c = 0; c < MODEL_NC; c++) {
         last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
+        if (r->entered[c] && model_contact_remembers[c] && !(r->at.memory[c] > 0.0)) {
+            return run_fail(r, "the stop '%s' is entered without speed at t = %.17g, but its force depends on the speed at which it "
+                               "was entered: start with a speed towards it, or away from it",
+                            model_contact_names[c], r->at.time);
+        }
         if (r->at.state[c] != before[c]) {
             r->events++;
             if (sink) {

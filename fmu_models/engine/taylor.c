@@ -5,7 +5,7 @@
  *               stop at the order that the tolerance asks for, or where the terms vanish within the horizon
  *     length:   the last two terms stay below the tolerance times the larger of the first two, so that the result
  *               depends neither on units nor on the steps before; slip speeds count like states, since just after
- *               a release they are far smaller than the velocities they come from
+ *               a release they are far smaller than the velocities they come from; so do switching functions
  *     root:     a law with half-integer powers of the depth is not analytic in time where its contact is entered; that
  *               step runs in the square root of time, where it is
  *     events:   first fall of each indicator's own polynomial, its known zeros divided out; the earliest ends the step
@@ -70,7 +70,7 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
     }
     for (int i = 0; i < MODEL_NX; i++) {
         const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
-        if (fabs(j->x[i][k]) * power > 0.01 * r->tolerances.step * size) {
+        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
             return 0;
         }
     }
@@ -115,6 +115,9 @@ static double log_length(const double *x, int m, int k, double log_tolerance)
 static double shorter_length(double length, const double *x, int m, int order, double log_tolerance)
 {
     for (int k = order - 1; k <= order; k++) {
+        if (!isfinite(x[k])) {
+            return -INFINITY; /* beyond the range of numbers: no length is short enough */
+        }
         if (x[k] != 0.0) {
             length = fmin(length, log_length(x, m, k, log_tolerance));
         }
@@ -192,6 +195,15 @@ static double fall_of(const double *series, double sign, int known, int order, d
     return first_fall(indicator, order - known, h);
 }
 
+/* the same for a function of a body at a bound: what starts at rest there has more zeros than the event knows */
+static double fall_from_bound(const double *series, double sign, int known, int order, double h)
+{
+    while (known < order && series[known] == 0.0) {
+        known++;
+    }
+    return fall_of(series, sign, known, order, h);
+}
+
 /* first fall of the margin of a sticking contact */
 static double fall_of_margin(const Jets *j, int c, int known, int order, double h)
 {
@@ -218,10 +230,10 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
         return -1.0;
     }
     if (slot == SLOT_NORMAL) {
-        return fall_of(j->depth[c], sign, known, order, h);
+        return fall_from_bound(j->depth[c], sign, known, order, h);
     }
     if (model_contact_is_stop[c]) {
-        return fall_of(j->release[c], sign, known, order, h);
+        return fall_from_bound(j->release[c], sign, known, order, h);
     }
     return r->at.state[c] == CONTACT_STICK ? fall_of_margin(j, c, known, order, h)
                                         : fall_of(j->slip[c], sign, known, order, h);

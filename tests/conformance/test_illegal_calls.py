@@ -189,7 +189,7 @@ def test_parameters_out_of_range(fmu: Fmu) -> None:
     if not bounded:
         pytest.skip("no parameter of the model has a least value")
     parameter = bounded[0]
-    wrong = float(fmu.variables[parameter].min) - 1.0
+    wrong = float(fmu.variables[parameter].min or 0.0) - 1.0
     with face(fmu) as one:
         right = one.get([parameter])[0]
         one.set({parameter: wrong})

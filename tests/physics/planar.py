@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import sympy
-from scipy.optimize import brentq
+from closed_form import root
 
 from fmu_models.language.automaton import Automaton
 from fmu_models.lowering.lower import lower
@@ -21,7 +21,7 @@ def symbols(model: Automaton) -> dict[str, Any]:
     return {q.name: q for q in (*model.states, *model.parameters)} | signs
 
 
-def jacobian(model: Automaton, **values: Any) -> sympy.Matrix:
+def jacobian(model: Automaton, **values: Any) -> Any:
     """Derivative of the lowered flow by the states, with values put in: states, parameters, signs by name."""
     system = lower(model)
     known = symbols(model)
@@ -40,5 +40,5 @@ def extremes(fmu: Fmu, state: str, stop: float, start: Mapping[str, float]) -> l
         return float(motion(f"der({state})", np.array([t]))[0])
 
     rates = motion(f"der({state})", times)
-    turns = [brentq(rate, times[i], times[i + 1], xtol=1e-12) for i in np.flatnonzero(rates[:-1] * rates[1:] < 0)]
+    turns = [root(rate, times[i], times[i + 1]) for i in np.flatnonzero(rates[:-1] * rates[1:] < 0)]
     return sorted(float(x) for x in motion(state, np.array(turns)))

@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from closed_form import root
 from scipy.linalg import expm
-from scipy.optimize import brentq
 
 from fmu_models.codegen.package import built
 from fmu_models.errors import StickslipError
@@ -60,7 +60,7 @@ def test_derivative_across_the_switch_is_the_saltation_matrix():
     def left(t: float) -> np.ndarray:
         return rest1 + expm(t * A1) @ (start - rest1)
 
-    crossing = brentq(lambda t: left(t)[0] - X_s, 0.0, 1.0, xtol=1e-15)
+    crossing = root(lambda t: left(t)[0] - X_s, 0.0, 1.0)
     x, v = left(crossing)
     jump = (b2 - w2**2 * x) - (b1 - w1**2 * x)
     saltation = np.array([[1.0, 0.0], [jump / v, 1.0]])

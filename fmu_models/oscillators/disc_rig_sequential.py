@@ -13,8 +13,8 @@ paper's sequence, stick on disc 0 alone, on both in turn, on disc 1 alone as w0 
     | 3.0621 | 0.0055       | 0            | 1.15      | 0.5951           | 1.100               |
     | 5.5    | 0.055        | 0.068914     | 1.15      | 0.9199           | 1.100               |
 
-but not with theta_s = 0 and c = 0.055 N m s/rad, where the motion stays on disc 1. At N = 5.5 N that body may also come to
-rest on disc 1, from starts near theta = 0.1 rad.
+but not with theta_s = 0 and c = 0.055 N m s/rad, where the motion stays on disc 1. At N = 5.5 N that body may also
+come to rest on disc 1, from starts near theta = 0.1 rad.
 """
 
 from __future__ import annotations

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
+from replay import Rates, straight
+
+from fmu_models.simulation.signal import Signal
 
 STATES = ["theta", "omega"]
 LINER_RUBBER = {f"{name}{i}": value for i in (0, 1) for name, value in (("mu_s", 0.5), ("mu_k", 0.33), ("p", 20.0))}
@@ -15,24 +16,26 @@ def normal_forces(N: float) -> dict[str, float]:
     return {"N0": N, "N1": N}
 
 
-def disc_rates(
-    w: Callable[[float], tuple[float, float]], N: float = 4.905, c: float = 0.055
-) -> Callable[[float, NDArray[np.float64], Mapping[str, int]], list[float]]:
-    """Rates of theta and omega for paper/rubber and disc speeds w(t); in stick the body keeps the disc's speed."""
-    J, k, R, r, mu_s, mu_k, p = 0.0548, 2.62, 0.125, 0.06, 0.65, 0.35, 15.0
+def disc_rates(w0: Signal, w1: Signal) -> Callable[[float, Mapping[str, int]], Rates]:
+    """Rates of theta and omega for paper/rubber; in stick the body keeps the disc's speed."""
+    J, k, c, R, r, N, mu_s, mu_k, p = 0.0548, 2.62, 0.055, 0.125, 0.06, 4.905, 0.65, 0.35, 15.0
 
-    def rates(t: float, x: NDArray[np.float64], contacts: Mapping[str, int]) -> list[float]:
-        theta, omega = x
-        if 0 in contacts.values():
-            i = [contacts["disc0"], contacts["disc1"]].index(0)
-            h = 1e-6
-            return [omega, r / R * (w(t + h)[i] - w(t - h)[i]) / (2 * h)]
-        torque = 0.0
-        for i in (0, 1):
-            sign = contacts[f"disc{i}"]
-            if sign != 2:
-                v = r * w(t)[i] - R * omega
+    def within(middle: float, contacts: Mapping[str, int]) -> Rates:
+        drives = [straight(w0, middle), straight(w1, middle)]
+        states = [contacts["disc0"], contacts["disc1"]]
+        touched = [(sign, w) for sign, (w, _) in zip(states, drives, strict=True) if sign != 2]
+        if 0 in states:
+            slope = drives[states.index(0)][1]
+            return lambda t, x: [x[1], r * slope / R]
+
+        def slipping(t, x):
+            theta, omega = x
+            torque = -c * omega - k * theta
+            for sign, w in touched:
+                v = r * w(t) - R * omega
                 torque += R * N * sign * ((mu_s - mu_k) / (1 + p * sign * v) + mu_k)
-        return [omega, (torque - c * omega - k * theta) / J]
+            return [omega, torque / J]
 
-    return rates
+        return slipping
+
+    return within

@@ -6,7 +6,6 @@ of its parameter alpha class d is class b and class c, whose reference values ar
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from disc_rates import LINER_RUBBER, STATES, disc_rates, normal_forces
 from replay import replay
@@ -32,7 +31,7 @@ def test_cycle_at_the_end_of_disc_0():
     # from landing to landing by another integrator
     start = {"theta": landing, "omega": SPEED * 0.6}
     run = simulate(RIG, cycle.period, inputs={"w0": 0.6, "w1": 1.0}, start=start, output_times=[0, cycle.period])
-    again = replay(run, STATES, disc_rates(lambda _: (0.6, 1.0)))
+    again = replay(run, STATES, disc_rates(*(Signal.constant(w, 0, 1) for w in (0.6, 1.0))))
     assert again == pytest.approx(list(start.values()), rel=1e-9)
 
 
@@ -74,7 +73,7 @@ def test_both_discs_carry_the_body_until_one_ends():
 
 
 def test_the_disc_that_remains_cannot_hold():
-    """The same with a disc 1 that holds 0.4 N mu_s less than the spring pulls at 0.1 rad: stick ends on both at once."""
+    """The same where disc 1 alone is too weak for the spring at 0.1 rad: stick ends on both discs at once."""
     v = SPEED * 0.2
     inputs, start = {"w0": 0.2, "w1": 0.2}, {"theta": 0.05, "omega": v}
     run = simulate(RIG, 0.6, inputs=inputs, parameters={"mu_s1": 0.4}, start=start)
@@ -101,16 +100,13 @@ def test_drives_that_reverse():
     w0 = Signal([0, 1, 2, 4], [0.9, -0.9, -0.9, 1.2])
     w1 = Signal([0, 2, 4], [-0.5, 0.8, -0.8])
 
-    def speeds(t: float) -> tuple[float, float]:
-        return float(np.interp(t, w0.time, w0.value)), float(np.interp(t, w1.time, w1.value))
-
     runs = [
         simulate(RIG, 4.0, inputs={"w0": w0, "w1": w1}, start={"theta": 0.05}, output_times=[0, 4], tolerance=tolerance)
         for tolerance in (1e-12, 1e-15)
     ]
     assert len(runs[0].events) > 10
     assert [e.time for e in runs[0].events] == pytest.approx([e.time for e in runs[1].events], abs=1e-10)
-    again = replay(runs[0], STATES, disc_rates(speeds), bends=[1, 2])
+    again = replay(runs[0], STATES, disc_rates(w0, w1), bends=[1, 2])
     assert [runs[0][name][-1] for name in STATES] == pytest.approx(again.tolist(), abs=1e-9)
 
 

@@ -10,17 +10,16 @@ Source: equation (2) of Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006)
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
+from fmu_models.language.dry_friction import DryFriction
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState
 
 
 @dataclass(frozen=True)
-class ContiViscous:
+class ContiViscous(DryFriction):
     """Conti's law with ``viscous`` friction, N s/m."""
 
     N: sympy.Expr
@@ -28,7 +27,6 @@ class ContiViscous:
     mu_k: sympy.Expr
     p: sympy.Expr
     viscous: sympy.Expr
-    sticks: ClassVar[bool] = True
 
     @property
     def dry(self) -> Conti:
@@ -39,23 +37,9 @@ class ContiViscous:
         """Force, N, for a slip speed without sign, m/s."""
         return self.dry.magnitude(speed) + self.viscous * speed
 
-    @property
-    def states(self) -> tuple[InternalState, ...]:
-        """No internal states."""
-        return ()
-
-    @property
-    def capacity(self) -> sympy.Expr:
-        """Largest force in stick, N."""
-        return self.dry.capacity
-
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
         return self.dry.force(slip, sign) - self.viscous * slip
-
-    def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """None, without internal states."""
-        return ()
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:

@@ -12,45 +12,25 @@ compensation methods for the control of machines with friction, Automatica 30 (1
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.quantities import InternalState
+from fmu_models.language.dry_friction import DryFriction
 
 
 @dataclass(frozen=True)
-class ExponentialStribeck:
+class ExponentialStribeck(DryFriction):
     """Friction that falls exponentially from N mu_s at rest to N mu_k at high slip speed."""
 
     N: sympy.Expr
     mu_s: sympy.Expr
     mu_k: sympy.Expr
     v_s: sympy.Expr
-    sticks: ClassVar[bool] = True
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """N mu(speed), N, for a slip speed without sign, m/s."""
         return self.N * (self.mu_k + (self.mu_s - self.mu_k) * sympy.exp(-speed / self.v_s))
-
-    @property
-    def states(self) -> tuple[InternalState, ...]:
-        """No internal states."""
-        return ()
-
-    @property
-    def capacity(self) -> sympy.Expr:
-        """Largest force in stick, N."""
-        return self.N * self.mu_s
-
-    def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
-        return -sign * self.magnitude(sign * slip)
-
-    def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """None, without internal states."""
-        return ()
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:

@@ -43,10 +43,11 @@ def models(json: Json = False) -> None:
     ]
 
     def show(out: Console) -> None:
-        for source in dict.fromkeys(row["source"] for row in rows):
-            made = console.table("model", "what it is", "contacts", title=source)
+        papers = {row["name"]: row["source"].partition(", equation")[0] for row in rows}
+        for paper in dict.fromkeys(papers.values()):
+            made = console.table("model", "what it is", "contacts", title=paper)
             for row in rows:
-                if row["source"] == source:
+                if papers[row["name"]] == paper:
                     made.add_row(row["name"], row["title"], ", ".join(row["contacts"]))
             out.print(made)
         out.print("Look at one:  stickslip show MODEL")

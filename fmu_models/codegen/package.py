@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 FMI_VERSIONS = ("2.0", "3.0")
 
 # in the order in which all.c includes them; fmi2.c or fmi3.c stands before native.c
-ENGINE = ("roots", "contact", "flow", "taylor", "events", "run", "tangent", "instance", "variables", "frozen")
+ENGINE = ("roots", "contact", "flow", "taylor", "choice", "events", "run", "tangent", "instance", "variables", "frozen")
 
 
 def export(

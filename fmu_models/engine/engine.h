@@ -35,9 +35,11 @@ void taylor_load(const Run *r, Jets *j);
 /* the indicator in use in a slot: +1 or -1 for a quantity that must stay of that sign, 0 if the slot has none now */
 int taylor_indicator(const Run *r, int c, Slot slot);
 
-/* events.c */
+/* choice.c */
 /* the friction contacts marked may change state: choose, set their known zeros, project; moved: x changed */
-void events_choose(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
+void choice_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
+
+/* events.c */
 /* contact states from scratch where depths decide; marks the friction contacts at zero slip as candidates */
 void events_place(Run *r, signed char *candidate);
 /* resolve the fall of the indicators marked in r->falling */

@@ -102,7 +102,7 @@ RunStatus run_reconsider(Run *r, int *changed)
     int moved = 0;
     run_touched(r);
     events_place(r, candidate);
-    events_choose(r, candidate, at_limit, &moved);
+    choice_make(r, candidate, at_limit, &moved);
     if (changed) {
         *changed = moved;
     }

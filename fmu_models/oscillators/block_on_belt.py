@@ -36,7 +36,7 @@ belt = Friction(name="belt", slip=x.v - v_belt, law=Conti(N, mu_s, mu_k, p), des
 MODEL = Mechanism(
     name="block_on_belt",
     title="Block on a moving belt",
-    source="single-contact friction oscillator; Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006)",
+    source="Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006), equation (2) between a block and a belt",
     coordinates=[x],
     kinetic_energy=m * x.v**2 / 2,
     potential_energy=k * x**2 / 2,

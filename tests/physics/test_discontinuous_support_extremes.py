@@ -31,7 +31,9 @@ def test_a_hard_support_is_an_impact_with_restitution(ks):
     exact = brentq(lambda t: ks * inside(t)[0] + 0.3 * inside(t)[1], 0.5 * span, 1.2 * span, xtol=1e-25, rtol=1e-14)
     # the time of a contact is the difference of two times near 0.05
     assert leave - entry == pytest.approx(exact, abs=1e-16)
-    assert state(run) == pytest.approx(free_flow(1.0 - entry - exact, *(inside(exact) + [4.0, 0.0])), abs=1e-9)
+    assert state(run) == pytest.approx(
+        free_flow(1.0 - entry - exact, *(inside(exact) + np.array([4.0, 0.0]))), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("cs", [2 * np.sqrt(11.0) - 0.05, 6.0, 50.0, 1e6])

@@ -5,8 +5,8 @@ the compressive force F from depth, rate of depth d' and, if it remembers, the r
 stop acts on the body with -(d d'/dv)^T F. It lets go
 
     release="gap"    where the depth falls to zero, even if it had to pull,
-    release="force"  where its force falls to zero: never adhesive; the stop has then no shape to recover, so that it
-                     touches again only after the body has left it.
+    release="force"  where its force falls to zero: never adhesive. Until the body has left, it touches again where its
+                     law would push again.
 
 The second rule is that of a support without mass that relaxes at once when it is free.
 """

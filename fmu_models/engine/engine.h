@@ -40,8 +40,8 @@ int taylor_indicator(const Run *r, int c, Slot slot);
 void choice_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
 
 /* events.c */
-/* contact states from scratch where depths decide; marks the friction contacts at zero slip as candidates */
-void events_place(Run *r, signed char *candidate);
+/* choose the contact states from scratch; moved: x changed */
+void events_reconsider(Run *r, int *moved);
 /* resolve the fall of the indicators marked in r->falling */
 void events_transit(Run *r, int *moved);
 /* resolve the event that waits at r's instant */

@@ -61,22 +61,25 @@ static double depth_rate(Run *r, int c)
     return j->depth[c][1];
 }
 
-void events_place(Run *r, signed char *candidate)
+/* contact states where depths decide; marks contacts at zero slip, and regions at whose end the body rests: counted as entered */
+static void place(Run *r, signed char *candidate, signed char *resting)
 {
     load_contacts(r);
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1;
         candidate[c] = 0;
+        resting[c] = 0;
         if (model_contact_bounded[c]) {
             const double depth = r->scratch.depth[c][0];
             const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
-            /* at the bound itself the rate of the depth decides; at rest there a region counts as entered, a stop does not */
+            /* at the bound itself the rate of the depth decides; at rest there a stop does not count as entered */
             double rate = 0.0;
             if (at_bound) {
                 rate = model_contact_is_stop[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
                 r->at.known[c][SLOT_NORMAL] = 1;
             }
-            inside = at_bound ? (rate > 0.0 || (rate == 0.0 && !model_contact_is_stop[c])) : depth > 0.0;
+            resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_is_stop[c]);
+            inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
             if (at_bound && inside && model_contact_is_stop[c]) {
                 r->at.memory[c] = fabs(rate);
             }
@@ -92,6 +95,68 @@ void events_place(Run *r, signed char *candidate)
         } else {
             r->at.state[c] = slipping_state(r, c);
         }
+    }
+}
+
+/* the signs with which the depths of regions leave zero where the body rests at their end; 0 for all others */
+static void leaving_signs(Run *r, const signed char *resting, signed char *sign)
+{
+    enum { ORDER = 8 };
+    Jets *j = &r->scratch;
+    taylor_series(r, j, ORDER, INFINITY);
+    const double length = taylor_time_scale(r, j, ORDER);
+    for (int c = 0; c < MODEL_NC; c++) {
+        sign[c] = 0;
+        if (resting[c]) {
+            const double floor = r->tolerances.margin * model_depth_magnitude(r->at.p, r->at.d, j, c);
+            int k = 2;
+            while (k < ORDER && !(fabs(j->depth[c][k]) * pow(length, k) > floor)) {
+                k++;
+            }
+            sign[c] = (signed char)(k == ORDER ? 0 : j->depth[c][k] > 0.0 ? 1 : -1);
+            r->at.known[c][SLOT_NORMAL] = (signed char)(k == ORDER ? MODEL_TERMS : k);
+        }
+    }
+}
+
+/*
+ * What a body at rest touches decides where it goes. Regions that it would go out of are left at once, if it still goes
+ * there without them; otherwise it is held at their end from both sides, and touches all.
+ */
+static void leave_regions(Run *r, signed char *candidate, const signed char *resting, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char sign[NC];
+    signed char without[NC];
+    const Point touching = r->at;
+    int leaves = 0;
+    leaving_signs(r, resting, sign);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (sign[c] < 0) {
+            leaves = 1;
+            candidate[c] = 0;
+            r->at.state[c] = CONTACT_AWAY;
+        }
+    }
+    if (!leaves) {
+        return;
+    }
+    choice_make(r, candidate, at_limit, moved);
+    leaving_signs(r, resting, without);
+    if (memcmp(sign, without, sizeof sign) != 0) {
+        r->at = touching;
+    }
+}
+
+void events_reconsider(Run *r, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char candidate[NC];
+    signed char resting[NC];
+    place(r, candidate, resting);
+    choice_make(r, candidate, at_limit, moved);
+    if (memchr(resting, 1, sizeof resting)) {
+        leave_regions(r, candidate, resting, moved);
     }
 }
 

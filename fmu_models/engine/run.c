@@ -97,12 +97,9 @@ RunStatus run_initialize(Run *r)
 
 RunStatus run_reconsider(Run *r, int *changed)
 {
-    signed char candidate[NC];
-    const signed char at_limit[NC] = {0};
     int moved = 0;
     run_touched(r);
-    events_place(r, candidate);
-    choice_make(r, candidate, at_limit, &moved);
+    events_reconsider(r, &moved);
     if (changed) {
         *changed = moved;
     }

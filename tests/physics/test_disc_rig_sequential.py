@@ -13,6 +13,7 @@ from replay import replay
 from steady_cycle import disc_rig, steady_cycle
 
 from fmu_models.codegen.package import built
+from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.system import simulate
@@ -26,7 +27,7 @@ def one_at_a_time(run) -> bool:
 
 
 def test_cycle_that_sticks_on_both_discs():
-    parameters = {**LINER_RUBBER, **normal_forces(3.0), "c": 0.0055}
+    parameters = {**LINER_RUBBER, **normal_forces(3.0), "c": 0.0055, "theta_s": 0.0}
     cycle = steady_cycle(RIG, inputs={"w0": 0.9, "w1": 1.15}, parameters=parameters, start={"theta": 0.14})
     assert cycle.period == pytest.approx(0.928719259537, rel=1e-9)
     assert cycle.stick["disc0"] == pytest.approx(0.0346616487, rel=3e-9)
@@ -46,7 +47,7 @@ def test_cycle_that_sticks_on_both_discs():
 )
 def test_stick_moves_from_disc_0_over_both_to_disc_1(w0, sticking):
     """Section 2.5.3: liner/rubber, w1 = 1.15 rad/s, with a damping that lets the body cross theta = 0."""
-    parameters = {**LINER_RUBBER, **normal_forces(3.0621), "c": 0.0055}
+    parameters = {**LINER_RUBBER, **normal_forces(3.0621), "c": 0.0055, "theta_s": 0.0}
     cycle = steady_cycle(RIG, inputs={"w0": w0, "w1": 1.15}, parameters=parameters, start={"theta": 0.14}, until=200.0)
     assert cycle.sticking == sticking
 
@@ -69,7 +70,7 @@ def test_the_same_sequence_with_a_changeover_off_neutral(w0, sticking):
 @pytest.mark.parametrize("w0", [0.6, 0.9, 1.1])
 def test_with_the_damping_of_the_rig_disc_0_is_not_touched(w0):
     """theta_s = 0, c = 0.055: whatever happens first, the motion stays on disc 1."""
-    parameters = {**LINER_RUBBER, **normal_forces(5.5)}
+    parameters = {**LINER_RUBBER, **normal_forces(5.5), "theta_s": 0.0}
     run = simulate(RIG, 60.0, inputs={"w0": w0, "w1": 1.15}, parameters=parameters, start={"theta": -0.05})
     assert run["disc0_state"][0] != 2
     assert all(event.contact == "disc1" for event in run.events if event.time > 10.0)
@@ -100,14 +101,14 @@ def test_equal_discs_are_one_disc():
 
 def test_stick_ends_where_the_disc_ends():
     """Closed form: carried by disc 0 at r w0/R from -0.02 rad the body meets disc 1 at t = 0.02 R/(r w0)."""
-    start = {"theta": -0.02, "omega": SPEED * 0.5}
-    run = simulate(RIG, 0.1, inputs={"w0": 0.5, "w1": 0.9}, start=start)
+    start, parameters, inputs = {"theta": -0.02, "omega": SPEED * 0.5}, {"theta_s": 0.0}, {"w0": 0.5, "w1": 0.9}
+    run = simulate(RIG, 0.1, inputs=inputs, parameters=parameters, start=start)
     handover = 0.02 / (SPEED * 0.5)
     first, second = run.events[:2]
     assert [first.time, second.time] == pytest.approx([handover, handover], rel=1e-13)
     assert {(e.contact, e.before, e.after) for e in (first, second)} == {("disc0", 0, 2), ("disc1", 2, 1)}
     # velocity and angle go on without a jump; the acceleration is that of (23) at theta = 0
-    run = simulate(RIG, 0.1, inputs={"w0": 0.5, "w1": 0.9}, start=start, output_times=[handover])
+    run = simulate(RIG, 0.1, inputs=inputs, parameters=parameters, start=start, output_times=[handover])
     assert run["omega"][0] == pytest.approx(SPEED * 0.5, rel=1e-13)
     mu = 0.3 / (1 + 15 * (0.06 * 0.9 - 0.06 * 0.5)) + 0.35
     assert run["der(omega)"][0] == pytest.approx((0.125 * 4.905 * mu - 0.055 * SPEED * 0.5) / 0.0548, rel=1e-10)
@@ -138,9 +139,30 @@ def test_start_exactly_on_the_changeover(theta_s, omega, touched):
     """Only the disc that the body moves to acts; at rest the spring decides: R N mu - k theta_s > 0 at theta_s = 0."""
     run = simulate(RIG, 1e-3, parameters={"theta_s": theta_s}, start={"theta": theta_s, "omega": omega})
     other = {"disc0": "disc1", "disc1": "disc0"}[touched]
-    assert (run[f"{touched}_state"][1:] != 2).all()
-    assert (run[f"{other}_state"][1:] == 2).all()
-    assert not [event for event in run.events if event.time > 0]
+    assert (run[f"{touched}_state"] != 2).all()
+    assert (run[f"{other}_state"] == 2).all()
+    assert run.events == ()
+
+
+@pytest.mark.parametrize(("w0", "w1", "theta"), [(-0.5, 0.5, 1), (-0.5, -0.5, -1)])
+def test_rest_on_the_changeover_with_drives_of_any_sense(w0, w1, theta):
+    """The disc to which the body then turns is the one that turns it; the stronger one where both could."""
+    inputs, parameters = {"w0": w0, "w1": w1}, {"theta_s": 0.0, "N1": 6.0}
+    run = simulate(RIG, 0.02, inputs=inputs, parameters=parameters)
+    assert np.sign(run["theta"][-1]) == theta
+    assert one_at_a_time(run)
+    mu = 0.3 / (1 + 15 * 0.06 * 0.5) + 0.35
+    N = 6.0 if theta > 0 else 4.905
+    assert run["der(omega)"][0] == pytest.approx(theta * 0.125 * N * mu / 0.0548, rel=1e-12)
+
+
+def test_body_held_at_the_changeover_from_both_sides():
+    """w0 > 0 > w1: equal discs hold the body at rest; with unequal ones the model does not say, and the run does."""
+    inputs = {"w0": 0.5, "w1": -0.5}
+    run = simulate(RIG, 1.0, inputs=inputs, parameters={"theta_s": 0.0})
+    assert (run["theta"] == 0.0).all()
+    with pytest.raises(StickslipError, match=r"keeps switching at t = 0.*not determined by the model"):
+        simulate(RIG, 1.0, inputs=inputs, parameters={"theta_s": 0.0, "N0": 6.0})
 
 
 @pytest.mark.parametrize("inside", [True, False])

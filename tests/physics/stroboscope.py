@@ -38,10 +38,10 @@ def turning_points(fmu: Fmu, stop: float, **run: Any) -> NDArray[np.float64]:
     coarse = simulate(fmu, stop, output_times=times, **run)
     found = []
     for i in np.flatnonzero(np.sign(coarse["v"][:-1]) * np.sign(coarse["v"][1:]) < 0):
-        time, here = times[i], coarse["v"][i] / coarse["der(v)"][i]
+        time, x, late = times[i], coarse["x"][i], coarse["v"][i] / coarse["der(v)"][i]
         for _ in range(5):
-            time = float(np.clip(time - here, times[i], times[i + 1]))
+            time = float(np.clip(time - late, times[i], times[i + 1]))
             at = simulate(fmu, stop, output_times=[time], **run)
-            here = at["v"][0] / at["der(v)"][0]
-        found.append(at["x"][0])
+            x, late = at["x"][0], at["v"][0] / at["der(v)"][0]
+        found.append(x)
     return np.array(found)

@@ -1,11 +1,13 @@
 """The hinge with clearance against its reference values: equations (8) to (10); (1), (2) for the form in SI units.
 
-The reference values come from closed-form free flight and an integrator of order 8 with located events; extrapolation in
-extended precision agrees to 3e-14. A motion "n-p-q" has n forcing periods with p impacts left and q right.
+The reference values come from closed-form free flight and an integrator of order 8 with located events; extrapolation
+in extended precision agrees to 3e-14. A motion "n-p-q" has n forcing periods with p impacts left and q right.
 Multipliers: ``test_multipliers``.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,7 +49,7 @@ def test_orbit_at_0_429(fmu, mirror):
     """Returns to its start, with every event at its phase and speed; its mirror twin is half a period later."""
     f, side = 0.429, -1 if mirror else 1
     start = {"x": side * -5.19128647e-6, "v": side * 0.03296490834399}
-    setup = {"start": start, "parameters": {"f": f, "tau": np.pi if mirror else 0.0}}
+    setup: dict[str, Any] = {"start": start, "parameters": {"f": f, "tau": np.pi if mirror else 0.0}}
     run = simulate(fmu, 1 / f, output_times=[1 / f], **setup)
     assert [run["x"][0], run["v"][0]] == pytest.approx(list(start.values()), abs=1e-12)
     opposite = {"left": "right", "right": "left"}
@@ -156,7 +158,7 @@ def test_a_grazing_mass_lingers_unless_the_stop_cannot_pull(fmu, time, before):
 def test_start_inside_needs_the_speed_of_entry(fmu, v):
     with pytest.raises(StickslipError, match="give that speed as right_memory, or start outside"):
         simulate(fmu, 1.0, start={"x": 0.02, "v": v})
-    with pytest.raises(StickslipError, match="'right_memory'.*must be at least"):
+    with pytest.raises(StickslipError, match=r"'right_memory'.*must be at least"):
         simulate(fmu, 1.0, start={"x": 0.02, "v": v, "right_memory": -0.1})
     run = simulate(fmu, 1.0, start={"x": 0.02, "v": v, "right_memory": 0.2})
     assert run["right_state"][0] == TOUCHING

@@ -88,7 +88,7 @@ def test_periodic_point_returns_to_itself(branch, omega, n, x, v, multiplier, st
     ],
 )
 def test_state_after_two_periods(start, end, states):
-    trajectory = run(*start, 4 * np.pi / 1.6)
+    trajectory = run(start[0], start[1], 4 * np.pi / 1.6)
     assert end_of(trajectory) == pytest.approx(end, abs=1e-12)
     assert path(trajectory) == states
 
@@ -132,8 +132,8 @@ def test_a_stick_much_shorter_than_a_step_is_found():
     V, IV = np.array(POINTS[2][3:5]), np.array(POINTS[3][3:5])
     lengths = []
     for share in np.linspace(0.0, 1.0, 81):
-        start = V + share * (IV - V)
-        coarse, tight = (run(*start, 4 * np.pi / 1.67587, 1.67587, tolerance=tolerance) for tolerance in (1e-12, 1e-15))
+        x, v = (V + share * (IV - V)).tolist()
+        coarse, tight = (run(x, v, 4 * np.pi / 1.67587, 1.67587, tolerance=tolerance) for tolerance in (1e-12, 1e-15))
         assert [e.after for e in coarse.events] == [e.after for e in tight.events]
         assert [e.time for e in coarse.events] == pytest.approx([e.time for e in tight.events], abs=1e-9)
         lengths += [length for _, length in sticks(coarse)]

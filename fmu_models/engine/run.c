@@ -17,7 +17,7 @@
 static const double LOOK_AHEAD = 1024.0;
 
 const Tolerances run_default_tolerances = {
-    .step = 1e-12,
+    .step = 1e-14,
     .slip = 1e-13,
     .margin = 1e-10,
     .importer = 1e-10,

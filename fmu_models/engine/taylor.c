@@ -20,10 +20,12 @@
 /* order per digit of tolerance: measured optimum of cost per time on the stick-slip of the disc rig */
 static const double ORDER_PER_LOG = 0.72;
 
+enum { LEAST_ORDER = 8 };
+
 int taylor_order(const Run *r)
 {
     const double order = ceil(-ORDER_PER_LOG * log(r->tolerances.step));
-    return order < 8 ? 8 : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
+    return order < LEAST_ORDER ? LEAST_ORDER : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
 }
 
 void taylor_load(const Run *r, Jets *j)
@@ -264,11 +266,27 @@ static double cut(Run *r, int order, double h)
     return h;
 }
 
+/* a contact just entered whose depth is still lost in the rounding of the position is at zero depth, on its way in */
+static int enters(Run *r, int c)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    model_slip(r->at.p, r->at.d, j, 0);
+    model_depth(r->at.p, r->at.d, j, 0);
+    return j->depth[c][0] <= 0.0 && j->slip[c][0] > 0.0;
+}
+
 /* whether a law with half-integer powers of its depth starts at zero depth */
-static int starts_rooted(const Run *r)
+static int starts_rooted(Run *r)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_rooted[c] && r->at.state[c] == CONTACT_TOUCHING && r->at.known[c][SLOT_NORMAL] > 0) {
+        if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) {
+            continue;
+        }
+        if (r->at.known[c][SLOT_NORMAL] == 0 && enters(r, c)) {
+            r->at.known[c][SLOT_NORMAL] = 1;
+        }
+        if (r->at.known[c][SLOT_NORMAL] > 0) {
             return 1;
         }
     }
@@ -287,7 +305,12 @@ RunStatus taylor_step(Run *r, double limit)
         order = taylor_series(r, &r->jets, full, limit);
     }
     const double end = rooted ? sqrt(limit) : limit;
-    double h = fmin(order < full ? end : taylor_length(r, &r->jets, order), end);
+    double h = order < full ? end : taylor_length(r, &r->jets, order);
+    /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
+    while (!(h > 0.0) && order > LEAST_ORDER) {
+        h = taylor_length(r, &r->jets, --order);
+    }
+    h = fmin(h, end);
     if (!(h > 0.0) || !isfinite(h) || !(r->at.time + (rooted ? h * h : h) > r->at.time)) {
         return run_fail(r, "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
                            "(a state that is not finite, or a singular law)", r->at.time);

@@ -26,7 +26,7 @@ def simulate(
     start: Mapping[str, float] | None = None,
     inputs: Mapping[str, float | Signal] | None = None,
     output_times: ArrayLike | None = None,
-    tolerance: float = 1e-12,
+    tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Run an FMU of this suite from ``start_time`` to ``stop_time`` (s).
@@ -37,7 +37,7 @@ def simulate(
             ``<stop>_memory``, m/s.
         inputs: constant or Signal per input; the rate of an input is the slope of its Signal.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
-        tolerance: relative local error of a step. Values above 1e-12 have no effect: the engine's default costs little.
+        tolerance: relative local error of a step. Values above 1e-14 have no effect: the engine's default costs little.
         progress: called with the fraction of output times done, several times a second.
 
     Raises:

@@ -46,7 +46,7 @@ def flow_derivative(
     start: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     by: Sequence[str] = (),
-    tolerance: float = 1e-12,
+    tolerance: float = 1e-14,
 ) -> FlowDerivative:
     """End states of a run and their derivatives.
 

@@ -185,16 +185,15 @@ def test_grazing_of_the_changeover(inside):
 
 def test_drives_that_reverse():
     """Both drives swing through zero; the same by another integrator, and by a tighter run."""
-    w0 = Signal([0, 1, 2, 4], [0.9, -0.9, -0.9, 1.2])
-    w1 = Signal([0, 2, 4], [-0.5, 0.8, -0.8])
-
+    w0 = Signal([0, 1.3, 2, 4], [0.9, -0.7, -0.9, 1.2])
+    w1 = Signal([0, 2, 4], [0.5, -0.8, 0.8])
     runs = [
         simulate(RIG, 4.0, inputs={"w0": w0, "w1": w1}, start={"theta": 0.05}, output_times=[0, 4], tolerance=tolerance)
         for tolerance in (1e-12, 1e-15)
     ]
     assert len(runs[0].events) > 10
     assert [e.time for e in runs[0].events] == pytest.approx([e.time for e in runs[1].events], abs=1e-10)
-    again = replay(runs[0], STATES, disc_rates(w0, w1), bends=[1, 2])
+    again = replay(runs[0], STATES, disc_rates(w0, w1), bends=[1.3, 2])
     assert [runs[0][name][-1] for name in STATES] == pytest.approx(again.tolist(), abs=1e-9)
 
 

@@ -109,10 +109,9 @@ def test_weak_impacts_cost_more_and_come_to_an_end(fmu):
 
 
 @BOTH
-@pytest.mark.parametrize("v", [1e-13, 1e-300])
-def test_impacts_too_weak_for_numbers_are_refused(fmu, v):
+def test_impacts_too_weak_for_numbers_are_refused(fmu):
     with pytest.raises(StickslipError, match="cannot be continued beyond"):
-        simulate(fmu, 4.0, start={"x": 0.01, "v": v}, parameters={"tau": 1.5})
+        simulate(fmu, 4.0, start={"x": 0.01, "v": 1e-300}, parameters={"tau": 1.5})
 
 
 @BOTH

@@ -46,7 +46,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     facts = _facts(system)
     guards = [_violation(system, names), _magnitude(system, names, "slip"), _magnitude(system, names, "depth")]
     # the constants in d are collected while the other functions are made
-    arithmetic = [*functions, _reset(system, names)]
+    arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
     arithmetic.insert(0, _prepare(names))
     head = _HEAD.format(name=system.name) + _legend(system)
     model = "\n".join([head + '#include "model.h"\n\n#include <math.h>\n#include <stddef.h>\n', *facts, *guards])
@@ -104,7 +104,7 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
         for column in range(matrix.cols)
     }
     depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
-    forces = [{f"j->force[{i}]": c.force} for i, c in contacts]
+    forces = [{} if c.kind.startswith("impact") else {f"j->force[{i}]": c.force} for i, c in contacts]
     releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
     sticks = [{f"j->slip_rate[{i}]": c.slip_rate, f"j->capacity[{i}]": c.capacity} for i, c in contacts]
     internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(system.internal_rates)}
@@ -211,6 +211,23 @@ def _reset(system: HybridSystem, names: _Names) -> str:
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c, (void)x;\n{choice}}}\n"
 
 
+def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
+    """Restitution and friction of the rigid contacts."""
+    contacts = list(enumerate(system.contacts))
+    kinds = {
+        "restitution": [(i, c.restitution) for i, c in contacts if c.kind == "impact"],
+        "friction": [(i, c.friction) for i, c in contacts if c.kind == "impact_friction"],
+    }
+    return [_coefficient(what, values, names) for what, values in kinds.items()]
+
+
+def _coefficient(what: str, values: list[tuple[int, sympy.Expr]], names: _Names) -> str:
+    cases = "".join(f"    case {i}: return {names.constants.text(value)};\n" for i, value in values)
+    choice = f"    switch (c) {{\n{cases}    default: break;\n    }}\n" if cases else ""
+    head = f"Real model_{what}(const Real *p, const Real *d, int c)"
+    return f"{head}\n{{\n    (void)p, (void)d, (void)c;\n{choice}    return 0.0;\n}}\n"
+
+
 def _facts(system: HybridSystem) -> list[str]:
     def numbers(name: str, size: str, values: Iterable[float]) -> str:
         text = ", ".join(c_number(value) for value in values) or "0.0"
@@ -225,7 +242,10 @@ def _facts(system: HybridSystem) -> list[str]:
         "remembers": (c.remembers for c in system.contacts),
         "rooted": (c.rooted for c in system.contacts),
         "resets": (c.reset_sides for c in system.contacts),
+        "is_impact": (c.kind == "impact" for c in system.contacts),
+        "poisson": (c.poisson for c in system.contacts),
     }
+    partners = ", ".join(str(-1 if c.partner is None else c.partner) for c in system.contacts) or "-1"
     return [
         numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
         numbers("inputs", "MODEL_NU", (q.value for q in system.inputs)),
@@ -236,6 +256,7 @@ def _facts(system: HybridSystem) -> list[str]:
             f"{{{', '.join(str(int(value)) for value in values) or '0'}}};"
             for name, values in tables.items()
         ),
+        f"const signed char model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
         "",
     ]
 
@@ -254,6 +275,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NW": names.slots.used,
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
+        "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
     lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]

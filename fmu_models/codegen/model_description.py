@@ -32,11 +32,19 @@ BASE_UNITS = {
 }
 
 
-_INDICATOR_NAMES = {"depth": "bound", "slip": "indicator", "release": "release", "function": "indicator"}
-_STATES = {
+_INDICATOR_NAMES = {
+    "depth": "bound",
+    "slip": "indicator",
+    "release": "release",
+    "function": "indicator",
+    "gap": "indicator",
+}
+STATES = {
     "friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away",
     "stop": "2 away, 3 touching, 4 released while still inside",
     "switch": "-1 negative side, 0 sliding, 1 positive side",
+    "impact": "2 open, 3 closed, 5 chattering (closed while infinitely many small bounces die out)",
+    "impact_friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 open",
 }
 
 
@@ -169,13 +177,13 @@ class Description:
     def _add_contact_state(self, contact: ContactDynamics) -> Variable:
         return self._add(
             f"{contact.name}_state",
-            f"{contact.description}: {_STATES[contact.kind]}",
+            f"{contact.description}: {STATES[contact.kind]}",
             causality="output",
             variability="discrete",
             initial="calculated",
             integer=True,
             minimum=-1,
-            maximum=4,
+            maximum=5,
         )
 
     # model structure
@@ -204,6 +212,7 @@ class Description:
         for c in self.system.contacts:
             behind = {
                 "depth": [c.depth],
+                "gap": [c.depth, c.force_symbol],
                 "slip": [c.slip, c.capacity, c.force_symbol],
                 "release": [c.release],
                 "function": [c.slip, c.force_symbol],
@@ -228,7 +237,7 @@ class Description:
         laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
         held = [self._symbols([c.slip_rate, c.capacity], free=True) for c in contacts]
         together = set().union(self.system.G.free_symbols, *laws.values(), *held)
-        return {c.force_symbol: together if c.sticks else laws[c.force_symbol] for c in contacts}
+        return {c.force_symbol: together if c.sticks or c.kind == "impact" else laws[c.force_symbol] for c in contacts}
 
     @cached_property
     def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:

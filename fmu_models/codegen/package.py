@@ -32,7 +32,20 @@ if TYPE_CHECKING:
 FMI_VERSIONS = ("2.0", "3.0")
 
 # in the order in which all.c includes them; fmi2.c or fmi3.c stands before native.c
-ENGINE = ("roots", "contact", "flow", "taylor", "choice", "events", "run", "tangent", "instance", "variables", "frozen")
+ENGINE = (
+    "roots",
+    "contact",
+    "flow",
+    "taylor",
+    "choice",
+    "impact",
+    "events",
+    "run",
+    "tangent",
+    "instance",
+    "variables",
+    "frozen",
+)
 
 
 def export(
@@ -159,12 +172,10 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
 
     from fmu_models.language import laws as package
 
-    own = {contact.name: contact.law for contact in mechanism.contacts}
     known = [module.name for module in pkgutil.iter_modules(package.__path__)]
     found = {}
     for contact, name in laws.items():
-        if contact not in own:
-            raise StickslipError(f"{mechanism.name} has no contact '{contact}'.{nearest(contact, own)}")
+        own = mechanism.law_of(contact)
         if name not in known:
             raise StickslipError(f"There is no law '{name}'.{nearest(name, known)}")
         module = importlib.import_module(f"{package.__name__}.{name}")
@@ -172,7 +183,7 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
         if not hasattr(law, "around"):
             raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
         digits = re.search(r"\d*$", contact)
-        found[contact] = law.around(own[contact], digits.group() if digits else "")
+        found[contact] = law.around(own, digits.group() if digits else "")
     return found
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from fmu_models.errors import StickslipError
-from fmu_models.language.contacts import ContactSymbol, Friction
+from fmu_models.language.contacts import ContactSymbol
+from fmu_models.language.impacts import MAX_IMPACTS, Impact
+from fmu_models.language.inertia import check_definite, mass_matrix
 from fmu_models.language.quantities import TIME, Acceleration, Coordinate, Input, Parameter, Rate
 from fmu_models.language.stops import Stop
 
@@ -34,11 +36,16 @@ def check_mechanism(mechanism: Mechanism) -> None:
     for contact in mechanism.contacts:
         if isinstance(contact, Stop):
             _check_place(f"stop '{contact.name}': gap", contact.gap, mechanism.coordinates)
+        elif isinstance(contact, Impact):
+            _check_place(f"contact '{contact.name}': gap", contact.gap, mechanism.coordinates)
+            if contact.slip is not None:
+                _check_slip(contact.name, contact.slip, mechanism.coordinates)
         else:
-            _check_slip(contact, mechanism.coordinates)
+            _check_slip(contact.name, contact.slip, mechanism.coordinates)
             if contact.where is not None:
                 _check_place(f"contact '{contact.name}': where", contact.where, mechanism.coordinates)
     _check_symbols(mechanism)
+    _check_impacts(mechanism)
 
 
 def check_names(model: str, found: Iterable[tuple[str, str]]) -> None:
@@ -85,6 +92,10 @@ def _names(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         yield f"{contact.name}_force", f"the force of contact {contact.name}, which every model shows"
         if isinstance(contact, Stop):
             yield f"{contact.name}_memory", f"the speed at which stop {contact.name} was entered"
+        if isinstance(contact, Impact) and contact.slip is not None:
+            yield f"{contact.name}_friction", f"the friction of contact {contact.name}"
+            yield f"{contact.name}_friction_state", f"the state of the friction of contact {contact.name}"
+            yield f"{contact.name}_friction_force", f"the friction force of contact {contact.name}"
     for name in POWERS:
         yield name, "a quantity that every mechanism shows"
 
@@ -100,7 +111,7 @@ def _check_energies(mechanism: Mechanism) -> None:
             raise StickslipError(
                 f"{mechanism.name}: a force is applied to '{q.name}', which is not a coordinate of it."
             )
-    inertia = sympy.hessian(mechanism.kinetic_energy, velocities)
+    inertia: Any = mass_matrix(mechanism)
     if inertia.has(*velocities):
         raise StickslipError(
             f"{mechanism.name}: the kinetic energy is not quadratic in the velocities "
@@ -119,9 +130,9 @@ def _check_energies(mechanism: Mechanism) -> None:
         )
 
 
-def _check_slip(contact: Friction, coordinates: Sequence[Coordinate]) -> None:
-    where = f"contact '{contact.name}': slip"
-    slip = sympy.sympify(contact.slip)
+def _check_slip(contact: str, slip: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
+    where = f"contact '{contact}': slip"
+    slip = sympy.sympify(slip)
     for q in coordinates:
         if slip.has(q.a):
             raise StickslipError(f"{where} depends on acceleration {q.a.name}; write it with {q.name}.v")
@@ -152,6 +163,17 @@ def _check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate
             f"{where} = {place} is the same wherever the body is; write it with a coordinate such as "
             f"{coordinates[0].name}."
         )
+
+
+def _check_impacts(mechanism: Mechanism) -> None:
+    impacts = mechanism.impacts
+    if len(impacts) > MAX_IMPACTS:
+        raise StickslipError(
+            f"{mechanism.name} has {len(impacts)} rigid contacts; at most {MAX_IMPACTS} can be answered together in an "
+            "impact. Leave some out, or make some of them a Stop."
+        )
+    if impacts:
+        check_definite(mechanism)
 
 
 def _check_symbols(mechanism: Mechanism) -> None:

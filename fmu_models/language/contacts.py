@@ -91,6 +91,11 @@ class Friction:
         return (self.force,)
 
     @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters of its law must satisfy."""
+        return self.law.requirements
+
+    @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
         """Everything that the contact is declared by."""
         law = self.law

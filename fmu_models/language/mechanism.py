@@ -3,7 +3,7 @@
     d/dt dT/dv - dT/dq = -dU/dq - dD/dv + Q + sum_c (d slip_c/dv)^T lambda_c
 
 T kinetic energy, U potential energy, D dissipation (Rayleigh: c v^2/2 for a dashpot), Q applied generalised forces; a
-stop with depth d acts with -(d d'/dv)^T F.
+stop with depth d acts with -(d d'/dv)^T F, a rigid contact with gap g with (d g'/dv)^T lambda.
 The equations of motion are derived from this (lowering), never typed.
 """
 
@@ -19,12 +19,14 @@ import sympy
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
+from fmu_models.language.impacts import Impact
+from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
 from fmu_models.language.stops import Stop, StopLaw
 from fmu_models.language.units import check_units
 
 Q = TypeVar("Q", bound=Quantity)
-Contact = Friction | Stop
+Contact = Friction | Stop | Impact
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +52,7 @@ class Mechanism:
         potential_energy: U, J.
         dissipation: D, W, half the power lost.
         applied: generalised force on a coordinate.
-        contacts: friction and stops.
+        contacts: friction, stops and rigid contacts.
         outputs: quantities to be shown.
         requirements: what the parameters must satisfy beside their own bounds.
 
@@ -100,9 +102,15 @@ class Mechanism:
         return tuple(contact for contact in self.contacts if isinstance(contact, Friction))
 
     @property
+    def impacts(self) -> tuple[Impact, ...]:
+        """The rigid contacts."""
+        return tuple(contact for contact in self.contacts if isinstance(contact, Impact))
+
+    @property
     def all_requirements(self) -> tuple[Requirement, ...]:
-        """The requirements of the mechanism and of its laws."""
-        return (*self.requirements, *(r for contact in self.contacts for r in contact.law.requirements))
+        """The requirements of the mechanism, of its laws and, with rigid contacts, of its mass matrix."""
+        inertia = inertia_requirements(self) if self.impacts else ()
+        return (*self.requirements, *(r for contact in self.contacts for r in contact.requirements), *inertia)
 
     @property
     def body_symbols(self) -> set[sympy.Basic]:
@@ -138,15 +146,32 @@ class Mechanism:
             requirements=[r for r in self.requirements if not gone & r.expression.free_symbols],
         )
 
+    def law_of(self, name: str) -> Law | StopLaw:
+        """The law of a contact.
+
+        Raises:
+            StickslipError: no contact has that name, or it is rigid and has no law.
+        """
+        contact = self._contact(name)
+        if isinstance(contact, Impact):
+            raise StickslipError(
+                f"contact '{name}' of {self.name} is rigid: it has no law that could be another, but a restitution "
+                f"({type(contact.restitution).__name__}) and perhaps a mu. Set their parameters."
+            )
+        return contact.law
+
     def with_law(self, **laws: Law | StopLaw) -> Mechanism:
         """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``.
 
         Raises:
-            StickslipError: no contact has that name.
+            StickslipError: no contact has that name, or it is rigid and has no law.
         """
-        replaced = {self._contact(name): law for name, law in laws.items()}
+        for name in laws:
+            self.law_of(name)
         contacts = [
-            dataclasses.replace(contact, law=replaced[contact]) if contact in replaced else contact
+            dataclasses.replace(contact, law=laws[contact.name])
+            if contact.name in laws and not isinstance(contact, Impact)
+            else contact
             for contact in self.contacts
         ]
         renewed = {

@@ -114,6 +114,11 @@ class Stop:
         return (self.force, self.penetration, self.rate)
 
     @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters of its law must satisfy."""
+        return self.law.requirements
+
+    @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
         """Everything that the stop is declared by."""
         return (sympy.sympify(self.gap), self.compression)

@@ -18,6 +18,7 @@ import sympy
 
 from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol, Friction
+from fmu_models.language.impacts import Impact
 from fmu_models.language.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -48,7 +49,12 @@ def check_units(mechanism: Mechanism) -> None:
         if work is not None:
             units.match(f"the force on {q.name} times its velocity", units.times(work, units.of_unit(q.v.unit)), "W")
     for contact in mechanism.contacts:
-        _check_friction(units, contact) if isinstance(contact, Friction) else _check_stop(units, contact)
+        if isinstance(contact, Friction):
+            _check_friction(units, contact)
+        elif isinstance(contact, Impact):
+            _check_impact(units, contact)
+        else:
+            _check_stop(units, contact)
     for output in mechanism.outputs:
         units.expect(f"output '{output.name}'", output.expression, output.unit)
 
@@ -69,6 +75,17 @@ def check_automaton_units(automaton: Automaton) -> None:
             units.expect(f"the reset of {state.name}", value, state.unit)
     for output in automaton.outputs:
         units.expect(f"output '{output.name}'", output.expression, output.unit)
+
+
+def check_rule_units(model: str, states: Sequence[Quantity], rule: Mapping[Any, sympy.Expr]) -> None:
+    """Refuse a map whose rule gives a state another unit than it has.
+
+    Raises:
+        StickslipError: which state, and what does not match.
+    """
+    units = _Units(model, states)
+    for state, after in rule.items():
+        units.expect(f"the rule of {state.name}", after, state.unit)
 
 
 def _check_friction(units: _Units, contact: Friction) -> None:
@@ -94,6 +111,17 @@ def _check_stop(units: _Units, stop: Stop) -> None:
     if force is not None and depth is not None:
         units.match(f"gap times force of stop '{stop.name}'", units.times(force, depth), "J")
     units.known[stop.force] = force
+
+
+def _check_impact(units: _Units, contact: Impact) -> None:
+    scaled = units.scaled
+    units.expect(f"the gap of contact '{contact.name}'", contact.gap, "1" if scaled else "m")
+    if contact.slip is not None:
+        units.expect(f"the slip of contact '{contact.name}'", contact.slip, "1" if scaled else "m/s")
+    units.expect(f"the restitution of contact '{contact.name}'", contact.e, "1")
+    units.expect(f"mu of contact '{contact.name}'", contact.friction, "1")
+    for force in contact.shown:
+        units.known[force] = _NONE if scaled else units.of_unit("N")
 
 
 class _Units:

@@ -9,6 +9,10 @@ With y = J v + b for each contact (b the part that drives prescribe) and T = T2 
     power_dissipated  v dD/dv - sum of lambda y over the friction contacts
     power_stops       -sum of lambda y over the stops, that is F d'
 
+A closed rigid contact does no work in its normal direction, where y = 0; its b is the speed of a moving wall, its
+friction counts as friction. In an impact E jumps by what no power shows: the work that the event reports, and that of
+moving walls.
+
 The terms of T come from d(v dT/dv - T)/dt = v (dU/dq + forces) - dT/dt; they vanish for a kinetic energy that is
 quadratic in v and does not know the time.
 """
@@ -43,7 +47,10 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     for contact in contacts:
         supplied -= contact.force_symbol * sympy.expand(contact.slip).xreplace(at_rest)
         power = -contact.force_symbol * contact.slip_symbol
-        stored, lost = (stored + power, lost) if contact.kind == "stop" else (stored, lost + power)
+        if contact.kind == "stop":
+            stored += power
+        elif contact.kind != "impact":
+            lost += power
     outputs = [
         Output("energy", T + U, "J", "kinetic and potential energy"),
         Output("power_input", supplied, "W", "power that applied forces, moving supports and drives supply"),
@@ -51,14 +58,15 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     ]
     if any(contact.kind == "stop" for contact in contacts):
         outputs.append(Output("power_stops", stored, "W", "power that goes into stops"))
-    return (*outputs, *(_force(contact, mechanism) for contact in contacts))
+    return (*outputs, *(_force(contact) for contact in contacts))
 
 
-def _force(contact: ContactDynamics, mechanism: Mechanism) -> Output:
+def _force(contact: ContactDynamics) -> Output:
     what = contact.description or contact.name
-    (declared,) = (c for c in mechanism.contacts if c.name == contact.name)
-    kind = "compressive force" if contact.kind == "stop" else "friction force, positive with the slip"
-    return Output(f"{contact.name}_force", -contact.force_symbol, declared.force.unit, f"{kind}: {what}")
+    normal = contact.kind in ("stop", "impact")
+    kind = "compressive force" if normal else "friction force, positive with the slip"
+    force = contact.force_symbol if contact.kind == "impact" else -contact.force_symbol
+    return Output(f"{contact.name}_force", force, contact.force_symbol.unit, f"{kind}: {what}")
 
 
 def _explicit_rate(expression: sympy.Expr, mechanism: Mechanism) -> sympy.Expr:

@@ -9,6 +9,10 @@
 a is the rate without contact forces, lambda the contact forces. Friction slips (lambda = force), sticks (lambda keeps
 y' = 0 while |lambda| < capacity) or is away (lambda = 0); a stop touches (lambda = force), has released or is away
 (lambda = 0); a switch with sliding is a friction of capacity 1.
+
+A rigid contact is one or two of these "contacts", its friction directly behind its normal direction. Normal: y is the
+rate of the gap, lambda >= 0; open lambda = 0, closed lambda keeps y' = 0. Friction: open as long as the other is,
+else it slips (|lambda| = mu times the normal force) or sticks (|lambda| less than that).
 """
 
 from __future__ import annotations
@@ -26,31 +30,36 @@ from fmu_models.language.quantities import Acceleration, Coordinate, Input, Inte
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ContactDynamics:
-    """One contact: friction, a stop or a switch.
+    """One contact: friction, a stop, a switch, or one direction of a rigid contact.
 
     Attributes:
         name, description: as declared.
         kind: what it is.
-        slip: y; m/s of a friction contact or a stop, the switching function of a switch.
+        slip: y; m/s of every contact but a switch, of which it is the switching function.
         slip_rate: y' without contact forces; may use rates of driven states (``Coordinate.a``), which then stand for
             those without contact forces, and ``Input.rate``.
         slip_terms: the terms of which slip is the sum.
-        capacity: largest |lambda| in stick; 0 of a stop.
-        force: lambda as long as the contact slips or touches, from the symbols below besides states and inputs.
+        capacity: largest |lambda| in stick; 0 of a stop, and of a rigid contact, where mu and normal force say it.
+        force: lambda as long as the contact slips or touches, from the symbols below besides states and inputs; 0 of a
+            rigid contact, whose forces all come from one system of equations.
         sticks: whether it can stick (a switch: slide).
-        depth: of a contact with bounds, positive inside, else None; ``depth_terms`` those of which it is the sum.
+        depth: of a contact with bounds, positive inside, else None; ``depth_terms`` those of which it is the sum. Of
+            the normal direction of a rigid contact its negative gap.
         release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
         remembers: the law reads the speed at which the contact was entered.
         rooted: the law has half-integer powers of the depth.
         reset: states after the jump where y falls to zero, if they jump.
         reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0.
+        partner: of a rigid contact with friction the index of its other direction, else None.
+        restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
+        friction: mu, of the friction of a rigid contact.
         force_symbol, slip_symbol, sign_symbol, depth_symbol, memory_symbol: what outputs and laws call lambda, y, the
             sign of y, the depth and the speed of entry.
     """
 
     name: str
     description: str
-    kind: Literal["friction", "stop", "switch"]
+    kind: Literal["friction", "stop", "switch", "impact", "impact_friction"]
     slip: sympy.Expr
     slip_rate: sympy.Expr
     slip_terms: tuple[sympy.Expr, ...]
@@ -69,13 +78,20 @@ class ContactDynamics:
     rooted: bool = False
     reset: Mapping[State, sympy.Expr] = field(default_factory=dict)
     reset_sides: int = 0
+    partner: int | None = None
+    restitution: sympy.Expr = sympy.S.Zero
+    poisson: bool = False
+    friction: sympy.Expr = sympy.S.Zero
 
     @property
     def indicators(self) -> tuple[str, ...]:
-        """What its event indicators watch, in their order: "depth", then "slip", "release" or "function"."""
+        """What its event indicators watch: "depth", then "slip", "release" or "function"; a rigid contact "gap"."""
+        if self.kind == "impact":
+            return ("gap",)
         bounds = () if self.depth is None else ("depth",)
-        own = {"friction": ("slip",), "stop": () if self.release is None else ("release",), "switch": ("function",)}
-        return bounds + own[self.kind]
+        if self.kind == "stop":
+            return bounds if self.release is None else (*bounds, "release")
+        return (*bounds, "function" if self.kind == "switch" else "slip")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -13,11 +13,6 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input
 
 
-def mass_matrix(mechanism: Mechanism) -> sympy.Matrix:
-    """M, (n_coordinates, n_coordinates)."""
-    return sympy.hessian(mechanism.kinetic_energy, [q.v for q in mechanism.coordinates])
-
-
 def inverse(matrix: sympy.Matrix) -> sympy.Matrix:
     """Inverse of a mass matrix with one common denominator, which generated code then computes once."""
     if matrix.is_diagonal():

@@ -8,12 +8,14 @@ import sympy
 
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
+from fmu_models.language.impacts import Impact, Poisson
+from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Contact, Mechanism, Output
 from fmu_models.language.stops import Stop
 from fmu_models.lowering.energy import derived_outputs
 from fmu_models.lowering.filippov import lower_automaton
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, only_parameters, terms
-from fmu_models.lowering.lagrange import generalised_forces, inverse, mass_matrix, time_derivative
+from fmu_models.lowering.lagrange import generalised_forces, inverse, time_derivative
 
 
 def lower(model: Mechanism | Automaton) -> HybridSystem:
@@ -22,7 +24,9 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
         return lower_automaton(model)
     coordinates = tuple(model.coordinates)
     velocities = [q.v for q in coordinates]
-    contacts = tuple(_contact_dynamics(contact, model) for contact in model.contacts)
+    contacts: tuple[ContactDynamics, ...] = ()
+    for contact in model.contacts:
+        contacts += _contact_dynamics(contact, model, len(contacts))
     compliance = inverse(mass_matrix(model))
     jacobian = sympy.Matrix([[sympy.diff(c.slip, v) for v in velocities] for c in contacts])
     jacobian = jacobian.reshape(len(contacts), len(coordinates))
@@ -59,8 +63,19 @@ def _declared_outputs(mechanism: Mechanism) -> tuple[Output, ...]:
     )
 
 
-def _contact_dynamics(contact: Contact, mechanism: Mechanism) -> ContactDynamics:
-    return _friction(contact, mechanism) if isinstance(contact, Friction) else _stop(contact, mechanism)
+def _contact_dynamics(contact: Contact, mechanism: Mechanism, index: int) -> tuple[ContactDynamics, ...]:
+    """What a contact is lowered to, to stand at ``index`` among the contacts of the system."""
+    if isinstance(contact, Friction):
+        return (_friction(contact, mechanism),)
+    if isinstance(contact, Stop):
+        return (_stop(contact, mechanism),)
+    if contact.slip is None:
+        return (_impact(contact, mechanism, partner=None),)
+    slip = sympy.sympify(contact.slip)
+    return (
+        _impact(contact, mechanism, partner=index + 1),
+        _impact_friction(contact, slip, mechanism, partner=index),
+    )
 
 
 def _friction(contact: Friction, mechanism: Mechanism) -> ContactDynamics:
@@ -107,4 +122,48 @@ def _stop(stop: Stop, mechanism: Mechanism) -> ContactDynamics:
         sign_symbol=stop.sign,
         depth_symbol=stop.penetration,
         memory_symbol=stop.memory,
+    )
+
+
+def _impact(impact: Impact, mechanism: Mechanism, partner: int | None) -> ContactDynamics:
+    """The normal direction; lambda acts along the growing gap."""
+    body = mechanism.coordinates, mechanism.inputs
+    rate = time_derivative(sympy.sympify(impact.gap), *body, with_accelerations=False)
+    return ContactDynamics(
+        name=impact.name,
+        description=impact.description,
+        kind="impact",
+        slip=rate,
+        slip_rate=time_derivative(rate, *body, with_accelerations=True),
+        slip_terms=terms(rate),
+        capacity=sympy.S.Zero,
+        force=sympy.S.Zero,
+        sticks=False,
+        depth=impact.depth,
+        depth_terms=terms(impact.depth),
+        partner=partner,
+        restitution=impact.e,
+        poisson=isinstance(impact.restitution, Poisson),
+        force_symbol=impact.force,
+        slip_symbol=impact.rate,
+        sign_symbol=impact.sign,
+    )
+
+
+def _impact_friction(impact: Impact, slip: sympy.Expr, mechanism: Mechanism, partner: int) -> ContactDynamics:
+    return ContactDynamics(
+        name=f"{impact.name}_friction",
+        description=impact.description,
+        kind="impact_friction",
+        slip=slip,
+        slip_rate=time_derivative(slip, mechanism.coordinates, mechanism.inputs, with_accelerations=True),
+        slip_terms=terms(slip),
+        capacity=sympy.S.Zero,
+        force=sympy.S.Zero,
+        sticks=True,
+        partner=partner,
+        friction=impact.friction,
+        force_symbol=impact.friction_force,
+        slip_symbol=impact.friction_slip,
+        sign_symbol=impact.friction_sign,
     )

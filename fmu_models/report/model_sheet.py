@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 def sheet(mechanism: Mechanism) -> dict[str, Any]:
     """The page as plain data, ready for JSON."""
     system = lower(mechanism)
+    declared = {contact.name: contact for contact in mechanism.contacts}
     return {
         "name": mechanism.name,
         "title": mechanism.title,
@@ -40,9 +41,7 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
         "states": [
             {"name": x.name, "start": x.start, "unit": x.unit, "description": x.description} for x in system.states
         ],
-        "contacts": [
-            _contact(contact, declared) for contact, declared in zip(system.contacts, mechanism.contacts, strict=True)
-        ],
+        "contacts": [_contact(contact, declared.get(contact.name)) for contact in system.contacts],
         "outputs": [
             {"name": y.name, "expression": readable(y.expression), "unit": y.unit, "description": y.description}
             for y in system.outputs
@@ -74,6 +73,13 @@ def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
     elif contact.kind == "stop":
         said |= {"d, depth": readable(contact.depth or sympy.S.Zero), "v, its rate": readable(contact.slip)}
         said |= {"lambda while touching": written(contact.force), "lets go": f"where its {declared.release} vanishes"}
+    elif contact.kind == "impact":
+        said |= {"gap": readable(declared.gap), "v, its rate": readable(contact.slip)}
+        said["restitution"] = f"{'Poisson' if contact.poisson else 'Newton'}, {readable(contact.restitution)}"
+        said["closed while"] = "lambda, the normal force, is positive"
+    elif contact.kind == "impact_friction":
+        said |= {"v, slip speed": readable(contact.slip)}
+        said["|lambda| in slip"] = f"{readable(contact.friction)} times the normal force; in stick less than that"
     else:
         said |= {"h, switching function": readable(contact.slip)}
         said["slides"] = "where both flows push onto h = 0" if contact.sticks else "never: the flow goes through h = 0"
@@ -82,7 +88,7 @@ def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
             said["jump at h = 0"] = "; ".join(jumps)
     return {
         "name": contact.name,
-        "kind": contact.kind,
+        "kind": {"impact_friction": "friction of the rigid contact before"}.get(contact.kind, contact.kind),
         "description": contact.description,
         "law": type(declared.law).__name__ if hasattr(declared, "law") else None,
         "equations": said,
@@ -96,10 +102,15 @@ _INDICATORS = {
     "slip": "|slip speed|; in stick capacity - |lambda|",
     "release": "force while touching, its negative once released",
     "function": "|h|; while sliding 1 - |mean sign|",
+    "gap": "gap; closed the normal force",
 }
 
 
 def _states(contact: ContactDynamics) -> list[str]:
+    if contact.kind == "impact":
+        return ["open", "closed", "chattering"]
+    if contact.kind == "impact_friction":
+        return ["slip+", "slip-", "stick", "open"]
     if contact.kind == "stop":
         return ["away", "touching", *(["released"] if contact.release is not None else [])]
     moving = ["slip+", "slip-"] if contact.kind == "friction" else ["+", "-"]

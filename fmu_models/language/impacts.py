@@ -1,0 +1,147 @@
+"""Rigid one-sided contacts, with restitution and friction.
+
+A contact with gap g(q, t) >= 0 is open (g > 0) or closed (g = 0). Closed it carries a force lambda_N >= 0 that keeps
+g' = 0; where g falls to zero with g' = u- < 0 an impulse Lambda_N >= 0 changes the velocities at once, for contacts
+that take part in an impact with an impulse, the closed ones among them:
+
+    Newton(e)     u+ = -e u-
+    Poisson(e)    Lambda_N = (1 + e) Lambda_C,    Lambda_C the impulse that ends the compression
+
+A contact with a slip speed y rubs by Coulomb's law, |lambda_T| <= mu lambda_N, in an impact |Lambda_T| <= mu Lambda_N.
+Newton's restitution with friction can raise the energy in some impacts, Poisson's cannot.
+
+Sources: Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988), for friction with Newton's
+restitution; Pfeiffer and Glocker, Multibody dynamics with unilateral contacts (1996), chapter 8, for Poisson's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import sympy
+
+from fmu_models.errors import StickslipError
+from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
+from fmu_models.language.quantities import Parameter
+
+# the engine tries the states of all rigid contacts together: the effort grows exponentially
+MAX_IMPACTS = 6
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Gap speed after the impact = -``e`` times that before, where an impulse acts; ``e`` from parameters."""
+
+    e: sympy.Expr | float
+
+
+@dataclass(frozen=True)
+class Poisson:
+    """Impulse of expansion = ``e`` times the impulse of compression; ``e`` from parameters."""
+
+    e: sympy.Expr | float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Impact:
+    """A rigid contact; see the module.
+
+    Attributes:
+        name: of the contact, for example "table".
+        gap: distance, m; a function of coordinates, inputs, parameters and time.
+        restitution: Newton(e) or Poisson(e), 0 <= e <= 1.
+        slip: slip speed, m/s, affine in the velocities; without it the contact is smooth.
+        mu: coefficient of friction, from parameters; given with ``slip`` and only then.
+        description: what hits what.
+        force: the normal force lambda_N, N, positive in compression; for outputs.
+        friction_force: the friction force along positive slip, N; for outputs, of a contact with ``slip``.
+
+    Raises:
+        StickslipError: a restitution of another kind, ``slip`` without ``mu`` or the other way round, or one of the
+            coefficients is out of its range or depends on more than parameters.
+    """
+
+    name: str
+    gap: sympy.Expr
+    restitution: Newton | Poisson
+    slip: sympy.Expr | None = None
+    mu: sympy.Expr | float | None = None
+    description: str = ""
+    force: ContactSymbol = field(init=False)
+    rate: ContactSymbol = field(init=False)
+    sign: ContactSymbol = field(init=False)
+    friction_force: ContactSymbol = field(init=False)
+    friction_slip: ContactSymbol = field(init=False)
+    friction_sign: ContactSymbol = field(init=False)
+
+    def __post_init__(self) -> None:
+        create_symbols(
+            self, force="N", rate="m/s", sign="1", friction_force="N", friction_slip="m/s", friction_sign="1"
+        )
+        if not isinstance(self.restitution, (Newton, Poisson)):
+            raise StickslipError(
+                f"contact '{self.name}' has restitution={self.restitution}. Say by which rule: Newton(e) for speeds, "
+                "Poisson(e) for impulses."
+            )
+        if (self.slip is None) != (self.mu is None):
+            found, missing = ("mu", "slip") if self.slip is None else ("slip", "mu")
+            raise StickslipError(
+                f"contact '{self.name}' has {found} but no {missing}. Give both for a contact with friction, neither "
+                "for a smooth one."
+            )
+        self._check_coefficients()
+
+    def _check_coefficients(self) -> None:
+        for what, value in self._coefficients:
+            for symbol in sorted(value.free_symbols, key=str):
+                if not isinstance(symbol, Parameter):
+                    raise StickslipError(
+                        f"contact '{self.name}': {what} = {value} depends on {symbol}; it may use parameters only."
+                    )
+        for requirement in self.requirements:
+            if requirement.expression.is_negative and not requirement.expression.free_symbols:
+                raise StickslipError(f"{requirement.sentence}, found {dict(self._coefficients)}.")
+
+    @property
+    def e(self) -> sympy.Expr:
+        """Coefficient of restitution."""
+        return sympy.sympify(self.restitution.e)
+
+    @property
+    def friction(self) -> sympy.Expr:
+        """Coefficient of friction; 0 of a smooth contact."""
+        return sympy.S.Zero if self.mu is None else sympy.sympify(self.mu)
+
+    @property
+    def _coefficients(self) -> tuple[tuple[str, sympy.Expr], ...]:
+        return ("restitution", self.e), ("mu", self.friction)
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """A restitution that gives no more back than was put in, and a friction that brakes."""
+        sentence = f"restitution of contact '{self.name}' must lie between 0 and 1"
+        found = [Requirement(self.e * (1 - self.e), sentence)]
+        if self.mu is not None:
+            found.append(Requirement(self.friction, f"mu of contact '{self.name}' must not be negative"))
+        return tuple(found)
+
+    @property
+    def depth(self) -> sympy.Expr:
+        """How far the body would be inside, m; never positive in a motion."""
+        return -sympy.sympify(self.gap)
+
+    @property
+    def shown(self) -> tuple[ContactSymbol, ...]:
+        """What outputs may use of it."""
+        return (self.force,) if self.slip is None else (self.force, self.friction_force)
+
+    @property
+    def expressions(self) -> tuple[sympy.Expr, ...]:
+        """Everything that the contact is declared by."""
+        slip = () if self.slip is None else (sympy.sympify(self.slip),)
+        return (sympy.sympify(self.gap), *slip, self.e, self.friction)
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that the contact uses."""
+        return set().union(*(e.free_symbols for e in self.expressions))

@@ -1,0 +1,166 @@
+"""A map: states that jump from one value to the next by a rule.
+
+    x(k+1) = f(x(k), p)
+
+It is the positive map; its inverse, where it has one, is the negative map, which runs the same motions backwards. A
+state may be an angle, known up to a modulus; its rule is written without taking remainders, so that it can be
+differentiated.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy
+
+from fmu_models.errors import StickslipError
+from fmu_models.language.checks import check_names, quantity_names
+from fmu_models.language.contacts import Requirement
+from fmu_models.language.mechanism import quantities_of_type
+from fmu_models.language.quantities import Parameter, State
+from fmu_models.language.units import check_rule_units
+
+# a wrong inverse misses by far more than rounding, a right one by no more than that of a few operations
+_INVERSE_ACCURACY = 1e-8
+_INVERSE_TRIALS = 8
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Map:
+    """A declared map; see the module for its equation.
+
+    Attributes:
+        name, title, source, requirements: as of a Mechanism.
+        states: x.
+        rule: per state its next value, from states and parameters; Piecewise where it jumps.
+        box: per state the range that its interesting motions lie in; 0 to the modulus if it has one.
+        inverse: per state its previous value, from states and parameters; None if there is no unique one.
+        modulus: of the states that are angles, such as 2*pi.
+
+    Raises:
+        StickslipError: the declaration contradicts itself; the message says where.
+    """
+
+    name: str
+    title: str
+    source: str
+    states: Sequence[State]
+    rule: Mapping[State, sympy.Expr]
+    box: Mapping[State, tuple[float, float]] = field(default_factory=dict)
+    inverse: Mapping[State, sympy.Expr] | None = None
+    modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)
+    requirements: Sequence[Requirement] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("states", "requirements"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        for name in ("rule", "modulus", "inverse"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, {x: sympy.sympify(e) for x, e in given.items()})
+        _check(self)
+        whole = {state: (0.0, float(turn)) for state, turn in self.modulus.items()}
+        object.__setattr__(self, "box", {x: (whole | dict(self.box))[x] for x in self.states})
+        check_rule_units(self.name, self.states, self.rule)
+        if self.inverse is not None:
+            _check_inverse(self, self.inverse)
+
+    @property
+    def symbols(self) -> set[sympy.Basic]:
+        """Quantities that the map uses."""
+        expressions = [*self.rule.values(), *(self.inverse or {}).values()]
+        return set().union(*(e.free_symbols for e in expressions))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, Parameter)
+
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]:
+        """What the parameters must satisfy together."""
+        return tuple(self.requirements)
+
+
+def _check(declared: Map) -> None:
+    if not declared.states:
+        raise StickslipError(f"{declared.name} has no state. A map needs at least one.")
+    check_names(declared.name, _names(declared))
+    _check_states(declared, "rule", declared.rule)
+    if declared.inverse is not None:
+        _check_states(declared, "inverse", declared.inverse)
+    for symbol in sorted(declared.symbols, key=str):
+        if not isinstance(symbol, Parameter) and symbol not in declared.states:
+            raise StickslipError(
+                f"{declared.name}: '{symbol}' is not a quantity of it. A map is made of its states and of parameters; "
+                "it knows neither time nor inputs."
+            )
+    for state, turn in declared.modulus.items():
+        if state not in declared.states or not (turn.is_number and turn.is_positive):
+            raise StickslipError(
+                f"{declared.name}: the modulus of '{state.name}' is {turn}. Give a positive number, such as 2*pi, and "
+                "only for states of the map."
+            )
+    _check_box(declared)
+    for requirement in declared.requirements:
+        if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
+            raise StickslipError(f"{declared.name}: the requirement '{requirement.sentence}' may use parameters only.")
+
+
+def _check_states(declared: Map, what: str, given: Mapping[State, sympy.Expr]) -> None:
+    for state in declared.states:
+        if state not in given:
+            raise StickslipError(
+                f"{declared.name}: state '{state.name}' has no {what}. Say what it becomes; itself if it stays."
+            )
+    for state in given:
+        if state not in declared.states:
+            raise StickslipError(f"{declared.name}: '{state.name}' has a {what} but is not a state of it.")
+
+
+def _check_box(declared: Map) -> None:
+    for state in declared.box:
+        if state not in declared.states:
+            raise StickslipError(f"{declared.name}: '{state.name}' has a box but is not a state of it.")
+    for state in declared.states:
+        if state not in declared.box and state not in declared.modulus:
+            raise StickslipError(
+                f"{declared.name}: state '{state.name}' has no box. Say between which two values its motions are to be "
+                f"sought, as box={{{state.name}: (-2.0, 2.0)}}."
+            )
+        low, high = declared.box.get(state, (0.0, 1.0))
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise StickslipError(
+                f"{declared.name}: the box of '{state.name}' goes from {low} to {high}. Give two numbers, the smaller "
+                "one first."
+            )
+
+
+def _check_inverse(declared: Map, inverse: Mapping[State, sympy.Expr]) -> None:
+    """Refuse an inverse that does not lead back, tried with the default parameters at places in the box."""
+    values = {p: sympy.Float(p.value) for p in declared.parameters}
+    chance = random.Random(0)
+    for _ in range(_INVERSE_TRIALS):
+        before = {x: sympy.Float(chance.uniform(*declared.box[x])) for x in declared.states}
+        after = {x: sympy.sympify(e.xreplace(values | before)).evalf() for x, e in declared.rule.items()}
+        for state in declared.states:
+            back = inverse[state].xreplace(values | after).evalf()
+            miss = float(back - before[state]) if back.is_real else math.nan
+            if state in declared.modulus:
+                miss = math.remainder(miss, float(declared.modulus[state]))
+            low, high = declared.box[state]
+            if not abs(miss) <= _INVERSE_ACCURACY * (high - low):
+                place = ", ".join(f"{x.name} = {float(value):.6g}" for x, value in before.items())
+                raise StickslipError(
+                    f"{declared.name}: the inverse does not undo the rule: from {place} it leads back to {state.name} "
+                    f"= {back}. Solve the rule for its states; leave the inverse out if there are several solutions."
+                )
+
+
+def _names(declared: Map) -> Iterator[tuple[str, str]]:
+    yield from quantity_names(declared.parameters, ())
+    for state in declared.states:
+        yield state.name, f"state '{state.description}'"

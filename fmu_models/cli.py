@@ -163,8 +163,8 @@ def simulate(
 
 
 def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
-    """What happened: ranges, ends, events per contact, share of the run in each contact state."""
-    from fmu_models.simulation.trajectory import CONTACT_STATES
+    """What happened: ranges, ends, events per contact, share of the run in each contact state, impacts."""
+    from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES
 
     ranges = {
         name: {
@@ -176,21 +176,33 @@ def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
         for name in (*fmu.states, *fmu.outputs)
     }
     contacts = {}
+    rigid = fmu.impacts
     for name in fmu.contacts:
+        names = RIGID_STATES if name in rigid else CONTACT_STATES
         events = [event for event in trajectory.events if event.contact == name]
         first = events[0].before if events else int(trajectory[f"{name}_state"][0])
         changes = [(0.0, first), *((event.time, event.after) for event in events), (until, first)]
         shares: dict[str, float] = {}
         for (begin, state), (end, _) in itertools.pairwise(changes):
-            shares[CONTACT_STATES[state]] = shares.get(CONTACT_STATES[state], 0.0) + (end - begin) / until
+            shares[names[state]] = shares.get(names[state], 0.0) + (end - begin) / until
         contacts[name] = {"events": len(events), "shares": shares}
-    return {
+    content: dict[str, Any] = {
         "model": fmu.description.modelName,
         "until": until,
         "ranges": ranges,
         "contacts": contacts,
         "steps": trajectory.steps,
     }
+    if rigid:
+        gains = [event.work for event in trajectory.gains]
+        content["impacts"] = {
+            "count": len(trajectory.impacts),
+            "work": sum(event.work for event in trajectory.impacts),
+            "raised_energy": len(gains),
+            "raised_by": sum(gains),
+            "largest_raise": max(gains, default=0.0),
+        }
+    return content
 
 
 def _print_summary(content: dict[str, Any], out: Console) -> None:
@@ -202,5 +214,16 @@ def _print_summary(content: dict[str, Any], out: Console) -> None:
     for name, row in content["contacts"].items():
         shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
         out.print(f"contact {name}: {row['events']} events; of the time {shares}")
+    if "impacts" in content:
+        _print_impacts(content["impacts"], out)
     for path in content["files"]:
         out.print(f"written: {path}")
+
+
+def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
+    out.print(f"{impacts['count']} impacts; work of their impulses {impacts['work']:.6g} J")
+    if impacts["raised_energy"]:
+        out.print(
+            f"{impacts['raised_energy']} of {impacts['count']} impacts raised the energy (largest "
+            f"{impacts['largest_raise']:.2g} J): Newton's restitution with friction can do that; Poisson's cannot"
+        )

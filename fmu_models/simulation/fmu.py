@@ -97,6 +97,14 @@ class Fmu:
         states = [name for name, v in self.variables.items() if v.causality == "output" and v.variability == "discrete"]
         return [name.removesuffix("_state") for name in states]
 
+    @property
+    def impacts(self) -> list[str]:
+        """Names of the rigid contacts, their friction left out."""
+        from fmu_models.codegen.model_description import STATES
+
+        described = ((name, self.variables[f"{name}_state"].description or "") for name in self.contacts)
+        return [name for name, description in described if description.endswith(STATES["impact"])]
+
 
 def unpack(path: Path, folder: Path) -> None:
     """Unpack an archive from somebody else into ``folder``.

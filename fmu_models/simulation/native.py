@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from fmu_models.errors import StickslipError
 
-VERSION = 1
+VERSION = 2
 DONE, MORE = 0, 1
 EVENT_CAPACITY = 65536
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
 # ContactEvent of run.h
-EVENT = np.dtype([("time", "f8"), ("contact", "i4"), ("before", "i4"), ("after", "i4")], align=True)
+EVENT = np.dtype([("time", "f8"), ("contact", "i4"), ("before", "i4"), ("after", "i4"), ("work", "f8")], align=True)
 
 
 class _NativeRun(ctypes.Structure):

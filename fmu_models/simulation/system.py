@@ -196,7 +196,9 @@ def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], r
         data = result.values[:, column]
         values[name] = data.astype(np.int8) if name in states else np.ascontiguousarray(data)
     units = {name: fmu.variables[name].unit or "1" for name in recorded}
+    contacts, rigid = fmu.contacts, set(fmu.impacts)
     events = tuple(
-        Event(time, fmu.contacts[contact], before, after) for time, contact, before, after in result.events.tolist()
+        Event(time, contacts[c], before, after, work, contacts[c] in rigid)
+        for time, c, before, after, work in result.events.tolist()
     )
     return Trajectory(times, values, units, events, result.steps, result.evaluations)

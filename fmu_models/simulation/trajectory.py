@@ -18,20 +18,42 @@ if TYPE_CHECKING:
     import pandas
 
 # what the number in a variable "<contact>_state" says
-CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away", 3: "touching", 4: "released"}
+CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away", 3: "touching", 4: "released", 5: "chattering"}
+RIGID_STATES = CONTACT_STATES | {2: "open", 3: "closed"}
+
+# of the largest energy: by so much rounding can make an elastic impact seem to raise it
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Event:
-    """A change of contact state: time in s, name of the contact, state before and after (keys of CONTACT_STATES)."""
+    """A change of contact state, or an impact, after which a contact may be open as before: then it bounced.
+
+    Attributes:
+        time: s.
+        contact: its name.
+        before, after: states (keys of CONTACT_STATES).
+        work: of the impulses of an impact on the bodies in contact, J; negative where energy is lost.
+        rigid: the contact is a rigid one.
+    """
 
     time: float
     contact: str
     before: int
     after: int
+    work: float = 0.0
+    rigid: bool = False
+
+    @property
+    def is_impact(self) -> bool:
+        """Whether an impulse acted."""
+        return self.rigid and (self.work != 0.0 or self.before == self.after)
 
     def __str__(self) -> str:
-        return f"{self.time:.9g} s: {self.contact} {CONTACT_STATES[self.before]} -> {CONTACT_STATES[self.after]}"
+        names = RIGID_STATES if self.rigid else CONTACT_STATES
+        change = f"{names[self.before]} -> {names[self.after]}"
+        impact = f", {self.work:.6g} J" if self.is_impact else ""
+        return f"{self.time:.9g} s: {self.contact} {'bounce' if self.before == self.after else change}{impact}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +66,7 @@ class Trajectory:
             ``<stop>_memory`` that stops remember, contact states (integers).
             At the time of an event they are those after it.
         units: unit per variable, "1" for a pure number.
-        events: every change of contact state, in order of time, whatever the output times.
+        events: every change of contact state and every impact, in order of time, whatever the output times.
         steps, evaluations: what the engine did (Taylor steps; orders of series computed).
     """
 
@@ -61,6 +83,17 @@ class Trajectory:
         if name not in self.values:
             raise StickslipError(f"The trajectory has no variable '{name}'.{nearest(name, self.values)}")
         return self.values[name]
+
+    @property
+    def impacts(self) -> tuple[Event, ...]:
+        """The events in which an impulse acted."""
+        return tuple(event for event in self.events if event.is_impact)
+
+    @property
+    def gains(self) -> tuple[Event, ...]:
+        """The impacts that raised the energy of the bodies in contact, as friction with Newton's restitution can."""
+        energy = np.abs(self.values.get("energy", np.zeros(1))).max()
+        return tuple(event for event in self.impacts if event.work > ROUNDING * energy)
 
     def frame(self) -> pandas.DataFrame:
         """The variables as columns of a table indexed by time (s)."""

@@ -1,8 +1,11 @@
 /*
- * Forces of the contacts at one order of the Taylor series. Slipping contacts have a law; sticking ones share
- * whatever keeps their slip at rest:
+ * Forces of the contacts at one order of the Taylor series. Slipping contacts have a law; held ones (sticking friction,
+ * closed rigid contacts) share whatever keeps their y at rest:
  *
  *     G_ss lambda_s = -(slip_rate_s + G_sl lambda_l)                                             (1)
+ *
+ * The friction of a closed rigid contact n that slips has lambda_t = -sign mu lambda_n: column n of G_ss is
+ * G_sn - sign mu G_st then.
  *
  * Where several sticking contacts constrain the same motion (two discs of one speed) G_ss is singular and (1) has
  * many solutions; the one with the smallest sum of (lambda/capacity)^2 is taken. For contacts in parallel it loads
@@ -138,29 +141,52 @@ static int KIND(solve_regular_column)(Real S[NC][NC], int n, const Real *D, int 
     return 1;
 }
 
-void contact_factor(const Jets *j, const signed char *member, Sticking *s)
+/* force of the slipping friction of rigid contact c per force of c, in these states; 0 if it has none that slips */
+static Real KIND(drag)(const Point *at, const signed char *state, int c)
+{
+    if (MODEL_IMPACTS == 0 || state == NULL || !model_contact_is_impact[c] || model_contact_partner[c] < 0) {
+        return 0.0;
+    }
+    const int friction = model_contact_partner[c];
+    const int sign = state[friction] == CONTACT_SLIP_PLUS ? 1 : state[friction] == CONTACT_SLIP_MINUS ? -1 : 0;
+    return sign == 0 ? 0.0 : -sign * model_friction(at->p, at->d, friction);
+}
+
+/* order 0 of G for row c and member i with its drag */
+static Real KIND(effect)(const Jets *j, const Sticking *s, int c, int i)
+{
+    const int e = s->contact[i];
+    Real effect = j->G[c][e][0];
+    if (MODEL_IMPACTS > 0 && s->drag[i] != 0.0) {
+        effect += s->drag[i] * j->G[c][(int)model_contact_partner[e]][0];
+    }
+    return effect;
+}
+
+void contact_factor(const Point *at, const Jets *j, const signed char *member, const signed char *state, Sticking *s)
 {
     s->count = 0;
     for (int c = 0; c < MODEL_NC; c++) {
         if (member[c]) {
+            s->drag[s->count] = KIND(drag)(at, state, c);
             s->contact[s->count++] = c;
         }
     }
     if (s->count == 1) {
-        const int c = s->contact[0];
-        s->inverse[0][0] = 1.0 / j->G[c][c][0];
+        s->inverse[0][0] = 1.0 / KIND(effect)(j, s, s->contact[0], 0);
         return;
     }
     Real S[NC][NC];
     Real L[NC][NC];
     Real D[NC];
     for (int i = 0; i < s->count; i++) {
-        const double capacity = PART(j->capacity[s->contact[i]][0]);
+        /* the friction of a rigid contact has a capacity only once the forces are known */
+        const double capacity = model_contact_partner[s->contact[i]] < 0 ? PART(j->capacity[s->contact[i]][0]) : 0.0;
         D[i] = capacity > 0.0 ? capacity : 1.0;
     }
     for (int i = 0; i < s->count; i++) {
         for (int k = 0; k < s->count; k++) {
-            S[i][k] = D[i] * j->G[s->contact[i]][s->contact[k]][0] * D[k];
+            S[i][k] = D[i] * KIND(effect)(j, s, s->contact[i], k) * D[k];
         }
     }
     int rank = s->count;
@@ -188,52 +214,60 @@ static Real KIND(product)(const Real *a, const Real *b, int k)
     return sum;
 }
 
-/* order k of G lambda for row c, the unknown lambda[k] of sticking contacts left out */
+/* order k of G lambda for row c; forces still unknown at this order count as zero */
 static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
 {
     Real sum = 0.0;
     for (int e = 0; e < MODEL_NC; e++) {
-        const int sticks = at->state[e] == CONTACT_STICK;
-        if (at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED || (MODEL_CONSTANT_INERTIA && sticks)) {
+        /* what is still unknown at this order acts through its lower orders only */
+        const int silent = MODEL_CONSTANT_INERTIA && !contact_has_law(at->state, e);
+        if (silent || at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED) {
             continue;
         }
-        if (MODEL_CONSTANT_INERTIA) {
-            sum += j->G[c][e][0] * j->force[e][k];
-        } else {
-            sum += KIND(product)(j->G[c][e], j->force[e], k) - (sticks ? j->G[c][e][0] * j->force[e][k] : 0.0);
-        }
+        sum += MODEL_CONSTANT_INERTIA ? j->G[c][e][0] * j->force[e][k] : KIND(product)(j->G[c][e], j->force[e], k);
     }
     return sum;
 }
 
-void contact_forces(Point *at, Jets *j, int k)
+/* order k of what follows from the forces of rigid contacts: their slipping friction, and what their friction can hold */
+static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
 {
-    int sticking = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        switch (at->state[c]) {
-        case CONTACT_STICK:
-            model_stick(at->p, at->d, j, k, c);
-            j->force[c][k] = 0.0;
-            sticking = 1;
-            break;
-        case CONTACT_AWAY:
-        case CONTACT_RELEASED:
-            j->force[c][k] = 0.0;
-            break;
-        default:
-            model_law(at->p, at->d, j, k, c);
+        const int normal = model_contact_partner[c];
+        if (normal < 0 || model_contact_is_impact[c] || at->state[c] == CONTACT_AWAY) {
+            continue;
+        }
+        j->capacity[c][k] = model_friction(at->p, at->d, c) * j->force[normal][k];
+        if (at->state[c] != CONTACT_STICK) {
+            j->force[c][k] = KIND(drag)(at, at->state, normal) * j->force[normal][k];
         }
     }
-    if (!sticking) {
+}
+
+void contact_forces(Point *at, Jets *j, int k)
+{
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (contact_is_held(at->state, c)) {
+            model_stick(at->p, at->d, j, k, c);
+            j->force[c][k] = 0.0;
+            any = 1;
+        } else if (contact_has_law(at->state, c)) {
+            model_law(at->p, at->d, j, k, c);
+        } else {
+            j->force[c][k] = 0.0;
+        }
+    }
+    if (!any) {
         return;
     }
     Sticking *s = &at->sticking;
     if (k == 0) {
         signed char member[NC];
         for (int c = 0; c < MODEL_NC; c++) {
-            member[c] = at->state[c] == CONTACT_STICK;
+            member[c] = (signed char)contact_is_held(at->state, c);
         }
-        contact_factor(j, member, s);
+        contact_factor(at, j, member, at->state, s);
     }
     Real rest[NC];
     for (int i = 0; i < s->count; i++) {
@@ -246,6 +280,9 @@ void contact_forces(Point *at, Jets *j, int k)
             force -= s->inverse[i][e] * rest[e];
         }
         j->force[s->contact[i]][k] = force;
+    }
+    if (MODEL_IMPACTS > 0) {
+        KIND(friction_of_rigid)(at, j, k);
     }
 }
 
@@ -261,7 +298,7 @@ Real contact_rate(const Jets *j, int i, int k)
 int contact_project(Point *at, Jets *j, const signed char *member)
 {
     Sticking s;
-    contact_factor(j, member, &s);
+    contact_factor(at, j, member, NULL, &s);
     int moved = 0;
     for (int i = 0; i < s.count; i++) {
         Real impulse = 0.0;
@@ -276,4 +313,71 @@ int contact_project(Point *at, Jets *j, const signed char *member)
         }
     }
     return moved;
+}
+
+void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, const Real *given, const Real *target, Real *impulse)
+{
+    Sticking s;
+    contact_factor(at, j, phase->held, phase->friction, &s);
+    for (int c = 0; c < MODEL_NC; c++) {
+        impulse[c] = 0.0;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_is_impact[c] && !phase->held[c] && given[c] != 0.0) {
+            impulse[c] = given[c];
+            if (model_contact_partner[c] >= 0 && !phase->held[(int)model_contact_partner[c]]) {
+                impulse[(int)model_contact_partner[c]] = KIND(drag)(at, phase->friction, c) * given[c];
+            }
+        }
+    }
+    Real rest[NC];
+    for (int i = 0; i < s.count; i++) {
+        const int c = s.contact[i];
+        rest[i] = j->slip[c][0] - target[c];
+        for (int e = 0; e < MODEL_NC; e++) {
+            rest[i] += j->G[c][e][0] * impulse[e];
+        }
+    }
+    for (int i = 0; i < s.count; i++) {
+        Real sum = 0.0;
+        for (int e = 0; e < s.count; e++) {
+            sum -= s.inverse[i][e] * rest[e];
+        }
+        impulse[s.contact[i]] = sum;
+        if (s.drag[i] != 0.0) {
+            impulse[(int)model_contact_partner[s.contact[i]]] = s.drag[i] * sum;
+        }
+    }
+}
+
+void contact_targets(const Point *at, const Jets *j, int number, const Real *before, Real *given, Real *target)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        given[c] = 0.0;
+        target[c] = 0.0;
+        if (!model_contact_is_impact[c]) {
+            continue;
+        }
+        if (number > 0) {
+            given[c] = model_restitution(at->p, at->d, c) * before[c];
+        } else if (!model_contact_poisson[c] && PART(j->slip[c][0]) < 0.0) {
+            target[c] = -model_restitution(at->p, at->d, c) * j->slip[c][0];
+        }
+    }
+}
+
+void contact_apply(Point *at, Jets *j, const Real *impulse)
+{
+    for (int v = 0; v < MODEL_NV; v++) {
+        for (int c = 0; c < MODEL_NC; c++) {
+            if (impulse[c] != 0.0) {
+                at->x[MODEL_NQ + v] += j->W[v][c][0] * impulse[c];
+            }
+        }
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int e = 0; e < MODEL_NC; e++) {
+            j->slip[c][0] += j->G[c][e][0] * impulse[e];
+        }
+    }
 }

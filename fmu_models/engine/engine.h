@@ -35,19 +35,30 @@ void taylor_load(const Run *r, Jets *j);
 /* the indicator in use in a slot: +1 or -1 for a quantity that must stay of that sign, 0 if the slot has none now */
 int taylor_indicator(const Run *r, int c, Slot slot);
 
+/* impact.c */
+/* velocities after an impact in which these rigid contacts take part; r->scratch has the rates before it, and then those after it */
+RunStatus impact_resolve(Run *r, const signed char *takes_part);
+/* whether rigid contact c, which has just bounced, is in the tail of a chatter that ends after `wait`; other: a contact whose chatter
+   ends with it, or -1 */
+int impact_settles(Run *r, int c, double *wait, int *other);
+
 /* choice.c */
-/* the friction contacts marked may change state: choose, set their known zeros, project; moved: x changed */
-void choice_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
+/* the contacts marked may change state: choose, set their known zeros, project; moved: x changed */
+RunStatus choice_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved);
 
 /* events.c */
 /* choose the contact states from scratch; moved: x changed */
-void events_reconsider(Run *r, int *moved);
+RunStatus events_reconsider(Run *r, int *moved);
 /* resolve the fall of the indicators marked in r->falling */
-void events_transit(Run *r, int *moved);
+RunStatus events_transit(Run *r, int *moved);
+/* move the coordinates onto the walls of the contacts marked */
+void events_place_on_walls(Run *r, const signed char *at_walls);
 /* resolve the event that waits at r's instant */
 RunStatus events_resolve(Run *r, EventSink sink, void *context);
 
 /* run.c */
 RunStatus run_fail(Run *r, const char *format, ...);
+/* their names in quotes, as a list, cut where it does not fit */
+void run_name_contacts(const int *contact, int count, char *names, size_t size);
 
 #endif

@@ -6,10 +6,14 @@
  *                               tangential  candidate for another state
  *                     stop      normal      away -> touching, the speed of entry kept; touching or released -> away
  *                               tangential  touching -> released (away if no longer inside); released -> touching
+ *                     impact    normal      open -> impact; closed -> candidate; chattering -> closed
  *                 a switch with a jump of the states makes it first
+ *     impact:     all rigid contacts at their wall take part (impact.c); afterwards those that leave it are open, those that do
+ *                 not are candidates, and whatever else feels the new velocities is placed anew
  *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
- *                 and all that stick (another contact's change can tear them loose)
+ *                 and all that stick or are closed (another contact's change can tear them loose)
  *     choose:     choice.c
+ *     settle:     a bounce in the tail of a chatter is the last: its contact is held from here on (impact.c)
  *
  * Changes at one instant are bounded; beyond the bound the run stops and names the contact.
  */
@@ -28,6 +32,25 @@ static void load_contacts(Run *r)
     if (MODEL_BOUNDED) {
         model_depth(r->at.p, r->at.d, &r->scratch, 0);
     }
+}
+
+/* W and G at r's instant, in scratch */
+static void load_inertia(Run *r)
+{
+    if (!MODEL_CONSTANT_INERTIA) {
+        model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+    }
+}
+
+/* nothing has happened at this instant yet */
+static void forget_event(Run *r)
+{
+    memset(r->entered, 0, sizeof r->entered);
+    memset(r->jumped, 0, sizeof r->jumped);
+    memset(r->projected, 0, sizeof r->projected);
+    memset(r->struck, 0, sizeof r->struck);
+    r->impact_phases = 0;
+    r->impact_work = 0.0;
 }
 
 /* a contact of friction that is inside slips as its slip speed says */
@@ -61,14 +84,71 @@ static double depth_rate(Run *r, int c)
     return j->depth[c][1];
 }
 
+/* whether the gap of a rigid contact is zero, but for rounding */
+static int at_wall(const Run *r, int c)
+{
+    return fabs(r->scratch.depth[c][0]) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+}
+
+/* the friction of a rigid contact that is closed; marks it if it is at zero slip */
+static void place_friction(Run *r, int normal, signed char *candidate)
+{
+    const int c = model_contact_partner[normal];
+    if (c >= 0) {
+        candidate[c] = (signed char)at_zero_slip(r, c);
+        r->at.state[c] = !candidate[c] || r->at.state[c] == CONTACT_AWAY ? slipping_state(r, c) : r->at.state[c];
+    }
+}
+
+/* a rigid contact leaves its wall, or is not at it */
+static void open_rigid(Run *r, int c)
+{
+    r->at.state[c] = CONTACT_AWAY;
+    if (model_contact_partner[c] >= 0) {
+        r->at.state[(int)model_contact_partner[c]] = CONTACT_AWAY;
+    }
+}
+
+/* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below it */
+static int place_rigid(Run *r, int c, signed char *candidate)
+{
+    const double depth = r->scratch.depth[c][0];
+    const int starts = r->starting;
+    const int held = contact_is_held(r->at.state, c);
+    candidate[c] = 0;
+    if (!at_wall(r, c) && (starts || fabs(depth) > r->tolerances.drift)) {
+        if (depth > 0.0) {
+            return run_fail(r, "the wall of the rigid contact '%s' is penetrated by %.6g at t = %.17g: %s", model_contact_names[c], depth,
+                            r->at.time, starts ? "start with a gap of zero or more" : "an input moved it through the body");
+        }
+        open_rigid(r, c);
+        return 0;
+    }
+    if (!held && !at_wall(r, c) && depth < 0.0) {
+        return 0;
+    }
+    r->at.known[c][SLOT_NORMAL] = 1;
+    if (!held && !at_zero_slip(r, c)) {
+        open_rigid(r, c);
+        return r->scratch.slip[c][0] < 0.0;
+    }
+    r->at.state[c] = held ? r->at.state[c] : CONTACT_TOUCHING;
+    candidate[c] = 1;
+    place_friction(r, c, candidate);
+    return 0;
+}
+
 /* contact states where depths decide; marks contacts at zero slip, and regions at whose end the body rests: counted as entered */
 static void place(Run *r, signed char *candidate, signed char *resting)
 {
     load_contacts(r);
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1;
-        candidate[c] = 0;
         resting[c] = 0;
+        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c]) {
+            continue;
+        }
+        candidate[c] = 0;
         if (model_contact_bounded[c]) {
             const double depth = r->scratch.depth[c][0];
             const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
@@ -123,7 +203,7 @@ static void leaving_signs(Run *r, const signed char *resting, signed char *sign)
  * What a body at rest touches decides where it goes. Regions that it would go out of are left at once, if it still goes
  * there without them; otherwise it is held at their end from both sides, and touches all.
  */
-static void leave_regions(Run *r, signed char *candidate, const signed char *resting, int *moved)
+static RunStatus leave_regions(Run *r, signed char *candidate, const signed char *resting, int *moved)
 {
     const signed char at_limit[NC] = {0};
     signed char sign[NC];
@@ -139,25 +219,168 @@ static void leave_regions(Run *r, signed char *candidate, const signed char *res
         }
     }
     if (!leaves) {
-        return;
+        return RUN_OK;
     }
-    choice_make(r, candidate, at_limit, moved);
+    if (choice_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
     leaving_signs(r, resting, without);
     if (memcmp(sign, without, sizeof sign) != 0) {
         r->at = touching;
     }
+    return RUN_OK;
 }
 
-void events_reconsider(Run *r, int *moved)
+/* coordinates of contacts at their wall onto it: what rounding leaves would add up over many impacts */
+void events_place_on_walls(Run *r, const signed char *at_walls)
+{
+    Jets *j = &r->scratch;
+    Sticking s;
+    taylor_load(r, j);
+    model_slip(r->at.p, r->at.d, j, 0);
+    model_depth(r->at.p, r->at.d, j, 0);
+    load_inertia(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        j->capacity[c][0] = 0.0;
+    }
+    contact_factor(&r->at, j, at_walls, NULL, &s);
+    for (int i = 0; i < s.count; i++) {
+        double push = 0.0;
+        for (int e = 0; e < s.count; e++) {
+            push += s.inverse[i][e] * j->depth[s.contact[e]][0];
+        }
+        for (int v = 0; v < MODEL_NQ; v++) {
+            r->at.x[v] += j->W[v][s.contact[i]][0] * push;
+        }
+    }
+}
+
+/* friction with a force of its own, and stops, after the velocities have jumped */
+static void place_others(Run *r, signed char *candidate)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+            continue;
+        }
+        if (model_contact_is_stop[c]) {
+            r->at.state[c] = inside_state(r, c);
+        } else {
+            candidate[c] = (signed char)at_zero_slip(r, c);
+            r->at.state[c] = candidate[c] ? r->at.state[c] : slipping_state(r, c);
+        }
+    }
+}
+
+/* whether Newton's rule lets a contact that arrived with this speed leave again */
+static int bounces(const Run *r, int c, double speed)
+{
+    return r->struck[c] && model_restitution(r->at.p, r->at.d, c) * speed > 0.0;
+}
+
+/* an impact of the contacts that arrive at their walls, with all that are there */
+static RunStatus strike(Run *r, const signed char *arrives, signed char *candidate, int *moved)
+{
+    signed char takes_part[NC] = {0};
+    double speed[NC];
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int rigid = model_contact_is_impact[c];
+        takes_part[c] = (signed char)(rigid && (arrives[c] || contact_is_held(r->at.state, c) || at_wall(r, c)));
+        r->struck[c] = (signed char)(takes_part[c] && !contact_is_held(r->at.state, c) && r->scratch.slip[c][0] < 0.0);
+        speed[c] = -r->scratch.slip[c][0];
+    }
+    load_inertia(r);
+    if (impact_resolve(r, takes_part) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    *moved = 1;
+    events_place_on_walls(r, takes_part);
+    load_contacts(r);
+    const ImpactPhase *last = &r->impact[r->impact_phases - 1];
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (!takes_part[c]) {
+            continue;
+        }
+        const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c]))) || at_zero_slip(r, c);
+        r->at.known[c][SLOT_NORMAL] = 1;
+        r->at.memory[c] = r->struck[c] ? fmax(r->at.memory[c], speed[c]) : r->at.memory[c];
+        candidate[c] = (signed char)rests;
+        if (!rests) {
+            open_rigid(r, c);
+            continue;
+        }
+        r->at.state[c] = contact_is_held(r->at.state, c) ? r->at.state[c] : CONTACT_TOUCHING;
+        place_friction(r, c, candidate);
+        const int friction = model_contact_partner[c];
+        if (friction >= 0 && last->friction[friction] == CONTACT_STICK) {
+            candidate[friction] = 1;
+        }
+    }
+    place_others(r, candidate);
+    return RUN_OK;
+}
+
+/* contacts that bounced slowly enough are held from now on, until infinitely many bounces would be over */
+static RunStatus settle(Run *r, int *moved)
 {
     const signed char at_limit[NC] = {0};
-    signed char candidate[NC];
-    signed char resting[NC];
-    place(r, candidate, resting);
-    choice_make(r, candidate, at_limit, moved);
-    if (memchr(resting, 1, sizeof resting)) {
-        leave_regions(r, candidate, resting, moved);
+    signed char candidate[NC] = {0};
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        double wait;
+        int other;
+        if (!r->struck[c] || r->at.state[c] != CONTACT_AWAY || !impact_settles(r, c, &wait, &other)) {
+            continue;
+        }
+        for (int e = c; e >= 0; e = e == c ? other : -1) {
+            r->at.settles[e] = r->at.time + wait;
+            r->at.state[e] = r->at.settles[e] > r->at.time ? CONTACT_CHATTERING : CONTACT_TOUCHING;
+            candidate[e] = 1;
+            any = 1;
+        }
     }
+    if (!any) {
+        return RUN_OK;
+    }
+    load_contacts(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (candidate[c]) {
+            place_friction(r, c, candidate);
+        } else if (contact_is_held(r->at.state, c)) {
+            candidate[c] = 1;
+        }
+    }
+    return choice_make(r, candidate, at_limit, moved);
+}
+
+RunStatus events_reconsider(Run *r, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char candidate[NC] = {0};
+    signed char resting[NC];
+    signed char arrives[NC] = {0};
+    int any = 0;
+    place(r, candidate, resting);
+    forget_event(r);
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        if (model_contact_is_impact[c]) {
+            const int arrival = place_rigid(r, c, candidate);
+            if (arrival == RUN_ERROR) {
+                return RUN_ERROR;
+            }
+            arrives[c] = (signed char)(arrival != 0);
+            any |= arrival;
+        }
+    }
+    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    if (choice_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    return any ? settle(r, moved) : RUN_OK;
 }
 
 /* states jump where the contact's switching function reaches zero from the side it was on */
@@ -200,21 +423,41 @@ static int cross_bound(Run *r, int c)
     return 0;
 }
 
-void events_transit(Run *r, int *moved)
+/* the state of a rigid contact whose indicator may have fallen; 1 if it arrives at its wall */
+static int cross_wall(Run *r, int c, signed char *candidate, signed char *at_limit)
+{
+    const int falls = r->falling[c][SLOT_NORMAL];
+    const int state = r->at.state[c];
+    if (state == CONTACT_AWAY) {
+        return falls;
+    }
+    candidate[c] = 1;
+    at_limit[c] = (signed char)(falls && state == CONTACT_TOUCHING);
+    if (falls && state == CONTACT_CHATTERING) {
+        r->at.state[c] = CONTACT_TOUCHING;
+        r->at.memory[c] = 0.0;
+    }
+    return 0;
+}
+
+RunStatus events_transit(Run *r, int *moved)
 {
     signed char candidate[NC];
     signed char at_limit[NC];
+    signed char arrives[NC] = {0};
+    int any = 0;
     load_contacts(r);
     memset(r->at.known, 0, sizeof r->at.known);
-    memset(r->entered, 0, sizeof r->entered);
-    memset(r->jumped, 0, sizeof r->jumped);
-    memset(r->projected, 0, sizeof r->projected);
+    forget_event(r);
     for (int c = 0; c < MODEL_NC; c++) {
         const int sticks = r->at.state[c] == CONTACT_STICK;
         const int falls = r->falling[c][SLOT_TANGENTIAL];
         at_limit[c] = sticks && falls;
         candidate[c] = 0;
-        if (r->falling[c][SLOT_NORMAL]) {
+        if (model_contact_is_impact[c]) {
+            arrives[c] = (signed char)cross_wall(r, c, candidate, at_limit);
+            any |= arrives[c];
+        } else if (r->falling[c][SLOT_NORMAL]) {
             candidate[c] = (signed char)(cross_bound(r, c) && at_zero_slip(r, c));
         } else if (r->at.state[c] == CONTACT_AWAY) {
             continue;
@@ -234,7 +477,25 @@ void events_transit(Run *r, int *moved)
             }
         }
     }
-    choice_make(r, candidate, at_limit, moved);
+    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    if (choice_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    return any ? settle(r, moved) : RUN_OK;
+}
+
+/* whether events crowd into ever shorter times; asked once per event */
+static int crowds(Run *r)
+{
+    r->longest_pause = fmax(r->longest_pause, r->at.time - r->last_event);
+    r->last_event = r->at.time;
+    if (r->at.time - r->crowd_start > r->tolerances.crowd * r->longest_pause) {
+        r->crowd_start = r->at.time;
+        r->crowded = 0;
+    }
+    return ++r->crowded > 10 * r->tolerances.max_iterations;
 }
 
 RunStatus events_resolve(Run *r, EventSink sink, void *context)
@@ -243,7 +504,10 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
     int moved = 0;
     int last = 0;
     memcpy(before, r->at.state, sizeof before);
-    events_transit(r, &moved);
+    if (events_transit(r, &moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    double work = r->impact_work;
     for (int c = 0; c < MODEL_NC; c++) {
         last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
         if (r->entered[c] && model_contact_remembers[c] && !(r->at.memory[c] > 0.0)) {
@@ -251,13 +515,18 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
                                "was entered: start with a speed towards it, or away from it",
                             model_contact_names[c], r->at.time);
         }
-        if (r->at.state[c] != before[c]) {
+        if (r->at.state[c] != before[c] || r->struck[c]) {
             r->events++;
             if (sink) {
-                const ContactEvent event = {r->at.time, c, before[c], r->at.state[c]};
+                const ContactEvent event = {r->at.time, c, before[c], r->at.state[c], r->struck[c] ? work : 0.0};
                 sink(context, &event);
             }
+            work = r->struck[c] ? 0.0 : work; /* of simultaneous impacts it is told once */
         }
+    }
+    if (crowds(r)) {
+        return run_fail(r, "contact '%s' switches ever faster at t = %.17g: %d events since t = %.17g, without an end in sight",
+                        model_contact_names[last], r->at.time, r->crowded, r->crowd_start);
     }
     if (++r->stalled > r->tolerances.max_iterations) {
         return run_fail(r, "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "

@@ -33,6 +33,7 @@
  * MODEL_NW   intermediate results that need Taylor coefficients
  * MODEL_CONSTANT_INERTIA  1 if W and G depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
+ * MODEL_IMPACTS  rigid contacts
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
  */
 #define MODEL_NX (MODEL_NQ + MODEL_NV + MODEL_NZ) /* states: q, then v, then z */
@@ -46,13 +47,20 @@ typedef enum {
     CONTACT_SLIP_MINUS = -1,
     CONTACT_STICK = 0,
     CONTACT_SLIP_PLUS = 1,
-    CONTACT_AWAY = 2,
-    CONTACT_TOUCHING = 3,
-    CONTACT_RELEASED = 4
+    CONTACT_AWAY = 2,      /* a rigid contact: open */
+    CONTACT_TOUCHING = 3,  /* a rigid contact: closed */
+    CONTACT_RELEASED = 4,
+    CONTACT_CHATTERING = 5 /* a rigid contact: held like a closed one, while infinitely many small bounces die out */
 } ContactState;
 
-/* the indicators of a contact: of its depth, and of its slip, stick margin or force */
+/* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or release */
 typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
+
+/* one phase of an impact */
+typedef struct {
+    signed char held[MODEL_ROOM(MODEL_NC)];     /* the rate after it is prescribed: rigid contacts with an impulse, friction that sticks */
+    signed char friction[MODEL_ROOM(MODEL_NC)]; /* how the friction of rigid contacts with an impulse slips; else away */
+} ImpactPhase;
 
 #include "kind_real.h"
 #include "model_kind.h"
@@ -69,6 +77,27 @@ extern const unsigned char model_contact_releases[MODEL_ROOM(MODEL_NC)]; /* a st
 extern const unsigned char model_contact_remembers[MODEL_ROOM(MODEL_NC)]; /* its law reads memory */
 extern const unsigned char model_contact_rooted[MODEL_ROOM(MODEL_NC)];   /* its law has half-integer powers of its depth */
 extern const unsigned char model_contact_resets[MODEL_ROOM(MODEL_NC)];   /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
+extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
+extern const signed char model_contact_partner[MODEL_ROOM(MODEL_NC)];    /* of a rigid contact its friction, of that the rigid contact; -1: none */
+extern const unsigned char model_contact_poisson[MODEL_ROOM(MODEL_NC)];  /* restitution by Poisson's rule, else by Newton's */
+
+/* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
+static inline int contact_is_held(const signed char *state, int c)
+{
+    if (MODEL_IMPACTS > 0 && model_contact_is_impact[c]) {
+        return state[c] != CONTACT_AWAY;
+    }
+    return state[c] == CONTACT_STICK;
+}
+
+/* whether it has a force by a law of its own: it slips or touches, and is neither a rigid contact nor the friction of one */
+static inline int contact_has_law(const signed char *state, int c)
+{
+    if (MODEL_IMPACTS > 0 && (model_contact_is_impact[c] || model_contact_partner[c] >= 0)) {
+        return 0;
+    }
+    return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;
+}
 
 /* NULL, or a sentence that says which requirement of the model the parameters violate */
 const char *model_violation(const double *p);
@@ -77,5 +106,7 @@ const char *model_violation(const double *p);
 double model_slip_magnitude(const double *p, const double *d, const Jets *j, int c);
 /* the same for its depth */
 double model_depth_magnitude(const double *p, const double *d, const Jets *j, int c);
+/* the same for slip_rate, of a rigid contact and of its friction; 0 for others */
+double model_rate_magnitude(const double *p, const double *d, const Jets *j, int c);
 
 #endif

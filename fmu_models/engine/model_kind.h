@@ -31,10 +31,11 @@ typedef struct {
     Series w[MODEL_ROOM(MODEL_NW)];
 } Jets;
 
-/* the sticking contacts of a step and the matrix that gives their forces (contact.c, equation 1) */
+/* the held contacts of a step and the matrix that gives their forces (contact.c, equation 1) */
 typedef struct {
     int count;
     int contact[MODEL_ROOM(MODEL_NC)];
+    Real drag[MODEL_ROOM(MODEL_NC)];                    /* force of the slipping friction of each, per force of its own */
     Real inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
 } Sticking;
 
@@ -48,7 +49,9 @@ typedef struct {
     Real du[MODEL_ROOM(MODEL_NU)];                      /* rates of the inputs, constant over a step */
     Real x[MODEL_ROOM(MODEL_NX)];
     signed char state[MODEL_ROOM(MODEL_NC)];            /* ContactState */
-    Real memory[MODEL_ROOM(MODEL_NC)];                  /* speed at which a contact was last entered; 0: never */
+    Real memory[MODEL_ROOM(MODEL_NC)];                  /* speed at which a stop was last entered, 0: never; the largest
+                                                           speed of impact of a rigid contact since it was last closed */
+    double settles[MODEL_ROOM(MODEL_NC)];               /* when the chatter of a rigid contact is over */
     signed char known[MODEL_ROOM(MODEL_NC)][SLOTS];     /* leading coefficients of the indicators known to be zero */
     Sticking sticking;
 } Point;
@@ -77,3 +80,7 @@ void model_outputs(const Real *p, const Real *d, Jets *j, int k);
 
 /* states after the jump of contact c, from order 0 of the series */
 void model_reset(const Real *p, const Real *d, const Jets *j, int c, Real *x);
+
+/* restitution of rigid contact c, and coefficient of the friction c of a rigid contact */
+Real model_restitution(const Real *p, const Real *d, int c);
+Real model_friction(const Real *p, const Real *d, int c);

@@ -25,7 +25,7 @@
 enum { NATIVE_DONE = 0, NATIVE_MORE = 1, NATIVE_ERROR = 2 };
 
 /* mirrored by simulation/native.py; NATIVE_VERSION changes with it */
-enum { NATIVE_VERSION = 1 };
+enum { NATIVE_VERSION = 2 };
 
 typedef struct {
     /* what to record: value references, ascending times, and values[row * n_values + column] */

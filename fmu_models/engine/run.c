@@ -21,6 +21,9 @@ const Tolerances run_default_tolerances = {
     .slip = 1e-13,
     .margin = 1e-10,
     .importer = 1e-10,
+    .drift = 0.0,
+    .chatter = 1e-8,
+    .crowd = 1e-9,
     .max_iterations = 1000,
 };
 
@@ -31,6 +34,15 @@ RunStatus run_fail(Run *r, const char *format, ...)
     vsnprintf(r->message, sizeof r->message, format, arguments);
     va_end(arguments);
     return RUN_ERROR;
+}
+
+void run_name_contacts(const int *contact, int count, char *names, size_t size)
+{
+    names[0] = 0;
+    for (int i = 0; i < count; i++) {
+        const size_t used = strlen(names);
+        snprintf(names + used, size - used, "%s'%s'", i ? ", " : "", model_contact_names[contact[i]]);
+    }
 }
 
 void run_touched(Run *r)
@@ -83,7 +95,14 @@ RunStatus run_initialize(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
     }
-    if (run_reconsider(r, NULL) == RUN_ERROR) {
+    r->crowd_start = r->last_event = r->at.time;
+    r->crowded = 0;
+    r->longest_pause = 0.0;
+    memset(r->at.settles, 0, sizeof r->at.settles);
+    r->starting = 1;
+    const RunStatus status = run_reconsider(r, NULL);
+    r->starting = 0;
+    if (status == RUN_ERROR) {
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
@@ -99,11 +118,11 @@ RunStatus run_reconsider(Run *r, int *changed)
 {
     int moved = 0;
     run_touched(r);
-    events_reconsider(r, &moved);
+    const RunStatus status = events_reconsider(r, &moved);
     if (changed) {
         *changed = moved;
     }
-    return RUN_OK;
+    return status;
 }
 
 /* states and inputs inside the present segment; its end uses the located length, free of the rounding of time */
@@ -119,6 +138,20 @@ static void evaluate_segment(Run *r, double time, double since_start)
     r->at.time = time;
 }
 
+/* closed rigid contacts stay at their walls, whatever rounding adds up to */
+static void keep_on_walls(Run *r)
+{
+    signed char closed[NC];
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        closed[c] = (signed char)(model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY);
+        any |= closed[c];
+    }
+    if (any) {
+        events_place_on_walls(r, closed);
+    }
+}
+
 /* go to the end of the segment; what rounding takes from the sum of lengths is kept */
 static void finish_segment(Run *r)
 {
@@ -128,6 +161,9 @@ static void finish_segment(Run *r)
     evaluate_segment(r, end, r->segment_length);
     r->at.time_rest = rest;
     r->segment_valid = 0;
+    if (MODEL_IMPACTS > 0) {
+        keep_on_walls(r);
+    }
 }
 
 /* how far a step may reach on the way to a time */
@@ -149,6 +185,9 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         if (end > t) {
             evaluate_segment(r, t, (t - r->segment_start) - r->jets.time_rest);
             r->at.time_rest = 0.0;
+            if (MODEL_IMPACTS > 0) {
+                keep_on_walls(r);
+            }
             break;
         }
         if (end > r->at.time) {
@@ -197,6 +236,9 @@ static double watched(Run *r, int c, Slot slot)
     if (sign == 0) {
         return 1.0;
     }
+    if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
+        return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time : j->force[c][0];
+    }
     if (slot == SLOT_NORMAL) {
         return sign * j->depth[c][0] + shift * model_depth_magnitude(r->at.p, r->at.d, j, c);
     }
@@ -229,11 +271,32 @@ RunStatus run_indicators(Run *r, double *z)
         if (model_contact_bounded[c]) {
             z[i++] = watched(r, c, SLOT_NORMAL);
         }
-        if (!model_contact_is_stop[c] || model_contact_releases[c]) {
+        if (!model_contact_is_impact[c] && (!model_contact_is_stop[c] || model_contact_releases[c])) {
             z[i++] = watched(r, c, SLOT_TANGENTIAL);
         }
     }
     return check_finite(r, "event indicator", z, MODEL_NI);
+}
+
+/* whether the importer has located a fall of the indicator in a slot */
+static int has_fallen(Run *r, int c, Slot slot)
+{
+    const Jets *j = &r->scratch;
+    const double shift = r->tolerances.importer;
+    const double value = watched(r, c, slot);
+    if (model_contact_is_impact[c] && slot == SLOT_NORMAL) {
+        /* a closed contact is a candidate anyway; one that leaves its wall has not reached it */
+        return r->at.state[c] == CONTACT_CHATTERING ? value <= 0.0
+               : r->at.state[c] == CONTACT_AWAY     ? j->depth[c][0] >= 0.0 && j->slip[c][0] < 0.0
+                                                    : 0;
+    }
+    if (slot == SLOT_NORMAL) {
+        return value <= shift * model_depth_magnitude(r->at.p, r->at.d, j, c);
+    }
+    if (r->at.state[c] == CONTACT_STICK) {
+        return 0; /* a candidate anyway; whether it holds is for its force to say */
+    }
+    return value <= (model_contact_is_stop[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
 RunStatus run_event(Run *r, int *changed)
@@ -243,19 +306,12 @@ RunStatus run_event(Run *r, int *changed)
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
-            const double margin = slot == SLOT_NORMAL
-                                      ? r->tolerances.importer * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c)
-                                  : model_contact_is_stop[c] || r->at.state[c] == CONTACT_STICK
-                                      ? 0.0
-                                      : r->tolerances.importer * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
-            /* sticking contacts are candidates anyway; whether they hold is for their forces to say */
-            const int sticks = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
-            r->falling[c][slot] = !sticks && watched(r, c, (Slot)slot) <= margin;
+            r->falling[c][slot] = (signed char)has_fallen(r, c, (Slot)slot);
         }
     }
-    events_transit(r, &moved);
+    const RunStatus status = events_transit(r, &moved);
     *changed = moved;
-    return RUN_OK;
+    return status;
 }
 
 RunStatus run_outputs(Run *r, double *y)

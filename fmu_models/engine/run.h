@@ -14,16 +14,22 @@ typedef struct {
     double margin;      /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
     double importer;    /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
                            positive right after an event and an importer that lands on zero does not see a second one */
+    double drift;       /* Model Exchange only: by so much an importer's own integration may miss the wall of a closed contact, in the
+                           unit of the gap; importers keep tolerances relative to nominal values, which are 1 */
+    double chatter;     /* a bounce off a rigid contact slower than this fraction of its fastest impact since it was last closed is the
+                           tail of a chatter, which is completed in closed form: heights are its square, below rounding */
+    double crowd;       /* so many events as max_iterations allows within this fraction of the longest time without any: none will end it */
     int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
 } Tolerances;
 
 typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2 } RunStatus;
 
-/* a change of contact state */
+/* a change of contact state, or an impact, after which a rigid contact may be open as before */
 typedef struct {
     double time;
     int contact;
     int before, after; /* ContactState */
+    double work;       /* of the impulses on the bodies in contact, J; negative where energy is lost, 0 without an impulse */
 } ContactEvent;
 
 typedef struct {
@@ -36,12 +42,20 @@ typedef struct {
     signed char falling[MODEL_ROOM(MODEL_NC)][SLOTS];   /* the indicators it belongs to */
     /* what the last event did to a contact: entered with a speed to remember, jumped, brought to zero slip */
     signed char entered[MODEL_ROOM(MODEL_NC)], jumped[MODEL_ROOM(MODEL_NC)], projected[MODEL_ROOM(MODEL_NC)];
+    /* the impact that it made: phases, none if there was no impact; contacts that arrived at their wall; work of the impulses */
+    int impact_phases;
+    ImpactPhase impact[2];
+    signed char struck[MODEL_ROOM(MODEL_NC)];
+    double impact_work;
     int segment_rooted;                                 /* its series run in the square root of time */
     double segment_start, segment_length;
     Jets jets;                                          /* of the step */
     Jets scratch;                                       /* of evaluations at one instant */
     long steps, events, evaluations;                    /* evaluations: orders of the series computed, plus single evaluations */
     int stalled;                                        /* events since time last moved */
+    int starting;                                       /* the start values are being looked at: they must not be off, by however little */
+    int crowded;                                        /* events since crowd_start */
+    double crowd_start, last_event, longest_pause;      /* times; the longest time without event */
     char message[256];                                  /* reason of the last RUN_ERROR */
 } Run;
 

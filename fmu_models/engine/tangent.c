@@ -57,6 +57,7 @@ static void rejoin(const Run *r, Tangents *t)
     t->at.time = r->at.time + cimag(t->at.time) * _Complex_I;
     t->at.time_rest = r->at.time_rest;
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
+    memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
     memcpy(t->at.known, r->at.known, sizeof t->at.known);
 }
 
@@ -123,13 +124,17 @@ static int falling_series(const Run *r, const Jets *j, double s, Real *series)
             if (!r->falling[c][slot]) {
                 continue;
             }
+            if (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL) {
+                continue; /* its end changes nothing but the name of its state */
+            }
+            const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
             const int margin = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
-            const Real *source = slot == SLOT_NORMAL ? j->depth[c] : model_contact_is_stop[c] ? j->release[c] : j->slip[c];
+            const Real *source = closed ? j->force[c] : slot == SLOT_NORMAL ? j->depth[c] : model_contact_is_stop[c] ? j->release[c] : j->slip[c];
             const double side = margin && creal(value_at(j->force[c], order - 1, s, NULL)) < 0.0 ? -1.0 : 1.0;
-            for (int k = 0; k <= order - margin; k++) {
+            for (int k = 0; k <= order - (margin || closed); k++) {
                 series[k] = margin ? j->capacity[c][k] - side * j->force[c][k] : source[k];
             }
-            return order - margin;
+            return order - (margin || closed);
         }
     }
     return -1;
@@ -172,9 +177,11 @@ static int follow(const Run *r, Tangents *t, double length, int at_event)
         Real slope;
         const double here = r->segment_rooted ? sqrt(length) : length;
         const int order = falling_series(r, j, here, series);
-        const Real value = value_at(series, order, here, &slope);
-        s = here - cimag(value) / creal(slope) * _Complex_I;
-        since = r->segment_rooted ? s * s : s;
+        if (order >= 0) {
+            const Real value = value_at(series, order, here, &slope);
+            s = here - cimag(value) / creal(slope) * _Complex_I;
+            since = r->segment_rooted ? s * s : s;
+        }
     }
     for (int i = 0; i < MODEL_NX; i++) {
         t->at.x[i] = value_at(j->x[i], full, s, NULL);
@@ -184,6 +191,23 @@ static int follow(const Run *r, Tangents *t, double length, int at_event)
     }
     t->at.time += since;
     return isfinite(cimag(s));
+}
+
+/* the impact with the impulses that the run has found to fit */
+static void repeat_impact(const Run *r, Tangents *t)
+{
+    Jets *j = &t->jets;
+    Real impulse[NC] = {0.0};
+    Real given[NC];
+    Real target[NC];
+    if (!MODEL_CONSTANT_INERTIA) {
+        model_inertia(t->at.p, t->at.d, j, 0);
+    }
+    for (int number = 0; number < r->impact_phases; number++) {
+        contact_targets(&t->at, j, number, impulse, given, target);
+        contact_impulse(&t->at, j, &r->impact[number], given, target, impulse);
+        contact_apply(&t->at, j, impulse);
+    }
 }
 
 static void repeat_event(const Run *r, Tangents *t)
@@ -201,6 +225,7 @@ static void repeat_event(const Run *r, Tangents *t)
         }
         any |= r->projected[c];
     }
+    repeat_impact(r, t);
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
     if (any) {
         flow_load(&t->at, j, 0);

@@ -47,6 +47,12 @@ static int watches_function(const Run *r, int c)
     return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK;
 }
 
+/* a rigid contact whose force decides, and whose gap is zero */
+static int is_closed(const Run *r, int c)
+{
+    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+}
+
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
  * for every force in stick, of depths and of switching functions: the states may be polynomials while what decides an
@@ -58,6 +64,13 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         if (r->at.state[c] == CONTACT_STICK
             && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
             return 0;
+        }
+        if (is_closed(r, c)) {
+            const double force = fmax(fabs(j->force[c][0]), fabs(j->force[c][1]) * length);
+            if (fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * force * length) {
+                return 0;
+            }
+            continue;
         }
         const double depth = fmax(fabs(j->depth[c][0]), fabs(j->depth[c][1]) * length);
         if (model_contact_bounded[c]
@@ -161,7 +174,10 @@ static double taylor_length(const Run *r, const Jets *j, int order)
         if (r->at.state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
         }
-        if (model_contact_bounded[c]) {
+        if (is_closed(r, c)) {
+            length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted), order - 1,
+                                    log_tolerance);
+        } else if (model_contact_bounded[c]) {
             const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
             length = shorter_length(length, j->depth[c], known, order, log_tolerance);
         }
@@ -177,6 +193,9 @@ int taylor_indicator(const Run *r, int c, Slot slot)
             return 0;
         }
         return state == CONTACT_AWAY ? -1 : 1;
+    }
+    if (model_contact_is_impact[c]) {
+        return 0;
     }
     if (model_contact_is_stop[c]) {
         return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
@@ -207,8 +226,10 @@ static double fall_from_bound(const double *series, double sign, int known, int 
 }
 
 /* first fall of the margin of a sticking contact */
-static double fall_of_margin(const Jets *j, int c, int known, int order, double h)
+static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int order, double h)
 {
+    /* the load of a rigid contact that is about to push starts at zero, and so do both margins */
+    const int both = model_contact_partner[c] >= 0 && r->at.known[(int)model_contact_partner[c]][SLOT_NORMAL] > 0;
     double first = -1.0;
     for (int side = -1; side <= 1; side += 2) {
         double margin[POLYNOMIAL_TERMS];
@@ -216,7 +237,7 @@ static double fall_of_margin(const Jets *j, int c, int known, int order, double 
             margin[k] = j->capacity[c][k] - side * j->force[c][k];
         }
         /* a margin that starts at zero does so on one side only */
-        const double fall = fall_of(margin, 1.0, side * j->force[c][0] > 0.0 ? known : 0, order - 1, h);
+        const double fall = fall_of(margin, 1.0, both || side * j->force[c][0] > 0.0 ? known : 0, order - 1, h);
         if (fall >= 0.0 && (first < 0.0 || fall < first)) {
             first = fall;
         }
@@ -231,13 +252,21 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
     if (sign == 0) {
         return -1.0;
     }
+    if (slot == SLOT_NORMAL && is_closed(r, c)) {
+        if (r->at.state[c] == CONTACT_CHATTERING) {
+            const double wait = r->at.settles[c] - r->at.time;
+            const double end = r->segment_rooted ? sqrt(wait) : wait;
+            return end <= h ? end : -1.0;
+        }
+        return fall_from_bound(j->force[c], sign, known, order - 1, h);
+    }
     if (slot == SLOT_NORMAL) {
         return fall_from_bound(j->depth[c], sign, known, order, h);
     }
     if (model_contact_is_stop[c]) {
         return fall_from_bound(j->release[c], sign, known, order, h);
     }
-    return r->at.state[c] == CONTACT_STICK ? fall_of_margin(j, c, known, order, h)
+    return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
                                         : fall_of(j->slip[c], sign, known, order, h);
 }
 

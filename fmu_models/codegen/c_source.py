@@ -44,7 +44,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
     functions = _functions(system, names)
     facts = _facts(system)
-    guards = [_violation(system, names), _magnitude(system, names, "slip"), _magnitude(system, names, "depth")]
+    guards = [_violation(system, names), *(_magnitude(system, names, what) for what in ("slip", "depth", "rate"))]
     # the constants in d are collected while the other functions are made
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
     arithmetic.insert(0, _prepare(names))
@@ -184,17 +184,29 @@ def _violation(system: HybridSystem, names: _Names) -> str:
 
 
 def _magnitude(system: HybridSystem, names: _Names, what: str) -> str:
-    """The sum of the magnitudes of the terms of every slip speed or depth."""
+    """The sum of the magnitudes of the terms of every slip speed, depth or rate of slip."""
     values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
+    accelerations = dict(zip(system.rate_symbols, system.acceleration, strict=True))
     cases = []
     for i, contact in enumerate(system.contacts):
-        parts = contact.slip_terms if what == "slip" else contact.depth_terms
+        parts = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[what]
+        if what == "rate" and contact.kind.startswith("impact"):
+            parts = (contact.slip_rate.xreplace(accelerations),)
         if parts:
-            terms = " + ".join(f"fabs({c_expression(term, values)})" for term in parts)
+            terms = " + ".join(_magnitude_of(term, values) for term in parts)
             cases.append(f"    case {i}: return {terms};\n")
     head = f"double model_{what}_magnitude(const double *p, const double *d, const Jets *j, int c)"
     choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+
+
+def _magnitude_of(expression: Any, values: Mapping[Any, str]) -> str:
+    """The C of an expression without the cancellation in its sums: each is that of the magnitudes of its terms."""
+    if isinstance(expression, sympy.Add):
+        return "(" + " + ".join(_magnitude_of(term, values) for term in expression.args) + ")"
+    if isinstance(expression, sympy.Mul):
+        return "*".join(_magnitude_of(factor, values) for factor in expression.args)
+    return f"fabs({c_expression(expression, values)})"
 
 
 def _reset(system: HybridSystem, names: _Names) -> str:

@@ -39,6 +39,7 @@ ENGINE = (
     "taylor",
     "choice",
     "impact",
+    "placing",
     "events",
     "run",
     "tangent",

@@ -35,6 +35,29 @@ void taylor_load(const Run *r, Jets *j);
 /* the indicator in use in a slot: +1 or -1 for a quantity that must stay of that sign, 0 if the slot has none now */
 int taylor_indicator(const Run *r, int c, Slot slot);
 
+/* placing.c */
+/* slip speeds and depths at r's instant, and W and G, in scratch; what follows reads them */
+void place_load(Run *r);
+void place_load_inertia(Run *r);
+int place_at_zero_slip(const Run *r, int c);
+/* whether the gap of a rigid contact is zero, but for rounding */
+int place_at_wall(const Run *r, int c);
+/* a contact of friction that is inside slips as its slip speed says */
+signed char place_slipping(const Run *r, int c);
+/* a rigid contact leaves its wall, or is not at it */
+void place_open(Run *r, int c);
+/* friction and stops; marks candidates, and regions at whose end the body rests */
+void place_all(Run *r, signed char *candidate, signed char *resting);
+void place_others(Run *r, signed char *candidate);
+/* the friction of a rigid contact that is closed; marks it if it is at zero slip */
+void place_friction(Run *r, int normal, signed char *candidate);
+/* a rigid contact; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below it */
+int place_rigid(Run *r, int c, signed char *candidate);
+/* bodies at rest at the end of regions that they would go out of leave them */
+RunStatus place_out_of_regions(Run *r, signed char *candidate, const signed char *resting, int *moved);
+/* move the coordinates onto the walls of the contacts marked */
+void place_on_walls(Run *r, const signed char *at_walls);
+
 /* impact.c */
 /* velocities after an impact in which these rigid contacts take part; r->scratch has the rates before it, and then those after it */
 RunStatus impact_resolve(Run *r, const signed char *takes_part);
@@ -51,8 +74,6 @@ RunStatus choice_make(Run *r, const signed char *candidate, const signed char *a
 RunStatus events_reconsider(Run *r, int *moved);
 /* resolve the fall of the indicators marked in r->falling */
 RunStatus events_transit(Run *r, int *moved);
-/* move the coordinates onto the walls of the contacts marked */
-void events_place_on_walls(Run *r, const signed char *at_walls);
 /* resolve the event that waits at r's instant */
 RunStatus events_resolve(Run *r, EventSink sink, void *context);
 

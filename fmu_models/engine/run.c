@@ -148,7 +148,7 @@ static void keep_on_walls(Run *r)
         any |= closed[c];
     }
     if (any) {
-        events_place_on_walls(r, closed);
+        place_on_walls(r, closed);
     }
 }
 

@@ -1,0 +1,250 @@
+/*
+ * Where contacts are: states from depths, gaps and slip speeds at one instant, and coordinates from states.
+ *
+ *     all:      friction and stops; marks contacts at zero slip, which are candidates (choice.c), and bodies that rest at the end
+ *               of a region
+ *     rigid:    a rigid contact from its gap: open, resting at its wall, running into it, or an error below it
+ *     others:   friction with a force of its own, and stops, after the velocities have jumped
+ */
+#include "engine.h"
+
+int place_at_zero_slip(const Run *r, int c)
+{
+    return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
+}
+
+/* slip speeds and depths at r's instant, in scratch */
+void place_load(Run *r)
+{
+    taylor_load(r, &r->scratch);
+    model_slip(r->at.p, r->at.d, &r->scratch, 0);
+    if (MODEL_BOUNDED) {
+        model_depth(r->at.p, r->at.d, &r->scratch, 0);
+    }
+}
+
+/* W and G at r's instant, in scratch */
+void place_load_inertia(Run *r)
+{
+    if (!MODEL_CONSTANT_INERTIA) {
+        model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+    }
+}
+
+/* a contact of friction that is inside slips as its slip speed says */
+signed char place_slipping(const Run *r, int c)
+{
+    return r->scratch.slip[c][0] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+}
+
+/* the state of a stop that is inside: released where its force would pull */
+static signed char inside_state(Run *r, int c)
+{
+    if (model_contact_releases[c]) {
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        return r->scratch.release[c][0] > 0.0 ? CONTACT_TOUCHING : CONTACT_RELEASED;
+    }
+    return CONTACT_TOUCHING;
+}
+
+/* rate of the depth of a region, which is not the rate that y stands for */
+static double depth_rate(Run *r, int c)
+{
+    Jets *j = &r->scratch;
+    taylor_field(r, j, 0);
+    for (int i = 0; i < MODEL_NQ; i++) {
+        j->x[i][1] = j->x[MODEL_NQ + i][0];
+    }
+    for (int i = 0; i < MODEL_NV; i++) {
+        j->x[MODEL_NQ + i][1] = contact_rate(j, i, 0);
+    }
+    model_depth(r->at.p, r->at.d, j, 1);
+    return j->depth[c][1];
+}
+
+/* whether the gap of a rigid contact is zero, but for rounding */
+int place_at_wall(const Run *r, int c)
+{
+    return fabs(r->scratch.depth[c][0]) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+}
+
+/* the friction of a rigid contact that is closed; marks it if it is at zero slip */
+void place_friction(Run *r, int normal, signed char *candidate)
+{
+    const int c = model_contact_partner[normal];
+    if (c >= 0) {
+        candidate[c] = (signed char)place_at_zero_slip(r, c);
+        r->at.state[c] = !candidate[c] || r->at.state[c] == CONTACT_AWAY ? place_slipping(r, c) : r->at.state[c];
+    }
+}
+
+/* a rigid contact leaves its wall, or is not at it */
+void place_open(Run *r, int c)
+{
+    r->at.state[c] = CONTACT_AWAY;
+    if (model_contact_partner[c] >= 0) {
+        r->at.state[(int)model_contact_partner[c]] = CONTACT_AWAY;
+    }
+}
+
+/* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below it */
+int place_rigid(Run *r, int c, signed char *candidate)
+{
+    const double depth = r->scratch.depth[c][0];
+    const int starts = r->starting;
+    const int held = contact_is_held(r->at.state, c);
+    candidate[c] = 0;
+    if (!place_at_wall(r, c) && (starts || fabs(depth) > r->tolerances.drift)) {
+        if (depth > 0.0) {
+            return run_fail(r, "the wall of the rigid contact '%s' is penetrated by %.6g at t = %.17g: %s", model_contact_names[c], depth,
+                            r->at.time, starts ? "start with a gap of zero or more" : "an input moved it through the body");
+        }
+        place_open(r, c);
+        return 0;
+    }
+    if (!held && !place_at_wall(r, c) && depth < 0.0) {
+        return 0;
+    }
+    r->at.known[c][SLOT_NORMAL] = 1;
+    if (!held && !place_at_zero_slip(r, c)) {
+        place_open(r, c);
+        return r->scratch.slip[c][0] < 0.0;
+    }
+    r->at.state[c] = held ? r->at.state[c] : CONTACT_TOUCHING;
+    candidate[c] = 1;
+    place_friction(r, c, candidate);
+    return 0;
+}
+
+/* contact states where depths decide; marks contacts at zero slip, and regions at whose end the body rests: counted as entered */
+void place_all(Run *r, signed char *candidate, signed char *resting)
+{
+    place_load(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        int inside = 1;
+        resting[c] = 0;
+        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c]) {
+            continue;
+        }
+        candidate[c] = 0;
+        if (model_contact_bounded[c]) {
+            const double depth = r->scratch.depth[c][0];
+            const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+            /* at the bound itself the rate of the depth decides; at rest there a stop does not count as entered */
+            double rate = 0.0;
+            if (at_bound) {
+                rate = model_contact_is_stop[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
+                r->at.known[c][SLOT_NORMAL] = 1;
+            }
+            resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_is_stop[c]);
+            inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
+            if (at_bound && inside && model_contact_is_stop[c]) {
+                r->at.memory[c] = fabs(rate);
+            }
+        }
+        const int was_inside = r->at.state[c] != CONTACT_AWAY;
+        if (!inside) {
+            r->at.state[c] = CONTACT_AWAY;
+        } else if (model_contact_is_stop[c]) {
+            r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
+        } else if (place_at_zero_slip(r, c)) {
+            candidate[c] = 1;
+            r->at.state[c] = was_inside ? r->at.state[c] : CONTACT_SLIP_PLUS;
+        } else {
+            r->at.state[c] = place_slipping(r, c);
+        }
+    }
+}
+
+/* the signs with which the depths of regions leave zero where the body rests at their end; 0 for all others */
+static void leaving_signs(Run *r, const signed char *resting, signed char *sign)
+{
+    enum { ORDER = 8 };
+    Jets *j = &r->scratch;
+    taylor_series(r, j, ORDER, INFINITY);
+    const double length = taylor_time_scale(r, j, ORDER);
+    for (int c = 0; c < MODEL_NC; c++) {
+        sign[c] = 0;
+        if (resting[c]) {
+            const double floor = r->tolerances.margin * model_depth_magnitude(r->at.p, r->at.d, j, c);
+            int k = 2;
+            while (k < ORDER && !(fabs(j->depth[c][k]) * pow(length, k) > floor)) {
+                k++;
+            }
+            sign[c] = (signed char)(k == ORDER ? 0 : j->depth[c][k] > 0.0 ? 1 : -1);
+            r->at.known[c][SLOT_NORMAL] = (signed char)(k == ORDER ? MODEL_TERMS : k);
+        }
+    }
+}
+
+/*
+ * What a body at rest touches decides where it goes. Regions that it would go out of are left at once, if it still goes
+ * there without them; otherwise it is held at their end from both sides, and touches all.
+ */
+RunStatus place_out_of_regions(Run *r, signed char *candidate, const signed char *resting, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char sign[NC];
+    signed char without[NC];
+    const Point touching = r->at;
+    int leaves = 0;
+    leaving_signs(r, resting, sign);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (sign[c] < 0) {
+            leaves = 1;
+            candidate[c] = 0;
+            r->at.state[c] = CONTACT_AWAY;
+        }
+    }
+    if (!leaves) {
+        return RUN_OK;
+    }
+    if (choice_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    leaving_signs(r, resting, without);
+    if (memcmp(sign, without, sizeof sign) != 0) {
+        r->at = touching;
+    }
+    return RUN_OK;
+}
+
+/* coordinates of contacts at their wall onto it: what rounding leaves would add up over many impacts */
+void place_on_walls(Run *r, const signed char *at_walls)
+{
+    Jets *j = &r->scratch;
+    Sticking s;
+    taylor_load(r, j);
+    model_slip(r->at.p, r->at.d, j, 0);
+    model_depth(r->at.p, r->at.d, j, 0);
+    place_load_inertia(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        j->capacity[c][0] = 0.0;
+    }
+    contact_factor(&r->at, j, at_walls, NULL, &s);
+    for (int i = 0; i < s.count; i++) {
+        double push = 0.0;
+        for (int e = 0; e < s.count; e++) {
+            push += s.inverse[i][e] * j->depth[s.contact[e]][0];
+        }
+        for (int v = 0; v < MODEL_NQ; v++) {
+            r->at.x[v] += j->W[v][s.contact[i]][0] * push;
+        }
+    }
+}
+
+/* friction with a force of its own, and stops, after the velocities have jumped */
+void place_others(Run *r, signed char *candidate)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+            continue;
+        }
+        if (model_contact_is_stop[c]) {
+            r->at.state[c] = inside_state(r, c);
+        } else {
+            candidate[c] = (signed char)place_at_zero_slip(r, c);
+            r->at.state[c] = candidate[c] ? r->at.state[c] : place_slipping(r, c);
+        }
+    }
+}

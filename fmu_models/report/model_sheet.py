@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from fmu_models.language.inertia import mass_matrix
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.lowering.lagrange import generalised_forces
 from fmu_models.lowering.lower import lower
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
 
@@ -23,7 +25,7 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
         "name": mechanism.name,
         "title": mechanism.title,
         "source": mechanism.source,
-        "equations": _equations(system),
+        "equations": _equations(mechanism, system),
         "parameters": [
             {
                 "name": p.name,
@@ -88,13 +90,20 @@ def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
             said["jump at h = 0"] = "; ".join(jumps)
     return {
         "name": contact.name,
-        "kind": {"impact_friction": "friction of the rigid contact before"}.get(contact.kind, contact.kind),
+        "kind": contact.kind.replace("_", " "),
         "description": contact.description,
-        "law": type(declared.law).__name__ if hasattr(declared, "law") else None,
+        "law": _law(contact, declared),
         "equations": said,
         "states": _states(contact),
         "indicators": [_INDICATORS[what] for what in contact.indicators],
     }
+
+
+def _law(contact: ContactDynamics, declared: Any) -> str | None:
+    if contact.kind == "impact_friction":
+        return "Coulomb"
+    rule = declared.restitution if contact.kind == "impact" else getattr(declared, "law", None)
+    return None if rule is None else type(rule).__name__
 
 
 _INDICATORS = {
@@ -110,7 +119,7 @@ def _states(contact: ContactDynamics) -> list[str]:
     if contact.kind == "impact":
         return ["open", "closed", "chattering"]
     if contact.kind == "impact_friction":
-        return ["slip+", "slip-", "stick", "open"]
+        return ["slip+", "slip-", "stick", "away"]
     if contact.kind == "stop":
         return ["away", "touching", *(["released"] if contact.release is not None else [])]
     moving = ["slip+", "slip-"] if contact.kind == "friction" else ["+", "-"]
@@ -124,16 +133,32 @@ def readable(expression: sympy.Basic) -> str:
     return sympy.sstr(expression.xreplace(names))
 
 
-def _equations(system: HybridSystem) -> list[str]:
+def _equations(mechanism: Mechanism, system: HybridSystem) -> list[str]:
     lines = [f"{q.name}' = {q.v.name}" for q in system.coordinates]
-    for i, state in enumerate(system.driven):
-        force = sum(
-            (system.W[i, c] * sympy.Symbol(f"lambda_{contact.name}") for c, contact in enumerate(system.contacts)),
-            sympy.S.Zero,
-        )
-        lines.append(f"{state.name}' = {readable(sympy.expand(system.acceleration[i]) + force)}")
+    forces = sympy.Matrix([sympy.Symbol(f"lambda_{contact.name}") for contact in system.contacts])
+    if isinstance(mechanism, Mechanism) and not mass_matrix(mechanism).is_diagonal():
+        lines += _coupled(mechanism, system, forces)
+    else:
+        by_contacts: Any = system.W * forces if system.contacts else sympy.zeros(len(system.driven), 1)
+        for i, state in enumerate(system.driven):
+            lines.append(f"{state.name}' = {readable(sympy.expand(system.acceleration[i]) + by_contacts[i])}")
     for state, rate in zip(system.internal_states, system.internal_rates, strict=True):
         lines.append(f"{state.name}' = {readable(rate)}")
+    return lines
+
+
+def _coupled(mechanism: Mechanism, system: HybridSystem, forces: sympy.Matrix) -> list[str]:
+    """Mass matrix times accelerations = forces: solved, these would fill pages."""
+    rates = sympy.Matrix([sympy.Symbol(f"{q.v.name}'") for q in mechanism.coordinates])
+    inertia: Any = mass_matrix(mechanism) * rates
+    free: Any = generalised_forces(mechanism)
+    lines = []
+    for i, q in enumerate(mechanism.coordinates):
+        right = sum(
+            (sympy.diff(c.slip, q.v) * force for c, force in zip(system.contacts, forces, strict=True)),
+            sympy.expand(free[i]),
+        )
+        lines.append(f"{readable(inertia[i])} = {readable(right)}")
     return lines
 
 

@@ -166,10 +166,32 @@ static void finish_segment(Run *r)
     }
 }
 
+/* go to a time inside the segment */
+static void move_inside(Run *r, double time, double since_start)
+{
+    evaluate_segment(r, time, since_start);
+    r->at.time_rest = 0.0;
+    if (MODEL_IMPACTS > 0) {
+        keep_on_walls(r);
+    }
+}
+
 /* how far a step may reach on the way to a time */
 static double step_limit(const Run *r, double end)
 {
     return fmin(LOOK_AHEAD * (end - r->at.time), r->horizon - r->at.time);
+}
+
+/* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
+static int reach_crossing(Run *r, double until)
+{
+    const double s = section_next(r, r->segment_rooted ? sqrt(until) : until);
+    if (s < 0.0) {
+        return 0;
+    }
+    const double since = r->segment_rooted ? s * s : s;
+    move_inside(r, r->segment_start + since, since);
+    return 1;
 }
 
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
@@ -178,16 +200,19 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
     }
     while (r->at.time < t || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= t)) {
-        if (!r->segment_valid && taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
-            return RUN_ERROR;
+        if (!r->segment_valid) {
+            if (taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
+                return RUN_ERROR;
+            }
+            r->section.searched = 0.0;
         }
         const double end = r->segment_start + r->segment_length;
+        const double since = (t - r->segment_start) - r->jets.time_rest;
+        if (r->section.watched && reach_crossing(r, end > t ? since : r->segment_length)) {
+            return RUN_CROSSING;
+        }
         if (end > t) {
-            evaluate_segment(r, t, (t - r->segment_start) - r->jets.time_rest);
-            r->at.time_rest = 0.0;
-            if (MODEL_IMPACTS > 0) {
-                keep_on_walls(r);
-            }
+            move_inside(r, t, since);
             break;
         }
         if (end > r->at.time) {

@@ -60,7 +60,14 @@ class Iteration:
                 f"{declared.name} has no inverse: several states lead to the same one, or the declaration does not say "
                 "which does. Only the positive map can be followed."
             )
-        return cls(declared, tuple(float(given.get(p.name, p.value)) for p in declared.parameters), backward)
+        made = cls(declared, tuple(float(given.get(p.name, p.value)) for p in declared.parameters), backward)
+        if backward and np.isnan(made(np.array([state.start for state in declared.states]))).any():
+            found = ", ".join(f"{p.name} = {v:g}" for p, v in zip(declared.parameters, made.parameters, strict=True))
+            raise StickslipError(
+                f"{declared.name} has no inverse at {found}: its formula has no value there. Choose other parameters, "
+                "or follow the positive map."
+            )
+        return made
 
     @property
     def states(self) -> list[str]:
@@ -134,7 +141,7 @@ def find_periodic(
     period: int = 1,
     *,
     box: Any = None,
-    starts: int = 1500,
+    starts: int = 5000,
 ) -> tuple[PeriodicMotion, ...]:
     """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
 
@@ -154,11 +161,13 @@ def find_periodic(
     if len(bounds) == 1 and not iteration.map.modulus:
         seeds = [point.x for point in find_iterate_crossings(iteration, period, box=bounds).fixed_points]
         if seeds:
-            found = iterate(iteration, np.array(seeds)[:, None], period - 1)
-            guesses = np.concatenate([np.moveaxis(found, 0, 1), guesses])
+            cycles = iterate(iteration, np.array(seeds)[:, None], period - 1)
+            guesses = np.concatenate([np.moveaxis(cycles, 0, 1), guesses])
     motions: list[Vector] = []
     size = bounds[:, 1] - bounds[:, 0]
-    for points in newton(iteration, guesses):
+    found = newton(iteration, guesses)
+    _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
+    for points in found[np.sort(distinct)]:
         inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
         if inside.all() and _least_period(iteration, points, size) == period:
             points = _from_least(points, size)

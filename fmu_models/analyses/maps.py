@@ -28,6 +28,8 @@ from fmu_models.language.values import check_values
 Vector = NDArray[np.float64]
 
 NEWTON_STEPS = 40
+# relative size of a step, and of a miss, at which Newton's method has arrived
+SETTLED = 1e-9
 # motions nearer to each other than this share of the box are one
 SAME = 1e-8
 
@@ -189,18 +191,21 @@ def newton(iteration: Iteration, guesses: Vector) -> Vector:
     points = guesses[np.isfinite(guesses).all(axis=(1, 2))]
     _, period, n = points.shape
     step = np.zeros_like(points)
+    done = False
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
             step = _newton_step(iteration, points)
             points = points - step
             sound = np.isfinite(points).all(axis=(1, 2)) & (np.abs(points).max(axis=(1, 2)) < 1e12)
             points, step = points[sound], step[sound]
-            if not len(points):
+            if done or not len(points):
                 break
+            # the step after one this small brings the points to rounding
+            done = bool((np.abs(step).max(axis=(1, 2)) < SETTLED * (1.0 + np.abs(points).max(axis=(1, 2)))).all())
         miss = iteration.difference(iteration.lifted(points) - np.roll(points, -1, axis=1))
         scale = 1.0 + np.abs(points).max(axis=(1, 2))
-        settled = np.abs(step).max(axis=(1, 2), initial=0.0) < 1e-9 * scale
-        exact = np.abs(miss).max(axis=(1, 2), initial=0.0) < 1e-9 * scale
+        settled = np.abs(step).max(axis=(1, 2), initial=0.0) < SETTLED * scale
+        exact = np.abs(miss).max(axis=(1, 2), initial=0.0) < SETTLED * scale
     return iteration.wrapped(points[settled & exact]).reshape(-1, period, n)
 
 

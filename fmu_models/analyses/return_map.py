@@ -104,7 +104,9 @@ class ReturnMap:
         return change[self.state] - back.rates[self.state] * later
 
     def _direction(self, x: float) -> np.ndarray:
-        """(n,) derivative of the start states by x; exact where they are linear in it."""
+        """(n,) derivative of the start states by x; from differences where they are a function."""
+        if not callable(self._start):
+            return np.array([float(name == self.state) for name in self.fmu.states])
         h = 1e-5 * max(1.0, abs(x))
         over, below = self.start(x + h), self.start(x - h)
         unknown = set(over) - set(self.fmu.states)

@@ -46,7 +46,7 @@ def test_levels_of_a_sine(level, direction):
     level = level if abs(level) > 1e-6 else 0.0
     found = crossings(FREE, "theta", level=level, direction=direction, stop_time=20.0, **HARMONIC)
     assert found.times == pytest.approx(sine_crossings(level, direction, 20.0), abs=1e-12)
-    assert found.states["theta"] == pytest.approx(level, abs=1e-15)
+    assert found.states["theta"] == pytest.approx(level, abs=1e-14)
     assert np.abs(found.states["omega"]) == pytest.approx(W * math.sqrt(1 - level**2), rel=1e-12)
 
 

@@ -39,7 +39,7 @@ def cradle(law: str) -> Fmu:
         Impact(name="first", gap=x[1] - x[0], restitution=LAWS[law](e)),
         Impact(name="second", gap=x[2] - x[1], restitution=LAWS[law](e2)),
     ]
-    energy = sum(m * q.v**2 / 2 for q in x)
+    energy = sum((m * q.v**2 / 2 for q in x), start=sympy.S.Zero)
     name = f"cradle_{law}"
     return opened(Mechanism(name=name, title="t", source="s", coordinates=x, kinetic_energy=energy, contacts=gaps))
 

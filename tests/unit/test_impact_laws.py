@@ -1,9 +1,10 @@
 """Impacts of random mechanisms against an independent solver of the laws of impact.
 
-M v+ = M v- + J' Lambda with gap speeds and slips gamma = J v. Every assignment {no impulse, sticks, slips forward, slips
-backward} is solved here as one linear system and checked against the laws; the engine must find the solution that loses
-most energy, and an error where there is none. Where contacts act along more directions than there are coordinates their
-impulses are not determined one by one, and so neither is the expansion of Poisson's law: there only the laws are checked.
+M v+ = M v- + J' Lambda with gap speeds and slips gamma = J v. Every assignment {no impulse, sticks, slips forward,
+slips backward} is solved here as one linear system and checked against the laws; the engine must find the solution that
+loses most energy, and an error where there is none. Where contacts act along more directions than there are
+coordinates their impulses are not determined one by one, and so neither is the expansion of Poisson's law: there only
+the laws are checked.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def mechanism(structure: Structure) -> Mechanism:
     n = structure.coordinates
     q = [Coordinate(f"q{i}", "m", "coordinate", velocity=f"v{i}") for i in range(n)]
     upper = {(i, j): Parameter(f"m{i}{j}", float(i == j), "kg", "mass") for i in range(n) for j in range(i, n)}
-    energy = sum(upper[min(i, j), max(i, j)] * q[i].v * q[j].v for i in range(n) for j in range(n)) / 2
+    energy = sympy.Add(*(upper[min(i, j), max(i, j)] * q[i].v * q[j].v / 2 for i in range(n) for j in range(n)))
     contacts = []
     for c, rough in enumerate(structure.friction):
         normal = [number(f"n{c}{i}", float(i == 0)) for i in range(n)]

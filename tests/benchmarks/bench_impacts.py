@@ -3,7 +3,7 @@
     python tests/benchmarks/bench_impacts.py [repetitions]
 
 Gamma = 0.8 and e = 0.8, in units in which gravity and the frequency of the table are 1. The start lies beside the
-stable motion of one impact per period, which never chatters, so that both sides do the same impacts. Both run in one call;
+stable motion of one impact per period, which never chatters: both sides do the same impacts. Both run in one call;
 heyoka at 1e-12 and at our tolerance, 1e-14, by a terminal event whose callback turns the velocity. Instances are made
 outside the timing. The reference solves the equation of every flight with 30 digits. Needs the extra `bench`.
 """

@@ -1,0 +1,84 @@
+"""Impacts under a foreign integrator: CVode of fmpy through chatter, rest, release and jamming, fine and coarse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+
+from fmu_models.codegen.package import built
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.system import simulate
+
+# of CVode, with the interval of the outputs, s; at 1e-4 an interval spans many bounces
+FINE, COARSE = (1e-8, 1 / 512), (1e-4, 0.25)
+
+
+def exchange(fmu: Fmu, settings: tuple[float, float], stop: float, **parameters: float) -> np.ndarray:
+    """Rows at the output times, before and after every event."""
+    return simulate_fmu(
+        str(fmu.path),
+        fmi_type="ModelExchange",
+        stop_time=stop,
+        relative_tolerance=settings[0],
+        output_interval=settings[1],
+        start_values=parameters,
+        output=[*fmu.states, *fmu.outputs, *(f"{name}_state" for name in fmu.contacts)],
+    )
+
+
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def ball(request: pytest.FixtureRequest) -> Fmu:
+    return Fmu.open(built("bouncing_ball", fmi_version=request.param))
+
+
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def woodpecker(request: pytest.FixtureRequest) -> Fmu:
+    return Fmu.open(built("woodpecker", fmi_version=request.param))
+
+
+@pytest.mark.parametrize("settings", [FINE, COARSE], ids=["fine", "coarse"])
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
+def test_a_ball_comes_to_rest_on_a_floor(ball: Fmu, e: float, settings: tuple[float, float]) -> None:
+    """However low the bounces become, none is missed and the rest is reached when the closed form says."""
+    run = exchange(ball, settings, 3.0, A=0.0, e=e)
+    native = simulate(ball, 3.0, parameters={"A": 0.0, "e": e})
+    rest = native.events[-1].time
+    last = run["time"][np.nonzero(run["table_state"] != 3)[0][-1]]
+    # bounces lower than what CVode resolves are completed in closed form
+    assert last == pytest.approx(rest, abs=1e-4 if settings == FINE else 5e-2)
+    # a low flight after a coarse step may pass the floor by CVode's own error
+    assert run["gap"].min() > (-1e-9 if settings == FINE else -1e-5)
+    assert abs(run["x"][-1]) < 1e-9 and abs(run["v"][-1]) < 1e-9
+    # no more than a bounce at a time
+    assert run.size < 2 * len(native.events) + 3.0 / settings[1] + 20
+
+
+@pytest.mark.parametrize("settings", [FINE, COARSE], ids=["fine", "coarse"])
+@pytest.mark.parametrize("parameters", [{"A": 5e-3, "e": 0.2}, {"A": 6e-3, "e": 0.0}], ids=["chatter", "plastic"])
+def test_a_ball_sticks_to_a_table_and_leaves_it(
+    ball: Fmu, parameters: dict[str, float], settings: tuple[float, float]
+) -> None:
+    run = exchange(ball, settings, 3.0, **parameters)
+    native = simulate(ball, 3.0, parameters=parameters, output_times=np.arange(0, 3.0 + 1e-9, settings[1]))
+    assert run["gap"].min() > -1e-5
+    assert {2, 3} <= set(run["table_state"][run["time"] > 2.0].astype(int))
+    # a release is where the acceleration of the table says, whatever came before: CVode's error in it is forgotten
+    released = [event.time for event in native.events if (event.before, event.after) == (3, 2)]
+    state = run["table_state"].astype(int)
+    opened = run["time"][1:][(state[:-1] == 3) & (state[1:] == 2)]
+    assert opened == pytest.approx(released, abs=1e-6 if settings == FINE else 1e-3)
+    at = np.searchsorted(run["time"], native.time - 1e-9)
+    assert np.abs(run["x"][at] - native["x"]).max() < (1e-7 if settings == FINE else 1e-4)
+
+
+def test_the_woodpecker_goes_on_through_jamming(woodpecker: Fmu) -> None:
+    stop = 0.6
+    run = exchange(woodpecker, FINE, stop)
+    native = simulate(woodpecker, stop, output_times=np.arange(0, stop, FINE[1]))
+    at = np.searchsorted(run["time"], native.time - 1e-9)
+    for name in ("y", "phi_M", "phi_S"):
+        # four periods of a motion whose multipliers are small
+        assert np.abs(run[name][at] - native[name]).max() < 1e-4 * np.ptp(native[name]), name
+    jammed = (run["lower_state"] == 3) & (run["lower_friction_state"] == 0)
+    assert jammed.any() and not jammed.all()

@@ -55,7 +55,7 @@ void place_friction(Run *r, int normal, signed char *candidate);
 int place_rigid(Run *r, int c, signed char *candidate);
 /* bodies at rest at the end of regions that they would go out of leave them */
 RunStatus place_out_of_regions(Run *r, signed char *candidate, const signed char *resting, int *moved);
-/* move the coordinates onto the walls of the contacts marked */
+/* move the coordinates onto the walls of the contacts marked; after place_load and place_load_inertia */
 void place_on_walls(Run *r, const signed char *at_walls);
 
 /* impact.c */

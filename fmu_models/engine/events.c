@@ -52,7 +52,6 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     }
     *moved = 1;
     place_on_walls(r, takes_part);
-    place_load(r);
     const ImpactPhase *last = &r->impact[r->impact_phases - 1];
     for (int c = 0; c < MODEL_NC; c++) {
         if (!takes_part[c]) {

@@ -160,6 +160,8 @@ static void undo_drift(Run *r)
         any |= closed[c];
     }
     if (any) {
+        place_load(r);
+        place_load_inertia(r);
         place_on_walls(r, closed);
         place_load(r);
         contact_project(&r->at, &r->scratch, closed);

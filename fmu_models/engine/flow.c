@@ -47,7 +47,9 @@ static void KIND(rooted_depths)(const Point *at, Jets *j, int k)
 
 void flow_field(Point *at, Jets *j, int k, int rooted)
 {
-    model_slip(at->p, at->d, j, k);
+    if (k < 2 || !j->apart) {
+        model_slip(at->p, at->d, j, k);
+    }
     if (MODEL_BOUNDED && !rooted) {
         model_depth(at->p, at->d, j, k);
     }
@@ -120,7 +122,9 @@ void flow_series(Point *at, Jets *j, int order)
 /* what the search for events reads of the last order */
 void flow_finish(const Point *at, Jets *j, int order)
 {
-    model_slip(at->p, at->d, j, order);
+    if (!j->apart) {
+        model_slip(at->p, at->d, j, order);
+    }
     if (MODEL_BOUNDED) {
         model_depth(at->p, at->d, j, order);
     }

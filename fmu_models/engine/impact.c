@@ -202,8 +202,6 @@ int impact_settles(Run *r, int c, double *wait, int *other)
     const double SLOW = 1e-2;
     Jets *j = &r->scratch;
     const double e = model_restitution(r->at.p, r->at.d, c);
-    taylor_load(r, j);
-    model_slip(r->at.p, r->at.d, j, 0);
     const double speed = j->slip[c][0];
     const int slow = speed <= r->tolerances.chatter * r->at.memory[c];
     if (!(e < 1.0) || !(slow || r->tolerances.drift > 0.0)) {

@@ -12,6 +12,7 @@ typedef Real Series[MODEL_TERMS + 1];
 typedef struct {
     Series t;
     double time_rest;                         /* what rounding took from t[0]; only a phase needs it */
+    int apart;                                /* no contact touches: orders of slip beyond the rate are left out */
     Series u[MODEL_ROOM(MODEL_NU)];
     Series du[MODEL_ROOM(MODEL_NU)];          /* rates of the inputs */
     Series x[MODEL_ROOM(MODEL_NX)];

@@ -216,10 +216,6 @@ void place_on_walls(Run *r, const signed char *at_walls)
 {
     Jets *j = &r->scratch;
     Sticking s;
-    taylor_load(r, j);
-    model_slip(r->at.p, r->at.d, j, 0);
-    model_depth(r->at.p, r->at.d, j, 0);
-    place_load_inertia(r);
     for (int c = 0; c < MODEL_NC; c++) {
         j->capacity[c][0] = 0.0;
     }

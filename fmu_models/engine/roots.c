@@ -90,10 +90,17 @@ static double guess(const double *c, int n, double low, double high)
 /* Bernstein coefficients on [0, 1] of the polynomial with power coefficients b */
 static void to_bernstein(const double *b, int n, double *beta)
 {
-    double binomial = 1.0;
-    for (int k = 0; k <= n; k++) {
-        beta[k] = b[k] / binomial;
-        binomial = binomial * (n - k) / (k + 1);
+    /* the reciprocals of the binomial coefficients, by multiplications alone */
+    static const double RECIPROCAL[POLYNOMIAL_TERMS] = {
+        0.0,      1.0 / 1,  1.0 / 2,  1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6,  1.0 / 7,  1.0 / 8,  1.0 / 9,  1.0 / 10,
+        1.0 / 11, 1.0 / 12, 1.0 / 13, 1.0 / 14, 1.0 / 15, 1.0 / 16, 1.0 / 17, 1.0 / 18, 1.0 / 19, 1.0 / 20, 1.0 / 21,
+        1.0 / 22, 1.0 / 23, 1.0 / 24, 1.0 / 25, 1.0 / 26, 1.0 / 27, 1.0 / 28, 1.0 / 29, 1.0 / 30, 1.0 / 31, 1.0 / 32,
+    };
+    double share = 1.0;
+    beta[0] = b[0];
+    for (int k = 1; k <= n; k++) {
+        share *= k * RECIPROCAL[n - k + 1];
+        beta[k] = b[k] * share;
     }
     for (int k = 1; k <= n; k++) {
         for (int i = n; i >= k; i--) {
@@ -160,8 +167,30 @@ static int low_order(const double *b, int n, double *tail, double *slopes)
     return order;
 }
 
-/* first_fall on [0, 1] in units of it, by the low orders; -2 where they do not decide */
-static double quick_fall(const double *b, int n)
+/* a point before the root of b - slack in an interval on which b falls, near it; b is positive there */
+static double before_root(const double *b, int n, double slack, double low, double high)
+{
+    const double NEAR = 1e-3;
+    double s = 0.5 * (low + high);
+    for (int i = 0; i < 6; i++) {
+        double slope;
+        const double value = value_and_slope(b, n, s, &slope) - slack;
+        double next = s - value / slope;
+        next = next > low && next < high ? next : value > 0.0 ? 0.5 * (s + high) : 0.5 * (low + s);
+        if (value > 0.0 && next - s <= NEAR * s) {
+            return s;
+        }
+        /* from beyond the root Newton's method on a falling arc stays there */
+        s = value > 0.0 ? next : fmax(low, next - NEAR * next);
+    }
+    return polynomial_value(b, n, s) > slack ? s : low;
+}
+
+/*
+ * first_fall on [0, 1] in units of it, by the low orders; -2 where they do not decide. With slack > 0 a point near and before the
+ * first place at which b falls below slack.
+ */
+static double quick_fall(const double *b, int n, double slack)
 {
     const double NARROW = 1.5 / (1 << QUICK_HALVINGS);
     double stack[QUICK_HALVINGS + 1][POLYNOMIAL_TERMS];
@@ -176,21 +205,24 @@ static double quick_fall(const double *b, int n)
         double *beta = stack[top];
         double least, largest, steepest, flattest;
         bounds(beta, order, 0, &least, &largest);
-        if (least > tail) {
+        if (least > tail + slack) {
             top--;
             continue;
         }
         bounds(beta, order, 1, &steepest, &flattest);
         const double end = start[top] + width[top];
         if (flattest * order < -slopes * width[top]) {
-            if (!(polynomial_value(b, n, end) <= 0.0)) {
+            if (!(polynomial_value(b, n, end) <= slack)) {
                 top--;
                 continue;
+            }
+            if (slack > 0.0) {
+                return before_root(b, n, slack, start[top], end);
             }
             return refine(b, n, start[top], end, guess(b, order, start[top], end));
         }
         if (width[top] < NARROW) {
-            return -2.0;
+            return slack > 0.0 ? start[top] : -2.0;
         }
         halve(beta, order, stack[top + 1]);
         width[top] *= 0.5;
@@ -202,22 +234,39 @@ static double quick_fall(const double *b, int n)
     return -1.0;
 }
 
-double first_fall(const double *c, int n, double h)
+/* powers of h put into the coefficients */
+static void scale(const double *c, int n, double h, double *b)
 {
-    double b[POLYNOMIAL_TERMS];
     double power = h;
     b[0] = c[0];
     for (int k = 1; k <= n; k++) {
         b[k] = c[k] * power;
         power *= h;
     }
+}
+
+double safe_length(const double *c, int n, double h, double slack)
+{
+    double b[POLYNOMIAL_TERMS];
+    scale(c, n, h, b);
+    if (!(b[0] > slack)) {
+        return 0.0;
+    }
+    const double fall = quick_fall(b, n, slack);
+    return fall < 0.0 ? h : h * fall;
+}
+
+double first_fall(const double *c, int n, double h)
+{
+    double b[POLYNOMIAL_TERMS];
+    scale(c, n, h, b);
     if (certainly_positive(b, n)) {
         return -1.0;
     }
     if (b[0] <= 0.0) {
         return 0.0;
     }
-    const double quick = quick_fall(b, n);
+    const double quick = quick_fall(b, n, 0.0);
     if (quick != -2.0) {
         return quick < 0.0 ? -1.0 : h * quick;
     }

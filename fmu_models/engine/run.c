@@ -149,6 +149,8 @@ static void keep_on_walls(Run *r)
         any |= closed[c];
     }
     if (any) {
+        place_load(r);
+        place_load_inertia(r);
         place_on_walls(r, closed);
     }
 }

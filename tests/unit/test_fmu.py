@@ -1,4 +1,4 @@
-"""Opening an FMU from somebody else: nothing escapes its folder."""
+"""An opened FMU: its folder, and libraries that are missing or not ours."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 
 from fmu_models.codegen.package import built
 from fmu_models.errors import StickslipError
-from fmu_models.simulation import fmu as module
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 
@@ -22,47 +21,9 @@ def archive(path: Path, *entries: tuple[str | zipfile.ZipInfo, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", ["../evil", "a/../../evil", "/evil", "..\\evil", "C:/evil", "C:\\evil"])
-def test_a_path_that_escapes(tmp_path: Path, name: str) -> None:
-    entry = zipfile.ZipInfo("x")
-    entry.filename = name  # the constructor would mend backslashes on some platforms
-    path = archive(tmp_path / "a.fmu", (entry, "evil"))
-    with pytest.raises(StickslipError, match="outside its folder"):
-        Fmu.open(path)
-    assert not list(tmp_path.parent.rglob("evil"))
-
-
-def test_a_link(tmp_path: Path) -> None:
-    entry = zipfile.ZipInfo("resources/link")
-    entry.external_attr = 0o120777 << 16
-    with pytest.raises(StickslipError, match="link"):
-        Fmu.open(archive(tmp_path / "a.fmu", (entry, "/etc/passwd")))
-
-
-def test_too_much(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = archive(tmp_path / "a.fmu", ("a", "x" * 600), ("b", "x" * 600))
-    monkeypatch.setattr(module, "MAX_BYTES", 1000)
-    with pytest.raises(StickslipError, match="more than"):
-        Fmu.open(path)
-    monkeypatch.setattr(module, "MAX_FILES", 1)
-    with pytest.raises(StickslipError, match="2 files"):
-        Fmu.open(path)
-
-
-def test_what_is_no_fmu(tmp_path: Path) -> None:
+def test_no_file(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="no file"):
         Fmu.open(tmp_path / "absent.fmu")
-    text = tmp_path / "text.fmu"
-    text.write_text("hello")
-    with pytest.raises(StickslipError, match="zip"):
-        Fmu.open(text)
-    with pytest.raises(StickslipError, match="no modelDescription"):
-        Fmu.open(archive(tmp_path / "empty.fmu", ("a", "")))
-    with pytest.raises(StickslipError, match="cannot be read"):
-        Fmu.open(archive(tmp_path / "broken.fmu", ("modelDescription.xml", "<fmiModelDescription")))
-    entity = '<!DOCTYPE a [<!ENTITY e SYSTEM "file:///etc/passwd">]><a>&e;</a>'
-    with pytest.raises(StickslipError, match="document type"):
-        Fmu.open(archive(tmp_path / "entity.fmu", ("modelDescription.xml", entity)))
 
 
 def test_the_folder_goes_with_the_object() -> None:

@@ -33,7 +33,8 @@ MAX_PATH = 1024
 
 LOCAL_HEADER = 30  # bytes before the name in a zip archive's local header
 ENCRYPTED = 0x1 | 0x40  # bits of the general purpose flag: encrypted, strongly encrypted
-METHODS = {zipfile.ZIP_STORED: "stored", zipfile.ZIP_DEFLATED: "deflated"}
+METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+OTHER_METHODS = {9: "deflate64", 12: "bzip2", 14: "lzma", 93: "zstandard", 95: "xz"}
 DEVICES = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9]|lpt[0-9]) *(\..*)?", re.IGNORECASE)
 KINDS = {
     stat.S_IFLNK: "link",
@@ -105,7 +106,7 @@ def _check_kind(entry: zipfile.ZipInfo, path: Path) -> None:
     if entry.flag_bits & ENCRYPTED:
         raise StickslipError(f"'{path}': '{entry.filename}' is encrypted. Ask its author for an open archive.")
     if entry.compress_type not in METHODS:
-        method = zipfile.compressor_names.get(entry.compress_type, f"method {entry.compress_type}")
+        method = OTHER_METHODS.get(entry.compress_type, f"method {entry.compress_type}")
         raise StickslipError(
             f"'{path}': '{entry.filename}' is packed by {method}; an FMU stores or deflates its files. Pack it again."
         )

@@ -219,7 +219,7 @@ def test_unknown_compression(tmp_path: Path) -> None:
     def edit(data: bytearray, local: int, central: int) -> None:
         data[local + 8] = data[central + 10] = 97
 
-    refused(edited(tmp_path / "a.fmu", edit), "packed by (wavpack|method 97)")
+    refused(edited(tmp_path / "a.fmu", edit), "packed by method 97")
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.99])

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import gc
+import re
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fmu_models.codegen.package import built
 from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
-
-
-def archive(path: Path, *entries: tuple[str | zipfile.ZipInfo, str]) -> Path:
-    with zipfile.ZipFile(path, "w") as file:
-        for name, text in entries:
-            file.writestr(name, text)
-    return path
 
 
 def test_no_file(tmp_path: Path) -> None:
@@ -55,8 +50,50 @@ def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
         simulate(Fmu.open(path), 1.0)
 
 
+def repacked(path: Path, version: str, keep: str, **changed: str) -> Path:
+    """block_on_belt with the entries whose names match ``keep``, some of them with other text."""
+    with zipfile.ZipFile(built("block_on_belt", fmi_version=version)) as source, zipfile.ZipFile(path, "w") as target:
+        for name in source.namelist():
+            if re.match(keep, name):
+                target.writestr(name, changed.get(Path(name).stem, source.read(name)))
+    return path
+
+
 def test_a_platform_without_binary(tmp_path: Path) -> None:
-    with zipfile.ZipFile(built("block_on_belt")) as source:
-        path = archive(tmp_path / "a.fmu", ("modelDescription.xml", source.read("modelDescription.xml").decode()))
-    with pytest.raises(StickslipError, match="cannot be loaded"):
+    path = repacked(tmp_path / "a.fmu", "3.0", "modelDescription.xml")
+    with pytest.raises(StickslipError, match=r"it has no platform at all.* and no sources"):
+        simulate(Fmu.open(path), 1.0)
+    with zipfile.ZipFile(path, "a") as file:
+        file.writestr("binaries/riscv64-linux/block_on_belt.so", "")
+    with pytest.raises(StickslipError, match="it has riscv64-linux"):
+        simulate(Fmu.open(path), 1.0)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_missing_binary_is_built_from_the_sources(tmp_path: Path, version: str) -> None:
+    path = repacked(tmp_path / "a.fmu", version, "(?!binaries)")
+    run, packed = (simulate(Fmu.open(p), 5.0) for p in (path, built("block_on_belt", fmi_version=version)))
+    assert np.array_equal(run["x"], packed["x"])
+
+
+BUILD = """<fmiBuildDescription fmiVersion="3.0"><BuildConfiguration modelIdentifier="block_on_belt">
+<SourceFileSet language="{}"><SourceFile name="{}"/><PreprocessorDefinition name="{}" value="1"/></SourceFileSet>
+</BuildConfiguration></fmiBuildDescription>"""
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"all": "int main(void) { return nonsense; }"}, "cannot be built.*nonsense"),
+        ({"buildDescription": BUILD.format("C11", "../../secret.c", "A")}, "'../../secret.c', which lies outside"),
+        ({"buildDescription": BUILD.format("C11", "/etc/passwd", "A")}, "'/etc/passwd', which lies outside"),
+        ({"buildDescription": BUILD.format("C11", "-o", "A")}, "'-o', which lies outside"),
+        ({"buildDescription": BUILD.format("C11", "other.c", "A")}, "'other.c', which is not there"),
+        ({"buildDescription": BUILD.format("C11", "all.c", "A -o /evil")}, "ill-formed macro"),
+        ({"buildDescription": BUILD.format("Fortran", "all.c", "A")}, "written in Fortran"),
+    ],
+)
+def test_sources_that_cannot_be_built(tmp_path: Path, changed: dict[str, str], said: str) -> None:
+    path = repacked(tmp_path / "a.fmu", "3.0", "(?!binaries)", **changed)
+    with pytest.raises(StickslipError, match=f"(?s){said}"):
         simulate(Fmu.open(path), 1.0)

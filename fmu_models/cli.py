@@ -162,6 +162,21 @@ def simulate(
     console.say(json, content, lambda out: _print_summary(content, out))
 
 
+@app.command()
+def inspect(
+    path: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU of anybody.")], json: Json = False
+) -> None:
+    """Tell what an FMU is, without loading its library: interfaces, platforms, variables, departures from the standard.
+
+    Example: stickslip inspect pump.fmu
+    """
+    from fmu_models.report.fmu_sheet import print_sheet, sheet
+    from fmu_models.simulation.fmu import Fmu
+
+    content = sheet(Fmu.open(path))
+    console.say(json, content, lambda out: print_sheet(content, out))
+
+
 def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
     """What happened: ranges, ends, events per contact, share of the run in each contact state."""
     from fmu_models.simulation.trajectory import CONTACT_STATES

@@ -16,6 +16,7 @@ from fmu_models.errors import StickslipError
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
 # work shorter than this passes without a progress bar, s
 PATIENCE = 2.0
@@ -63,6 +64,13 @@ def table(*columns: str, title: str | None = None) -> Table:
     for column in columns:
         made.add_column(column.lstrip(">"), justify="right" if column.startswith(">") else "left", overflow="fold")
     return made
+
+
+def plain(text: str, style: str = "") -> Text:
+    """Text of somebody else: shown as it is, brackets no markup and control characters no commands to the terminal."""
+    from rich.text import Text
+
+    return Text("".join(c if c.isprintable() else " " for c in text), style=style)
 
 
 @contextmanager

@@ -21,6 +21,12 @@ PLAIN_NAMES = ("-DFMI2_OVERRIDE_FUNCTION_PREFIX=1", "-DFMI3_OVERRIDE_FUNCTION_PR
 LIBRARIES = (".so", ".dll", ".dylib")
 
 
+def this_folder(fmu: Fmu) -> str:
+    """Name of the folder in ``binaries`` for this machine, which depends on the version of FMI."""
+    fmi3_platform, fmi2_platform, _, _ = this_platform()
+    return fmi2_platform if fmu.fmi == 2 else fmi3_platform
+
+
 def platforms(fmu: Fmu) -> list[str]:
     """Folders in ``binaries`` that hold a library, such as "linux64" (FMI 2) or "x86_64-linux" (FMI 3)."""
     found = (fmu.folder / "binaries").glob("*/*")
@@ -40,9 +46,8 @@ def library(fmu: Fmu, identifier: str) -> Path:
     Raises:
         StickslipError: neither packed nor buildable; lists what the FMU has.
     """
-    fmi3_platform, fmi2_platform, _, suffix = this_platform()
-    folder = fmu.folder / "binaries" / (fmi2_platform if fmu.fmi == 2 else fmi3_platform)
-    target = folder / f"{identifier}{suffix}"
+    folder = fmu.folder / "binaries" / this_folder(fmu)
+    target = folder / f"{identifier}{this_platform()[3]}"
     if target.is_file():
         return target
     has = ", ".join(platforms(fmu)) or "no platform at all"

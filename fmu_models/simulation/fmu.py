@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import tempfile
@@ -79,6 +80,12 @@ class Fmu:
     def problems(self) -> list[str]:
         """Where its description departs from the standard without being useless."""
         return descriptions.problems(self.folder, self.description)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the file, by which a result names it."""
+        with self.path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
     def parameters(self) -> list[str]:

@@ -12,7 +12,6 @@ CSV has the variables and their units alone. The file is written whole or not at
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
@@ -77,13 +76,11 @@ class Provenance:
     def of(cls, fmu: Fmu, method: str, start_time: float, stop_time: float, **others: Any) -> Provenance:
         """That of a run of ``fmu``; ``others`` are attributes by name."""
         description = fmu.description
-        with fmu.path.open("rb") as file:
-            sha256 = hashlib.file_digest(file, "sha256").hexdigest()
         return cls(
             fmu=fmu.path.name,
             model=description.modelName or "",
             token=description.instantiationToken or "",
-            sha256=sha256,
+            sha256=fmu.sha256,
             fmi_version=description.fmiVersion or "",
             generation_tool=description.generationTool or "",
             method=method,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,16 +9,20 @@ import typer
 
 from fmu_models import console
 from fmu_models.console import Contacts, Json, Overwrite, Settings
+from fmu_models.errors import StickslipError
 from fmu_models.files import refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.simulation.experiment import Experiment
     from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.trajectory import Trajectory
+    from fmu_models.simulation.isolation import Limits
 
 app = console.app("Models: list, show, export, simulate.")
 
+METHODS = "auto, dopri5, dop853, stiff, cosimulation"
+OWN = "[default: the FMU's own engine if stickslip exported it, otherwise auto]"
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
 
 
@@ -114,52 +117,115 @@ def export(
 
 @app.command()
 def simulate(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or an .fmu exported from one.")],
-    until: Annotated[float, typer.Option(help="End of the run, s.")] = 20.0,
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or the .fmu file of anybody.")],
+    until: Annotated[
+        float | None, typer.Option(help="End of the run, s. [default: 20, or what the FMU of somebody else suggests]")
+    ] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
     inputs: Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input.")] = None,
     contacts: Contacts = None,
     samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 2001,
-    csv: Annotated[Path | None, typer.Option(help="Write the trajectory as CSV.")] = None,
+    method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance. [default: of the method]")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
+    ] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
+    time_limit: Annotated[
+        float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s.")
+    ] = None,
+    memory_limit: Annotated[
+        float | None, typer.Option(help="With --isolate: memory that the run may use, MB (Linux).")
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Simulate a model through its FMU and tell what happened.
+    """Simulate a model, or the FMU of anybody, and tell what happened.
+
+    With --isolate an FMU that crashes, hangs or eats memory is a failed run and nothing else.
 
     Example: stickslip simulate disc_rig --contacts disc0 --input w0=0.41 --until 25 --figure portrait.png
+
+    Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
-    import numpy as np
-
     from fmu_models.codegen.package import built
-    from fmu_models.report.figures import check_format
+    from fmu_models.report import run_summary
+    from fmu_models.simulation.experiment import perform
     from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.system import simulate as run
+    from fmu_models.simulation.results import check_suffix, write_trajectory
 
-    refuse_existing(csv, figure, overwrite=overwrite)
+    refuse_existing(output, figure, overwrite=overwrite)
+    check_suffix(output)
     if figure:
+        from fmu_models.report.figures import check_format
+
         check_format(figure)
-    fmu = Fmu.open(model if model.endswith(".fmu") else built(model, contacts=console.chosen(contacts)))
+    limits = _limits(isolate, time_limit, memory_limit)
+    is_file = Path(model).suffix.lower() == ".fmu"
+    if is_file and contacts is not None:
+        raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
+    fmu = Fmu.open(model if is_file else built(model, contacts=console.chosen(contacts)))
+    _warn(fmu)
+    experiment = _experiment(
+        fmu,
+        until,
+        samples,
+        parameters=console.assignments(settings, "parameter"),
+        start=console.assignments(start, "start value"),
+        inputs=console.assignments(inputs, "input"),
+        tolerance=tolerance,
+        method=method,
+        step=step,
+    )
     with console.progress("simulating") as advance:
-        trajectory = run(
-            fmu,
-            until,
-            parameters=console.assignments(settings, "parameter"),
-            start=console.assignments(start, "start value"),
-            inputs=console.assignments(inputs, "input"),
-            output_times=np.linspace(0.0, until, samples) if until > 0 else None,
-            progress=advance,
+        recording = perform(fmu, experiment, limits=limits, progress=advance)
+    if output:
+        write_trajectory(
+            recording.trajectory,
+            output,
+            provenance=recording.provenance,
+            descriptions=recording.descriptions,
+            overwrite=overwrite,
         )
-    if csv:
-        trajectory.write_csv(csv, overwrite=overwrite)
     if figure:
         from fmu_models.report.trajectory_figure import draw
 
-        draw(trajectory, fmu, figure, overwrite=overwrite)
-    content = _summary(fmu, trajectory, until)
-    content["files"] = [str(path) for path in (csv, figure) if path]
-    console.say(json, content, lambda out: _print_summary(content, out))
+        draw(recording.trajectory, fmu, figure, overwrite=overwrite)
+    content = run_summary.summary(fmu, recording)
+    content["files"] = [str(path) for path in (output, figure) if path]
+    console.say(json, content, lambda out: run_summary.print_summary(content, out))
+
+
+def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
+    from fmu_models.simulation.isolation import Limits
+
+    if not isolate and not (time_limit is None and memory_limit is None):
+        raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
+    return Limits(time_limit, memory_limit) if isolate else None
+
+
+def _experiment(fmu: Fmu, until: float | None, samples: int, **asked: Any) -> Experiment:
+    """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
+    import numpy as np
+
+    from fmu_models.simulation.experiment import Experiment
+
+    begin, end = (0.0, 20.0) if fmu.ours else fmu.suggested_times()
+    stop = end if until is None else until
+    times = np.linspace(begin, stop, samples) if stop > begin else None
+    return Experiment(stop, begin, output_times=times, **asked)
+
+
+def _warn(fmu: Fmu) -> None:
+    """Say that a description departs from the standard; whoever is puzzled by the run should know."""
+    if fmu.problems:
+        console.warn(
+            f"the description of '{fmu.path.name}' departs from the standard in {len(fmu.problems)} places; "
+            f"stickslip inspect {fmu.path} lists them."
+        )
 
 
 @app.command()
@@ -175,47 +241,3 @@ def inspect(
 
     content = sheet(Fmu.open(path))
     console.say(json, content, lambda out: print_sheet(content, out))
-
-
-def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
-    """What happened: ranges, ends, events per contact, share of the run in each contact state."""
-    from fmu_models.simulation.trajectory import CONTACT_STATES
-
-    ranges = {
-        name: {
-            "unit": trajectory.units[name],
-            "min": float(trajectory[name].min()),
-            "max": float(trajectory[name].max()),
-            "end": float(trajectory[name][-1]),
-        }
-        for name in (*fmu.states, *fmu.outputs)
-    }
-    contacts = {}
-    for name in fmu.contacts:
-        events = [event for event in trajectory.events if event.contact == name]
-        first = events[0].before if events else int(trajectory[f"{name}_state"][0])
-        changes = [(0.0, first), *((event.time, event.after) for event in events), (until, first)]
-        shares: dict[str, float] = {}
-        for (begin, state), (end, _) in itertools.pairwise(changes):
-            shares[CONTACT_STATES[state]] = shares.get(CONTACT_STATES[state], 0.0) + (end - begin) / until
-        contacts[name] = {"events": len(events), "shares": shares}
-    return {
-        "model": fmu.description.modelName,
-        "until": until,
-        "ranges": ranges,
-        "contacts": contacts,
-        "steps": trajectory.steps,
-    }
-
-
-def _print_summary(content: dict[str, Any], out: Console) -> None:
-    out.print(f"[bold]{content['model']}[/bold] to t = {content['until']:g} s in {content['steps']} steps")
-    made = console.table("quantity", ">min", ">max", ">at the end", "unit")
-    for name, row in content["ranges"].items():
-        made.add_row(name, *(f"{row[key]:.6g}" for key in ("min", "max", "end")), row["unit"])
-    out.print(made)
-    for name, row in content["contacts"].items():
-        shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
-        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
-    for path in content["files"]:
-        out.print(f"written: {path}")

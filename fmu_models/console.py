@@ -148,5 +148,10 @@ def run(application: typer.Typer) -> None:
     sys.exit(code if isinstance(code, int) else 0)
 
 
+def warn(text: str) -> None:
+    """Say on standard error what does not stop the work."""
+    _complain(f"warning: {text}")
+
+
 def _complain(text: str) -> None:
     print(f"stickslip: {text}", file=sys.stderr)

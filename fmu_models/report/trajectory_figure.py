@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from fmu_models.errors import StickslipError
 from fmu_models.report.figures import save_figure
 
 if TYPE_CHECKING:
@@ -19,9 +20,13 @@ def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = Fals
     """Draw the first coordinate against its velocity, and both over time, with stretches of stick shaded.
 
     Raises:
-        StickslipError: the file exists or cannot be written.
+        StickslipError: the file exists or cannot be written, or there is no second state.
     """
-    position, velocity = fmu.states[:2]
+    states = [name for name in fmu.states if name in trajectory.values]
+    if len(states) < 2:
+        raise StickslipError(f"A phase portrait needs two states; {fmu.path.name} has {len(states)}. Leave it out.")
+    position, velocity = states[:2]
+    contacts = [name for name in fmu.contacts if fmu.ours and f"{name}_state" in trajectory.values]
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     phase, series = figure.subplots(1, 2, width_ratios=(1, 1.6))
     phase.plot(trajectory[position], trajectory[velocity], color="black", linewidth=0.8)
@@ -35,7 +40,7 @@ def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = Fals
     speed = series.twinx()
     speed.plot(trajectory.time, trajectory[velocity], color="tab:blue", linewidth=0.8, linestyle="--", label=velocity)
     speed.set_ylabel(_label(trajectory, velocity))
-    sticking = np.any([trajectory[f"{name}_state"] == 0 for name in fmu.contacts], axis=0) if fmu.contacts else None
+    sticking = np.any([trajectory[f"{name}_state"] == 0 for name in contacts], axis=0) if contacts else None
     if sticking is not None and sticking.any():
         low, high = series.get_ylim()
         series.fill_between(trajectory.time, low, high, where=sticking, color="0.88", linewidth=0, label="stick")

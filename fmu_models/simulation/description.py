@@ -40,7 +40,8 @@ def read(path: Path, folder: Path) -> ModelDescription:
         deeper = next(folder.glob("*/modelDescription.xml"), None)
         hint = f" It lies in '{deeper.parent.name}': pack the folder's contents, not the folder." if deeper else ""
         raise StickslipError(f"'{path}' is not an FMU: it holds no modelDescription.xml.{hint}")
-    _Outline(f"'{path}': modelDescription.xml").check(xml)
+    outline = _Outline(f"'{path}': modelDescription.xml")
+    outline.check(xml)
     if (build := folder / "sources" / "buildDescription.xml").is_file():
         _look_over(build, f"'{path}': buildDescription.xml", lambda *_: None)
     try:
@@ -49,6 +50,13 @@ def read(path: Path, folder: Path) -> ModelDescription:
         said = error if str(error) and not isinstance(error, KeyError) else f"{type(error).__name__} {error}".strip()
         raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {said}") from error
     _check(path, description)
+    for interface, attributes in (
+        (description.modelExchange, outline.interfaces.get("ModelExchange")),
+        (description.coSimulation, outline.interfaces.get("CoSimulation")),
+    ):
+        # fmpy knows the attribute by its name in FMI 2 only
+        if interface is not None and attributes and "providesDirectionalDerivatives" in attributes:
+            interface.providesDirectionalDerivative = attributes["providesDirectionalDerivatives"] in ("true", "1")
     return description
 
 

@@ -88,6 +88,27 @@ class Fmu:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
+    def ours(self) -> bool:
+        """Whether this suite exported it, as it says; then its own engine can make a run."""
+        return str(self.description.generationTool).startswith("stickslip ")
+
+    def suggested_times(self) -> tuple[float, float]:
+        """Start and stop of the run that its author suggests, s; 0 and 20 where the description says nothing.
+
+        Raises:
+            StickslipError: what it says are no numbers.
+        """
+        stated = self.description.defaultExperiment
+        texts = (stated.startTime, stated.stopTime) if stated else (None, None)
+        try:
+            start = float(texts[0] or 0.0)
+            return start, float(texts[1]) if texts[1] is not None else start + 20.0
+        except ValueError:
+            raise StickslipError(
+                f"'{self.path}' suggests a run from '{texts[0]}' to '{texts[1]}'. Say its end: --until SECONDS"
+            ) from None
+
+    @property
     def parameters(self) -> list[str]:
         """Names of the parameters."""
         return [name for name, v in self.variables.items() if v.causality == "parameter"]

@@ -96,7 +96,7 @@ def test_export_gives_a_real_fmu_with_the_values_set(stickslip, tmp_path, versio
 
 def test_simulate_tells_what_happened(stickslip, tmp_path):
     arguments = ("simulate", "disc_rig", "--contacts", "disc0", "--input", "w0=0.41", "--until", "10")
-    told = stickslip(*arguments, "--csv", "run.csv", "--figure", "run.svg", "--json")
+    told = stickslip(*arguments, "--output", "run.csv", "--figure", "run.svg", "--json")
     assert told.code == 0
     content = told.json
     assert content["contacts"]["disc0"]["events"] == 19
@@ -187,7 +187,7 @@ def test_bad_input_is_refused_with_a_reason_and_leaves_nothing(stickslip, tmp_pa
 def test_what_exists_stays(stickslip, tmp_path):
     for command, target in (
         (("export", "disc_rig", "-o", "kept.fmu"), "kept.fmu"),
-        (("simulate", "disc_rig", "--csv", "kept.csv"), "kept.csv"),
+        (("simulate", "disc_rig", "--output", "kept.csv"), "kept.csv"),
         (("simulate", "disc_rig", "--figure", "kept.png"), "kept.png"),
         (("fit", RIGS, "--result", "kept.json"), "kept.json"),
         (("emulate", "kept", "--speeds", "0.83"), "kept"),

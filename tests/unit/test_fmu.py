@@ -50,6 +50,14 @@ def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
         simulate(Fmu.open(path), 1.0)
 
 
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_directional_derivatives_are_known_in_both_versions(version: str) -> None:
+    description = Fmu.open(built("block_on_belt", fmi_version=version)).description
+    assert description.modelExchange and description.coSimulation
+    assert description.modelExchange.providesDirectionalDerivative
+    assert description.coSimulation.providesDirectionalDerivative
+
+
 def repacked(path: Path, version: str, keep: str, **changed: str) -> Path:
     """block_on_belt with the entries whose names match ``keep``, some of them with other text."""
     with zipfile.ZipFile(built("block_on_belt", fmi_version=version)) as source, zipfile.ZipFile(path, "w") as target:

@@ -1,0 +1,85 @@
+"""What happened in a run: ranges, ends, events, and the share of the run that contacts spent in their states."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models import console
+from fmu_models.simulation.trajectory import CONTACT_STATES
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.results import Recording
+    from fmu_models.simulation.trajectory import Trajectory
+
+LISTED = 40  # rows that a person reads; programs get all
+
+
+def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
+    """What happened, as plain data, ready for JSON; a number that is not finite is null."""
+    trajectory, origin = recording.trajectory, recording.provenance
+    shown = dict.fromkeys(name for name in (*fmu.states, *fmu.outputs) if name in trajectory.values)
+    contacts = [name for name in fmu.contacts if f"{name}_state" in trajectory.values]
+    return {
+        "model": fmu.description.modelName,
+        "until": float(trajectory.time[-1]) if trajectory.time.size else None,
+        "method": origin.method if origin else None,
+        "ranges": {name: _range(trajectory, name) for name in shown},
+        "contacts": {name: _contact(trajectory, name) for name in contacts} if fmu.ours else {},
+        "events": len(trajectory.events),
+        "steps": trajectory.steps,
+    }
+
+
+def _range(trajectory: Trajectory, name: str) -> dict[str, Any]:
+    data = np.asarray(trajectory[name], dtype=float)
+    return {
+        "unit": trajectory.units[name],
+        "min": _finite(data.min()),
+        "max": _finite(data.max()),
+        "end": _finite(data[-1]),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _contact(trajectory: Trajectory, name: str) -> dict[str, Any]:
+    begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
+    events = [event for event in trajectory.events if event.contact == name]
+    first = events[0].before if events else int(trajectory[f"{name}_state"][0])
+    changes = [(begin, first), *((event.time, event.after) for event in events), (end, first)]
+    shares: Counter[str] = Counter()
+    for (since, state), (until, _) in itertools.pairwise(changes):
+        shares[CONTACT_STATES[state]] += (until - since) / (end - begin)  # type: ignore[assignment]
+    return {"events": len(events), "shares": dict(shares)}
+
+
+def print_summary(content: dict[str, Any], out: Console) -> None:
+    """The same for people."""
+    plain = console.plain
+    head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
+    out.print(plain(content["model"] or "", "bold"), end="")
+    out.print(plain(head))
+    made = console.table("quantity", ">min", ">max", ">at the end", "unit")
+    for name, row in list(content["ranges"].items())[:LISTED]:
+        numbers = ("not finite" if row[key] is None else f"{row[key]:.6g}" for key in ("min", "max", "end"))
+        made.add_row(plain(name), *numbers, plain(row["unit"]))
+    out.print(made)
+    if len(content["ranges"]) > LISTED:
+        out.print(plain(f"  and {len(content['ranges']) - LISTED} more, which --json lists"))
+    for name, row in content["contacts"].items():
+        shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
+        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
+    if not content["contacts"]:
+        out.print(f"{content['events']} events")
+    for path in content["files"]:
+        out.print(plain(f"written: {path}"))

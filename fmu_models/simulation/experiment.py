@@ -1,0 +1,146 @@
+"""One run of any FMU, as it was asked for, in this process or in one of its own, with a record of where it comes from.
+
+ours, no method named    ->  the engine inside the FMU, in one call
+every other              ->  the master, with the method named or the one that fits
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation import binary
+from fmu_models.simulation.isolation import Limits, isolated
+from fmu_models.simulation.results import Provenance, Recording
+from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.system import simulate
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.trajectory import Trajectory
+
+NATIVE = "taylor"  # the method of the engine inside our FMUs
+NATIVE_TOLERANCE = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """What is asked for.
+
+    Attributes:
+        stop_time, start_time: s.
+        parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals.
+        output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
+        tolerance: relative; None takes the default of the method.
+        method: of the master; None takes the FMU's own engine where it has one, otherwise "auto".
+        step: communication step of a co-simulation, s.
+    """
+
+    stop_time: float
+    start_time: float = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float | Signal] = field(default_factory=dict)
+    output_times: ArrayLike | None = None
+    tolerance: float | None = None
+    method: str | None = None
+    step: float | None = None
+
+    def is_native(self, fmu: Fmu) -> bool:
+        """Whether the engine inside the FMU makes the run."""
+        return fmu.ours and self.method is None
+
+
+def perform(
+    fmu: Fmu,
+    experiment: Experiment,
+    *,
+    limits: Limits | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Make the run.
+
+    Args:
+        limits: of a process of its own for the run; None runs here, where a fault of the FMU ends this process.
+        progress: called with the fraction done, several times a second.
+
+    Raises:
+        StickslipError: what is asked for does not fit the FMU, or the run failed; says when and why.
+    """
+    if experiment.is_native(fmu) and experiment.step is not None:
+        raise StickslipError("A communication step is for co-simulation; this FMU brings its own engine. Leave it out.")
+    function = _native if experiment.is_native(fmu) else _master
+    _build_libraries(fmu, master=not experiment.is_native(fmu))
+    if limits is None:
+        trajectory = function(fmu, experiment, progress=progress)
+    else:
+        trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
+    return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
+
+
+def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+    return simulate(
+        fmu,
+        experiment.stop_time,
+        start_time=experiment.start_time,
+        tolerance=NATIVE_TOLERANCE if experiment.tolerance is None else experiment.tolerance,
+        progress=progress,
+        **_given(experiment),
+    )
+
+
+def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+    from fmu_models.simulation.master import simulate_any
+
+    return simulate_any(
+        fmu,
+        experiment.stop_time,
+        start_time=experiment.start_time,
+        method=experiment.method or "auto",
+        step=experiment.step,
+        progress=progress,
+        **({} if experiment.tolerance is None else {"tolerance": experiment.tolerance}),
+        **_given(experiment),
+    )
+
+
+def _given(experiment: Experiment) -> dict[str, Any]:
+    return {name: getattr(experiment, name) for name in ("parameters", "start", "inputs", "output_times")}
+
+
+def _build_libraries(fmu: Fmu, *, master: bool) -> None:
+    """Here rather than in the child: a compiler is no work of the FMU, and needs more memory than one."""
+    if master:
+        from fmu_models.simulation.foreign import master_library
+
+        master_library()
+    for interface in (fmu.description.modelExchange, fmu.description.coSimulation):
+        if interface is not None:
+            binary.library(fmu, str(interface.modelIdentifier))
+
+
+def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
+    found = {name: fmu.variables[name].description for name in trajectory.values if name in fmu.variables}
+    return {name: text for name, text in found.items() if text}
+
+
+def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:
+    native = experiment.is_native(fmu)
+    nan = float("nan")
+    # an input that varies is in the trajectory itself
+    inputs = {name: float(value) for name, value in experiment.inputs.items() if not isinstance(value, Signal)}
+    return Provenance.of(
+        fmu,
+        NATIVE if native else experiment.method or "auto",
+        experiment.start_time,
+        experiment.stop_time,
+        tolerance=experiment.tolerance or (NATIVE_TOLERANCE if native else nan),
+        step=nan if experiment.step is None else experiment.step,
+        parameters=dict(experiment.parameters),
+        start=dict(experiment.start),
+        inputs=inputs,
+    )

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 app = console.app("Models: list, show, export, simulate.")
 
 METHODS = "auto, dopri5, dop853, stiff, cosimulation"
-OWN = "[default: the FMU's own engine if stickslip exported it, otherwise auto]"
+OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
 
 
@@ -75,7 +75,7 @@ def show(model: Model, contacts: Contacts = None, json: Json = False) -> None:
 @app.command()
 def export(
     model: Model,
-    path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write. [default: MODEL.fmu]")] = None,
+    path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
     fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
     contacts: Contacts = None,
     settings: Settings = None,
@@ -119,7 +119,7 @@ def export(
 def simulate(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or the .fmu file of anybody.")],
     until: Annotated[
-        float | None, typer.Option(help="End of the run, s. [default: 20, or what the FMU of somebody else suggests]")
+        float | None, typer.Option(help="End of the run, s (default: 20, or what the FMU of somebody else suggests).")
     ] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
@@ -127,7 +127,7 @@ def simulate(
     contacts: Contacts = None,
     samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 2001,
     method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
-    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance. [default: of the method]")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance (default: of the method).")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
@@ -135,17 +135,17 @@ def simulate(
     figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
     time_limit: Annotated[
-        float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s.")
+        float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s (default: 600).")
     ] = None,
     memory_limit: Annotated[
-        float | None, typer.Option(help="With --isolate: memory that the run may use, MB (Linux).")
+        float | None, typer.Option(help="With --isolate: memory that the run may use, MB (Linux; default: 4096).")
     ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Simulate a model, or the FMU of anybody, and tell what happened.
 
-    With --isolate an FMU that crashes, hangs or eats memory is a failed run and nothing else.
+    With --isolate an FMU that crashes, hangs or eats memory is a failed run and nothing else. A limit of inf is none.
 
     Example: stickslip simulate disc_rig --contacts disc0 --input w0=0.41 --until 25 --figure portrait.png
 
@@ -204,7 +204,12 @@ def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None)
 
     if not isolate and not (time_limit is None and memory_limit is None):
         raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
-    return Limits(time_limit, memory_limit) if isolate else None
+    if not isolate:
+        return None
+    default = Limits.default()
+    return Limits(
+        default.time if time_limit is None else time_limit, default.memory if memory_limit is None else memory_limit
+    )
 
 
 def _experiment(fmu: Fmu, until: float | None, samples: int, **asked: Any) -> Experiment:

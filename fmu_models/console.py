@@ -28,7 +28,7 @@ Settings = Annotated[
 ]
 Contacts = Annotated[
     str | None,
-    typer.Option(metavar="NAMES", help="Contacts to keep, separated by commas; 'none' for a free body. [default: all]"),
+    typer.Option(metavar="NAMES", help="Contacts to keep, separated by commas; 'none' for a free body (default: all)."),
 ]
 
 

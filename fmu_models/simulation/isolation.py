@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import math
 import os
 import pickle
 import queue
@@ -46,17 +47,28 @@ class IsolatedFailure(StickslipError):
 
 @dataclass(frozen=True)
 class Limits:
-    """What a run in a child process may use: wall time in s, memory in MB beyond Python itself; None: no limit."""
+    """What a run in a child process may use: wall time in s, memory in MB beyond Python itself; None, inf: no limit.
+
+    Raises:
+        StickslipError: not a positive number, or a limit of memory where there is none to set.
+    """
 
     time: float | None = None
     memory: float | None = None
 
     def __post_init__(self) -> None:
         for what, value, unit in (("time", self.time, "s"), ("memory", self.memory, "MB")):
-            if value is not None and not 0 < value < float("inf"):
+            if value == math.inf:
+                object.__setattr__(self, what, None)
+            elif value is not None and not 0 < value < math.inf:
                 raise StickslipError(f"The limit of {what} must be a positive number of {unit}, found {value:g}.")
         if self.memory is not None and not _can_limit_memory():
             raise StickslipError("Memory can be limited on Linux only. Leave the limit of memory out.")
+
+    @classmethod
+    def default(cls) -> Limits:
+        """Ample for a run, and less than a machine has: 600 s, and 4096 MB where memory can be limited."""
+        return cls(600.0, 4096.0 if _can_limit_memory() else None)
 
 
 def isolated(

@@ -89,6 +89,11 @@ def test_limits_that_are_none(time_limit: float | None, memory: float | None) ->
         Limits(time_limit, memory)
 
 
+def test_limits_without_end() -> None:
+    assert Limits(float("inf"), float("inf")) == Limits()
+    assert Limits.default().time == 600
+
+
 def test_what_it_prints_does_not_disturb(capfd: pytest.CaptureFixture[str]) -> None:
     assert isolated(functions.chatter) == 7
     printed = capfd.readouterr()

@@ -1,0 +1,477 @@
+/*
+ * Events of the indicators within a step.
+ *
+ *     side of an indicator: 1 where z > 0, -1 where z <= 0, taken where the step begins. An event is the first point on the
+ *         other side; the run goes on from that point, on the far side of zero, because an FMU decides there by the sign it sees.
+ *         It may be back on the near side at once: that is an event again, which the FMU has to be told (it may wait for the next edge)
+ *     locate:
+ *         interval [a, b], at first the whole step:
+ *             indicators at the nodes of the interval and at one point more, on the dense output
+ *             per indicator, v = side * z, p its polynomial, near = what p may err by, at least a small part of v's size:
+ *                 p stays above near              -> no event
+ *                 p is not to be trusted          -> halve the interval
+ *                 p falls below near at s         -> its minimum from there on, looked at through the FMU:
+ *                     on the other side           -> bracket
+ *                     touches                     -> parabolas through the FMU's own values, down to the minimum itself;
+ *                                                    a bracket, or on to where p rises again
+ *             a node on the other side that p does not explain (indicators that jump) is a bracket too
+ *         the first bracket is closed to the resolution of time by secants through the FMU, its far end is the event
+ *         the step is made again with just this length, and the end corrected, until both agree: the event has the accuracy of steps
+ *     update: event mode, iterated until the FMU is content, at most a bounded number of times
+ */
+#include "../roots.h"
+#include "solver.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { NODES = 8, DEGREE = NODES - 1 };
+static const double CHECK = 0.3617; /* between two nodes, nowhere special */
+
+static double node(int k)
+{
+    return 0.5 - 0.5 * cos(3.14159265358979324 * k / DEGREE);
+}
+
+void events_nodes(Master *m)
+{
+    /* column k: the Lagrange polynomial of node k in powers, built up factor by factor */
+    for (int k = 0; k < NODES; k++) {
+        double c[NODES] = {1.0};
+        int degree = 0;
+        for (int j = 0; j < NODES; j++) {
+            if (j == k) {
+                continue;
+            }
+            const double scale = 1.0 / (node(k) - node(j));
+            degree++;
+            for (int i = degree; i >= 0; i--) {
+                c[i] = ((i > 0 ? c[i - 1] : 0.0) - (i < degree ? node(j) * c[i] : 0.0)) * scale;
+            }
+        }
+        for (int i = 0; i < NODES; i++) {
+            m->node_inverse[i * NODES + k] = c[i];
+        }
+    }
+}
+
+static int beyond(const Master *m, int i, double z)
+{
+    return (z > 0.0) != (m->side[i] > 0);
+}
+
+Outcome events_sides(Master *m)
+{
+    const Outcome outcome = field_indicators(m, m->t, m->x, m->z);
+    for (int i = 0; i < m->slots; i++) {
+        m->side[i] = m->z[i] > 0.0 ? 1 : -1;
+    }
+    return outcome;
+}
+
+/* all indicators at a fraction of the step */
+static Outcome sample(Master *m, double theta, double *z)
+{
+    dense_value(m, theta, m->point);
+    const Outcome outcome = field_indicators(m, m->t + theta * m->length, m->point, z);
+    for (int i = 0; i < m->slots && outcome == FINE; i++) {
+        if (!isfinite(z[i])) {
+            return field_report(m, RUN_BAD_INDICATOR, m->t + theta * m->length, i, z[i]);
+        }
+    }
+    return outcome;
+}
+
+typedef enum { CLEAR, UNSURE, BRACKET } Finding;
+
+typedef struct {
+    int i;
+    double from, width;         /* of the interval, in fractions of the step */
+    double p[NODES];
+    double near_zero;
+    double low, high;           /* bracket, in fractions of the step */
+} Search;
+
+/* coefficients of p(s + by) */
+static void shifted(const double *p, double by, double *q)
+{
+    memcpy(q, p, NODES * sizeof *q);
+    for (int k = 0; k < DEGREE; k++) {
+        for (int i = DEGREE - 1; i >= k; i--) {
+            q[i] += by * q[i + 1];
+        }
+    }
+}
+
+/* where p, from s on, first falls below the level; 1 if it does not within the interval */
+static double falls_below(const double *p, double s, double level, double sign)
+{
+    double q[NODES];
+    shifted(p, s, q);
+    q[0] -= level;
+    for (int i = 0; i < NODES; i++) {
+        q[i] *= sign;
+    }
+    const double fall = q[0] <= 0.0 ? 0.0 : first_fall(q, DEGREE, 1.0 - s);
+    return fall < 0.0 ? 1.0 : fmin(1.0, s + fall);
+}
+
+/* the minimum of p from s on, as far as p falls */
+static double minimum_from(const double *p, double s)
+{
+    double q[NODES], slope[NODES];
+    shifted(p, s, q);
+    for (int i = 0; i < DEGREE; i++) {
+        slope[i] = -(i + 1) * q[i + 1];
+    }
+    if (!(slope[0] > 0.0)) {
+        return s;
+    }
+    const double fall = first_fall(slope, DEGREE - 1, 1.0 - s);
+    return fall < 0.0 ? 1.0 : fmin(1.0, s + fall);
+}
+
+/* v = side * z of the searched indicator at s of the interval */
+static Outcome look(Master *m, const Search *search, double s, double *v, int *is_beyond)
+{
+    const Outcome outcome = sample(m, search->from + s * search->width, m->z1);
+    *v = m->side[search->i] * m->z1[search->i];
+    *is_beyond = beyond(m, search->i, m->z1[search->i]);
+    return outcome;
+}
+
+/* a minimum near zero at s: closed in on by parabolas until it is seen beyond zero, or is not */
+static Outcome touch(Master *m, const Search *search, double *s, int *is_beyond)
+{
+    double width = 1e-3;
+    double best;
+    Outcome outcome = look(m, search, *s, &best, is_beyond);
+    for (int round = 0; round < 12 && outcome == FINE && !*is_beyond; round++) {
+        const double left = fmax(0.0, *s - width), right = fmin(1.0, *s + width);
+        double v_left, v_right;
+        int beyond_left = 0, beyond_right = 0;
+        outcome = look(m, search, left, &v_left, &beyond_left);
+        if (outcome == FINE && !beyond_left) {
+            outcome = look(m, search, right, &v_right, &beyond_right);
+        }
+        if (outcome != FINE || beyond_left || beyond_right) {
+            *s = beyond_left ? left : right;
+            *is_beyond = beyond_left || beyond_right;
+            return outcome;
+        }
+        const double a = *s - left, b = right - *s;
+        const double up_left = v_left - best, up_right = v_right - best;
+        const double bend = up_left * b + up_right * a;
+        if (!(bend > 0.0) || !(a > 0.0) || !(b > 0.0)) {
+            /* the least value is at an end of the interval, which is a node */
+            return outcome;
+        }
+        const double moved = *s + 0.5 * (up_left * b * b - up_right * a * a) / bend;
+        double value;
+        outcome = look(m, search, fmin(right, fmax(left, moved)), &value, is_beyond);
+        if (value <= best) {
+            *s = fmin(right, fmax(left, moved));
+            best = value;
+        }
+        width *= 0.1;
+        if (width < 1e-11) {
+            break;
+        }
+    }
+    return outcome;
+}
+
+/* the zones of the interval where the polynomial is near zero, one after the other */
+static Outcome explore(Master *m, Search *search, Finding *finding)
+{
+    double s = 0.0;
+    *finding = CLEAR;
+    for (int zone = 0; zone < NODES && s < 1.0; zone++) {
+        s = falls_below(search->p, s, search->near_zero, 1.0);
+        double lowest = s < 1.0 ? minimum_from(search->p, s) : s;
+        if (lowest > s) {
+            int is_beyond = 0;
+            const Outcome outcome = touch(m, search, &lowest, &is_beyond);
+            if (outcome != FINE) {
+                return outcome;
+            }
+            if (is_beyond) {
+                search->low = search->from + s * search->width;
+                search->high = search->from + lowest * search->width;
+                *finding = BRACKET;
+                return FINE;
+            }
+        }
+        /* on to where the polynomial has left the zone */
+        const double left = falls_below(search->p, lowest, search->near_zero, -1.0);
+        s = left > lowest ? left : fmin(1.0, lowest + 1e-3);
+    }
+    return FINE;
+}
+
+static Outcome search_one(Master *m, Search *search, const double *check, int may_halve, Finding *finding)
+{
+    const int i = search->i;
+    const double side = m->side[i];
+    double v[NODES], scale = 0.0;
+    for (int k = 0; k < NODES; k++) {
+        v[k] = side * m->samples[k * m->slots + i];
+        scale = fmax(scale, fabs(v[k]));
+    }
+    for (int j = 0; j < NODES; j++) {
+        search->p[j] = 0.0;
+        for (int k = 0; k < NODES; k++) {
+            search->p[j] += m->node_inverse[j * NODES + k] * v[k];
+        }
+    }
+    const double mismatch = fabs(polynomial_value(search->p, DEGREE, CHECK) - side * check[i]);
+    search->near_zero = fmax(master_tolerances.graze * scale, 8.0 * mismatch);
+    *finding = CLEAR;
+    if (scale == 0.0) {
+        return FINE;
+    }
+    if (falls_below(search->p, 0.0, search->near_zero, 1.0) < 1.0) {
+        if (mismatch > master_tolerances.trust * scale && may_halve) {
+            *finding = UNSURE;
+            return FINE;
+        }
+        const Outcome outcome = explore(m, search, finding);
+        if (outcome != FINE) {
+            return outcome;
+        }
+    }
+    for (int k = 1; k < NODES; k++) {
+        const double at = search->from + node(k) * search->width;
+        if (beyond(m, i, m->samples[k * m->slots + i]) && (*finding != BRACKET || at < search->high)) {
+            search->low = search->from + node(k - 1) * search->width;
+            search->high = at;
+            *finding = BRACKET;
+            break;
+        }
+    }
+    return FINE;
+}
+
+/* close the bracket of indicator i to the resolution of time */
+static Outcome close_bracket(Master *m, int i, double *low, double *high)
+{
+    const double resolution = 4.0 * DBL_EPSILON;
+    double v_low, v_high;
+    Outcome outcome = sample(m, *low, m->z1);
+    if (outcome == FINE && beyond(m, i, m->z1[i])) {
+        *high = *low;
+        *low = 0.0;
+        outcome = sample(m, *low, m->z1);
+    }
+    v_low = m->side[i] * m->z1[i];
+    if (outcome == FINE) {
+        outcome = sample(m, *high, m->z1);
+    }
+    v_high = m->side[i] * m->z1[i];
+    int last = 0;
+    for (int round = 0; outcome == FINE && *high - *low > resolution * *high && round < 200; round++) {
+        const double width = *high - *low;
+        const double margin = 0.5 * resolution * *high;
+        double s = *low + width * v_low / (v_low - v_high);
+        if (round % 4 == 3 || !(s >= *low && s <= *high)) {
+            s = *low + 0.5 * width;
+        }
+        s = fmin(fmax(s, *low + margin), *high - margin);
+        if (!(s > *low && s < *high)) {
+            break;
+        }
+        outcome = sample(m, s, m->z1);
+        const double v = m->side[i] * m->z1[i];
+        if (beyond(m, i, m->z1[i])) {
+            *high = s;
+            v_high = v;
+            v_low *= last == 1 ? 0.5 : 1.0;
+            last = 1;
+        } else {
+            *low = s;
+            v_low = v;
+            v_high *= last == -1 ? 0.5 : 1.0;
+            last = -1;
+        }
+    }
+    return outcome;
+}
+
+/* first bracket of all indicators in [from, from + width] */
+static Outcome search_all(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low, double *high)
+{
+    double *check = m->samples + NODES * m->slots;
+    Outcome outcome = sample(m, from + CHECK * width, check);
+    for (int k = 1; k < NODES && outcome == FINE; k++) {
+        outcome = sample(m, from + node(k) * width, m->samples + k * m->slots);
+    }
+    *finding = CLEAR;
+    for (int i = 0; i < m->slots && outcome == FINE; i++) {
+        Search search = {.i = i, .from = from, .width = width};
+        Finding one;
+        outcome = search_one(m, &search, check, may_halve, &one);
+        if (outcome != FINE || one == CLEAR) {
+            continue;
+        }
+        if (one == UNSURE) {
+            *finding = UNSURE;
+            return FINE;
+        }
+        outcome = close_bracket(m, i, &search.low, &search.high);
+        if (*finding != BRACKET || search.high < *high) {
+            *which = i;
+            *low = search.low;
+            *high = search.high;
+        }
+        *finding = BRACKET;
+    }
+    return outcome;
+}
+
+/* the event at the end of a step made just so long; found 0 if the indicator does not change its side there */
+static Outcome close_to_end(Master *m, int i, double *theta, int *found)
+{
+    *found = 0;
+    for (double width = 1e-9; width < 1e-2; width *= 30.0) {
+        double low = 1.0 - width, high = 1.0 + width;
+        Outcome outcome = sample(m, low, m->z1);
+        const int too_early = beyond(m, i, m->z1[i]);
+        if (outcome == FINE) {
+            outcome = sample(m, high, m->z1);
+        }
+        if (outcome != FINE) {
+            return outcome;
+        }
+        if (!too_early && beyond(m, i, m->z1[i])) {
+            outcome = close_bracket(m, i, &low, &high);
+            *theta = high;
+            *found = 1;
+            return outcome;
+        }
+    }
+    return FINE;
+}
+
+static Outcome polish(Master *m, int i, double latest, double *theta)
+{
+    const double whole = m->length;
+    const double first = *theta;
+    double length = whole * first;
+    double error;
+    m->previous_ready = 0;
+    for (int round = 0; round < 4; round++) {
+        int found = 0;
+        double end = 1.0;
+        Outcome outcome = method_try(m, length, &error);
+        outcome = outcome == FINE ? method_dense(m) : outcome;
+        outcome = outcome == FINE ? close_to_end(m, i, &end, &found) : outcome;
+        if (outcome == STOP) {
+            return STOP;
+        }
+        if (outcome == SHORTER || !found || length * end > latest) {
+            break;
+        }
+        if (fabs(end - 1.0) < 1e-8) {
+            *theta = end;
+            return FINE;
+        }
+        length *= end;
+    }
+    /* the shorter step has no event there (a grazing one): the dense output of the whole step stands */
+    const Outcome outcome = method_try(m, whole, &error);
+    *theta = first;
+    return outcome == FINE ? method_dense(m) : outcome;
+}
+
+Outcome events_locate(Master *m, double latest, double *theta)
+{
+    double from = 0.0, width = 1.0;
+    int halvings = 0;
+    *theta = -1.0;
+    memset(m->fired, 0, (size_t)m->slots);
+    if (m->nz == 0) {
+        return FINE;
+    }
+    Outcome outcome = method_dense(m);
+    memcpy(m->samples, m->z, (size_t)m->slots * sizeof *m->z);
+    while (from < 1.0 && outcome == FINE) {
+        Finding finding;
+        int which = 0;
+        double low = 0.0, high = 1.0;
+        outcome = search_all(m, from, width, halvings < master_tolerances.halvings, &finding, &which, &low, &high);
+        if (outcome != FINE) {
+            return outcome;
+        }
+        if (finding == UNSURE) {
+            width *= 0.5;
+            halvings++;
+            continue;
+        }
+        if (finding == BRACKET) {
+            *theta = high;
+            if (high > 1e-6) {
+                outcome = polish(m, which, latest, theta);
+            }
+            if (outcome == FINE) {
+                outcome = sample(m, *theta, m->z1);
+            }
+            for (int i = 0; i < m->slots && outcome == FINE; i++) {
+                m->fired[i] = (signed char)beyond(m, i, m->z1[i]);
+            }
+            m->fired[which] = 1;
+            return outcome;
+        }
+        memcpy(m->samples, m->samples + DEGREE * m->slots, (size_t)m->slots * sizeof *m->z);
+        from += width;
+        if (halvings > 0 && fmod(from, 2.0 * width) == 0.0) {
+            width *= 2.0;
+            halvings--;
+        }
+    }
+    return outcome;
+}
+
+Outcome events_update(Master *m, int enter, int jump)
+{
+    const Face *face = m->face;
+    int nominals = 0;
+    int status = enter ? face_plain(face, F_ENTER_EVENT) : FMI_OK;
+    if (status >= FMI_DISCARD) {
+        return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_EVENT, status);
+    }
+    if (jump && field_inputs(m, m->t) != FINE) {
+        return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
+    }
+    Update update = {1, 0, 0, 0, INFINITY};
+    for (int round = 0; update.again && !m->terminate; round++) {
+        if (round > master_tolerances.event_iterations) {
+            return field_report(m, RUN_EVENT_ITERATION, m->t, -1, round);
+        }
+        status = face_update(face, &update);
+        if (status >= FMI_DISCARD) {
+            return field_report(m, RUN_FMI_ERROR, m->t, F_UPDATE, status);
+        }
+        nominals |= update.nominals_changed;
+        m->terminate |= update.terminate;
+    }
+    m->next_event = update.next_time;
+    if (m->terminate) {
+        return FINE;
+    }
+    status = face_plain(face, F_ENTER_CONTINUOUS);
+    if (status >= FMI_DISCARD) {
+        return field_report(m, RUN_FMI_ERROR, m->t, F_ENTER_CONTINUOUS, status);
+    }
+    status = face_get_states(face, m->x);
+    if (status >= FMI_DISCARD) {
+        return field_report(m, RUN_FMI_ERROR, m->t, F_GET_STATES, status);
+    }
+    if (nominals || !enter) {
+        status = face_nominals(face, m->nominal);
+        for (int i = 0; i < m->n; i++) {
+            m->nominal[i] = m->nominal[i] > 0.0 ? m->nominal[i] : 1.0;
+        }
+    }
+    return status >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_NOMINALS, status) : FINE;
+}

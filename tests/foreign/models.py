@@ -1,0 +1,120 @@
+"""Small FMUs written by hand, as somebody else would; ``models/`` has one C file for each. FMI 2 and FMI 3 of all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from build import build
+
+from fmu_models.engine.toolchain import FLAGS
+
+FOLDER = Path(__file__).parent / "models"
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """What the description of a model says: names of states, parameters and whole numbers with their start values."""
+
+    states: Sequence[str]
+    starts: Sequence[float]
+    parameters: Sequence[tuple[str, float]] = ()
+    numbers: Sequence[str] = ()
+    indicators: int = 0
+    completes: bool = False
+    directional: bool = False
+
+
+MODELS = {
+    "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
+    "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
+    "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
+}
+
+
+def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
+    """The FMU ``name`` in ``folder``."""
+    description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
+    options = (f"-DFMI={fmi}", "-Wno-unused-function")
+    return build(folder / f"{name}{fmi}.fmu", FOLDER / f"{name}.c", description, name, options=options)
+
+
+def _two(name: str, m: Foreign) -> str:
+    n = len(m.states)
+    lines = [
+        f'<ScalarVariable name="{s}" valueReference="{i + 1}" causality="output" initial="exact"><Real start="{m.starts[i]}"/>'
+        for i, s in enumerate(m.states)
+    ]
+    lines += [
+        f'<ScalarVariable name="der({s})" valueReference="{101 + i}"><Real derivative="{i + 1}"/>'
+        for i, s in enumerate(m.states)
+    ]
+    lines += [
+        f'<ScalarVariable name="{p}" valueReference="{201 + i}" causality="parameter" variability="fixed"><Real start="{v}"/>'
+        for i, (p, v) in enumerate(m.parameters)
+    ]
+    lines += [
+        f'<ScalarVariable name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"><Integer/>'
+        for i, w in enumerate(m.numbers)
+    ]
+    outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(len(m.numbers)))]
+    unknown = "".join(f'<Unknown index="{i}"/>' for i in range(n + 1, 2 * n + 1))
+    computed = "".join(f'<Unknown index="{i}"/>' for i in [*range(n + 1, 2 * n + 1), *outputs[n:]])
+    variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}" numberOfEventIndicators="{m.indicators}">
+<ModelExchange modelIdentifier="{name}" completedIntegratorStepNotNeeded="{_word(not m.completes)}"
+  providesDirectionalDerivative="{_word(m.directional)}"/>
+<ModelVariables>
+{variables}
+</ModelVariables>
+<ModelStructure><Outputs>{"".join(f'<Unknown index="{i}"/>' for i in outputs)}</Outputs>
+<Derivatives>{unknown}</Derivatives><InitialUnknowns>{computed}</InitialUnknowns></ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def _three(name: str, m: Foreign) -> str:
+    states = range(len(m.states))
+    lines = ['<Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>']
+    lines += [
+        f'<Float64 name="{s}" valueReference="{i + 1}" causality="output" initial="exact" start="{m.starts[i]}"/>'
+        for i, s in enumerate(m.states)
+    ]
+    lines += [f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)]
+    lines += [
+        f'<Float64 name="{p}" valueReference="{201 + i}" causality="parameter" variability="fixed" start="{v}"/>'
+        for i, (p, v) in enumerate(m.parameters)
+    ]
+    lines += [f'<Float64 name="z{i}" valueReference="{301 + i}"/>' for i in range(m.indicators)]
+    lines += [
+        f'<Int32 name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"/>'
+        for i, w in enumerate(m.numbers)
+    ]
+    structure = [f'<Output valueReference="{i + 1}"/>' for i in states]
+    structure += [f'<Output valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
+    structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
+    structure += [f'<InitialUnknown valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    structure += [f'<EventIndicator valueReference="{301 + i}" dependencies="1"/>' for i in range(m.indicators)]
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
+<ModelExchange modelIdentifier="{name}" needsCompletedIntegratorStep="{_word(m.completes)}"
+  providesDirectionalDerivatives="{_word(m.directional)}"/>
+<ModelVariables>
+{chr(10).join(lines)}
+</ModelVariables>
+<ModelStructure>
+{chr(10).join(structure)}
+</ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def _word(value: bool) -> str:
+    return str(value).lower()
+
+
+__all__ = ["FLAGS", "MODELS", "Foreign", "foreign"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models import console
-from fmu_models.simulation.trajectory import CONTACT_STATES
+from fmu_models.simulation.trajectory import CONTACT_STATES, Event
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,10 +30,10 @@ def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
     return {
         "model": fmu.description.modelName,
         "until": float(trajectory.time[-1]) if trajectory.time.size else None,
-        "method": origin.method if origin else None,
+        "method": trajectory.method or (origin.method if origin else ""),
         "ranges": {name: _range(trajectory, name) for name in shown},
         "contacts": {name: _contact(trajectory, name) for name in contacts} if fmu.ours else {},
-        "events": len(trajectory.events),
+        "events": dict(Counter(_kind(event) for event in trajectory.events)),
         "steps": trajectory.steps,
     }
 
@@ -50,6 +50,14 @@ def _range(trajectory: Trajectory, name: str) -> dict[str, Any]:
 
 def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
+
+
+def _kind(event: Any) -> str:
+    """What an event is counted under."""
+    if isinstance(event, Event):
+        return f"contact {event.contact}"
+    which = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
+    return f"{event.kind}{which}"
 
 
 def _contact(trajectory: Trajectory, name: str) -> dict[str, Any]:
@@ -80,6 +88,8 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
         out.print(f"contact {name}: {row['events']} events; of the time {shares}")
     if not content["contacts"]:
-        out.print(f"{content['events']} events")
+        counts = sorted(content["events"].items(), key=lambda item: -item[1])
+        listed = ", ".join(f"{kind}: {count}" for kind, count in counts[:LISTED])
+        out.print(plain(f"{sum(content['events'].values())} events{f' ({listed})' if listed else ''}"))
     for path in content["files"]:
         out.print(plain(f"written: {path}"))

@@ -163,7 +163,7 @@ def _conversation(
         elif kind == "value":
             return content
         elif kind == "error":
-            raise StickslipError(content)
+            raise content
         elif kind == "memory":
             raise IsolatedFailure(_out_of_memory(limits))
         elif kind == "fault":
@@ -310,7 +310,7 @@ def _main() -> None:
         report("started", None)
         report("value", function(*call.arguments, **keywords))
     except StickslipError as error:
-        report("error", str(error))
+        report("error", error)
     except MemoryError:
         report("memory", None)
     except BaseException:

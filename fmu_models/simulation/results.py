@@ -1,9 +1,9 @@
 """A trajectory in a file: CSV for a spreadsheet, HDF5 for everything that is known of the run.
 
-    run.h5   attributes: format, version, steps, evaluations
+    run.h5   attributes: format, version, tool, method, steps, evaluations
       time                      (n,), unit "s"
       values/<variable>         (n,), attributes name, unit, description
-      events/<field>            (k,), one column per field; attribute kind
+      events/<field>            (k,), one column per field, of states (k, n_states); attribute kind
       provenance                attributes: which FMU by name, token and hash, which tool, method, tolerance, interval
         parameters, start, inputs   what was set: one number per name, in the unit of the FMU
 
@@ -23,7 +23,7 @@ import numpy as np
 from fmu_models.codegen.package import version
 from fmu_models.errors import StickslipError
 from fmu_models.files import write_whole
-from fmu_models.simulation.trajectory import Event, Trajectory
+from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
     import h5py
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 FORMAT = "stickslip trajectory"
 VERSION = 1
 SUFFIXES = (".csv", ".h5", ".hdf5")
-EVENT_KINDS = {kind.__name__: kind for kind in (Event,)}
+EVENT_KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Event, ForeignEvent)}
 LONGEST = 8192  # characters of a text: an attribute of HDF5 has room for 64 kB
 SETTINGS = ("parameters", "start", "inputs")
 
@@ -49,7 +49,7 @@ class Provenance:
         fmi_version: of the FMU.
         generation_tool: that made the FMU, as it says.
         tool: that made the run, with its version.
-        method: of integration.
+        method: of integration, as it was asked for.
         tolerance: relative; nan where none applies.
         step: communication step of a co-simulation, s; nan where none applies.
         start_time, stop_time: s.
@@ -140,7 +140,12 @@ def _write(
     file: h5py.File, trajectory: Trajectory, provenance: Provenance | None, descriptions: Mapping[str, str]
 ) -> None:
     file.attrs.update(
-        format=FORMAT, version=VERSION, steps=trajectory.steps, evaluations=trajectory.evaluations, tool=version()
+        format=FORMAT,
+        version=VERSION,
+        tool=f"stickslip {version()}",
+        method=trajectory.method[:LONGEST],
+        steps=trajectory.steps,
+        evaluations=trajectory.evaluations,
     )
     _column(file, "time", trajectory.time).attrs["unit"] = "s"
     values = file.create_group("values", track_order=True)
@@ -227,9 +232,12 @@ def _read(file: Any) -> Recording:
     kind = EVENT_KINDS[stored.attrs["kind"]]
     columns = [stored[f.name] for f in fields(kind)]
     lists = [(c.asstr()[()] if c.dtype.kind == "O" else c[()]).tolist() for c in columns]
-    events = tuple(kind(*row) for row in zip(*lists, strict=True))
+    events = tuple(
+        kind(*(tuple(cell) if isinstance(cell, list) else cell for cell in row)) for row in zip(*lists, strict=True)
+    )
     steps, evaluations = int(file.attrs["steps"]), int(file.attrs["evaluations"])
-    trajectory = Trajectory(file["time"][()], values, units, events, steps, evaluations)
+    method = str(file.attrs["method"])
+    trajectory = Trajectory(file["time"][()], values, units, events, steps, evaluations, method)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
 
 

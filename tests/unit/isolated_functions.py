@@ -52,6 +52,21 @@ def refuse() -> None:
     raise StickslipError("the pendulum is too long. Shorten it.")
 
 
+class Particular(StickslipError):
+    """An error that says more than its text."""
+
+    def __init__(self, text: str, time: float) -> None:
+        super().__init__(text)
+        self.time = time
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Particular, (str(self), self.time)
+
+
+def refuse_in_particular() -> None:
+    raise Particular("the pendulum is too long.", 1.5)
+
+
 def stumble() -> None:
     raise KeyError("lost")
 

@@ -45,6 +45,9 @@ def test_errors_of_the_user_and_of_the_program() -> None:
         isolated(functions.refuse)
     with pytest.raises(RuntimeError, match="KeyError: 'lost'"):
         isolated(functions.stumble)
+    with pytest.raises(functions.Particular, match="too long") as caught:
+        isolated(functions.refuse_in_particular)
+    assert caught.value.time == 1.5
 
 
 @posix

@@ -21,7 +21,7 @@ from fmu_models.simulation import results
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.results import Provenance, read_trajectory, write_trajectory
 from fmu_models.simulation.system import simulate
-from fmu_models.simulation.trajectory import Event, Trajectory
+from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
 # what XML allows in a name: neither NUL nor halves of surrogate pairs
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
@@ -37,13 +37,17 @@ def trajectories(draw: st.DrawFn) -> Trajectory:
     )
     column = DTYPES.flatmap(lambda dtype: arrays.arrays(dtype, n))
     event = st.builds(Event, NUMBERS, TEXT, st.integers(-1, 4), st.integers(-1, 4))
+    states = st.tuples(*[NUMBERS] * draw(st.integers(0, 3)))
+    kinds = st.sampled_from(["state", "time", "slide"])
+    foreign = st.builds(ForeignEvent, NUMBERS, kinds, st.integers(-1, 9), TEXT, NUMBERS, NUMBERS, states, states)
     return Trajectory(
         draw(arrays.arrays(np.float64, n)),
         {name: draw(column) for name in names},
         {name: draw(TEXT) for name in names},
-        tuple(draw(st.lists(event, max_size=5))),
+        tuple(draw(st.lists(event, max_size=5) | st.lists(foreign, max_size=5))),
         draw(st.integers(0, 1 << 40)),
         draw(st.integers(0, 1 << 40)),
+        draw(TEXT),
     )
 
 
@@ -75,7 +79,7 @@ def test_reading_gives_what_was_written(
     assert list(read.trajectory.values) == list(given_one.values)
     assert all(same(given_one.values[name], read.trajectory.values[name]) for name in given_one.values)
     assert same(given_one.time, read.trajectory.time)
-    for name in ("units", "events", "steps", "evaluations"):
+    for name in ("units", "events", "steps", "evaluations", "method"):
         assert same(getattr(given_one, name), getattr(read.trajectory, name))
     assert read.descriptions == descriptions
     assert same(provenance, read.provenance)

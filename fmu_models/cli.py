@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 
 app = console.app("Models: list, show, export, simulate.")
 
-METHODS = "auto, dopri5, dop853, stiff, cosimulation"
+SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
+METHODS = "auto, dopri5, dop853, stiff, co-simulation"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
 
@@ -125,10 +127,15 @@ def simulate(
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
     inputs: Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input.")] = None,
     contacts: Contacts = None,
-    samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 2001,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            help="Number of output times (default: 2001; of a co-simulation its communication points).", min=2
+        ),
+    ] = None,
     method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative tolerance (default: of the method).")] = None,
-    step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step, s: asks for a co-simulation.")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
@@ -180,7 +187,7 @@ def simulate(
         method=method,
         step=step,
     )
-    with console.progress("simulating") as advance:
+    with console.output_of_libraries(), console.progress("simulating") as advance:
         recording = perform(fmu, experiment, limits=limits, progress=advance)
     if output:
         write_trajectory(
@@ -212,16 +219,17 @@ def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None)
     )
 
 
-def _experiment(fmu: Fmu, until: float | None, samples: int, **asked: Any) -> Experiment:
+def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any) -> Experiment:
     """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
     import numpy as np
 
     from fmu_models.simulation.experiment import Experiment
 
     begin, end = (0.0, 20.0) if fmu.ours else fmu.suggested_times()
-    stop = end if until is None else until
-    times = np.linspace(begin, stop, samples) if stop > begin else None
-    return Experiment(stop, begin, output_times=times, **asked)
+    experiment = Experiment(end if until is None else until, begin, **asked)
+    if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
+        return experiment
+    return replace(experiment, output_times=np.linspace(begin, experiment.stop_time, samples or SAMPLES))
 
 
 def _warn(fmu: Fmu) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -98,6 +99,24 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
     finally:
         if started:
             bar.stop()
+
+
+@contextmanager
+def output_of_libraries() -> Iterator[None]:
+    """Send to standard error what the C code of an FMU prints meanwhile: standard output is for results."""
+    import ctypes
+
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        if os.name == "posix":
+            # what it printed may still wait in a buffer of the C library
+            ctypes.CDLL(None).fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def assignments(given: Sequence[str] | None, what: str) -> dict[str, float]:

@@ -25,7 +25,9 @@ LISTED = 40  # rows that a person reads; programs get all
 def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
     """What happened, as plain data, ready for JSON; a number that is not finite is null."""
     trajectory, origin = recording.trajectory, recording.provenance
-    shown = dict.fromkeys(name for name in (*fmu.states, *fmu.outputs) if name in trajectory.values)
+    rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
+    ours = (*fmu.states, *fmu.outputs)
+    shown = [n for n in trajectory.values if (n in ours if fmu.ours else n not in rates and n not in fmu.inputs)]
     contacts = [name for name in fmu.contacts if f"{name}_state" in trajectory.values]
     return {
         "model": fmu.description.modelName,

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from fmu_models.errors import StickslipError
 from fmu_models.simulation import binary
-from fmu_models.simulation.isolation import Limits, isolated
+from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.system import simulate
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.trajectory import Trajectory
 
+CO_SIMULATION = "co-simulation"
 NATIVE = "taylor"  # the method of the engine inside our FMUs
 NATIVE_TOLERANCE = 1e-14
 
@@ -34,10 +34,11 @@ class Experiment:
     Attributes:
         stop_time, start_time: s.
         parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals.
-        output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
+        output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
+            communication points.
         tolerance: relative; None takes the default of the method.
         method: of the master; None takes the FMU's own engine where it has one, otherwise "auto".
-        step: communication step of a co-simulation, s.
+        step: communication step, s; asks for a co-simulation.
     """
 
     stop_time: float
@@ -50,9 +51,18 @@ class Experiment:
     method: str | None = None
     step: float | None = None
 
+    def __post_init__(self) -> None:
+        if self.step is not None and self.method is None:
+            # whoever names a step means a co-simulation
+            object.__setattr__(self, "method", CO_SIMULATION)
+
     def is_native(self, fmu: Fmu) -> bool:
         """Whether the engine inside the FMU makes the run."""
         return fmu.ours and self.method is None
+
+    def is_co_simulation(self, fmu: Fmu) -> bool:
+        """Whether the FMU integrates itself, from one communication point to the next."""
+        return self.method == CO_SIMULATION or (not self.is_native(fmu) and fmu.description.modelExchange is None)
 
 
 def perform(
@@ -71,14 +81,15 @@ def perform(
     Raises:
         StickslipError: what is asked for does not fit the FMU, or the run failed; says when and why.
     """
-    if experiment.is_native(fmu) and experiment.step is not None:
-        raise StickslipError("A communication step is for co-simulation; this FMU brings its own engine. Leave it out.")
     function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
         trajectory = function(fmu, experiment, progress=progress)
     else:
-        trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
+        try:
+            trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
+        except IsolatedFailure as failure:
+            raise IsolatedFailure(f"{fmu.description.modelName}: {failure}") from failure
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
 
 
@@ -101,7 +112,7 @@ def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
         experiment.stop_time,
         start_time=experiment.start_time,
         method=experiment.method or "auto",
-        step=experiment.step,
+        communication_step=experiment.step,
         progress=progress,
         **({} if experiment.tolerance is None else {"tolerance": experiment.tolerance}),
         **_given(experiment),

@@ -28,13 +28,14 @@ def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
     rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
     ours = (*fmu.states, *fmu.outputs)
     shown = [n for n in trajectory.values if (n in ours if fmu.ours else n not in rates and n not in fmu.inputs)]
-    contacts = [name for name in fmu.contacts if f"{name}_state" in trajectory.values]
+    # the engine inside our FMUs tells of contacts, the master of event indicators
+    contacts = fmu.contacts if fmu.ours and not trajectory.method else []
     return {
         "model": fmu.description.modelName,
         "until": float(trajectory.time[-1]) if trajectory.time.size else None,
         "method": trajectory.method or (origin.method if origin else ""),
         "ranges": {name: _range(trajectory, name) for name in shown},
-        "contacts": {name: _contact(trajectory, name) for name in contacts} if fmu.ours else {},
+        "contacts": {name: _contact(trajectory, name) for name in contacts},
         "events": dict(Counter(_kind(event) for event in trajectory.events)),
         "steps": trajectory.steps,
     }

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 CO_SIMULATION = "co-simulation"
 NATIVE = "taylor"  # the method of the engine inside our FMUs
-NATIVE_TOLERANCE = 1e-14
+NATIVE_TOLERANCE = 1e-14  # costs it little
+MASTER_TOLERANCE = 1e-8  # below it most models' own rounding and tables show
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +65,12 @@ class Experiment:
         """Whether the FMU integrates itself, from one communication point to the next."""
         return self.method == CO_SIMULATION or (not self.is_native(fmu) and fmu.description.modelExchange is None)
 
+    def tolerance_for(self, fmu: Fmu) -> float:
+        """The tolerance asked for, or that of the method."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return NATIVE_TOLERANCE if self.is_native(fmu) else MASTER_TOLERANCE
+
 
 def perform(
     fmu: Fmu,
@@ -98,7 +105,7 @@ def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
         fmu,
         experiment.stop_time,
         start_time=experiment.start_time,
-        tolerance=NATIVE_TOLERANCE if experiment.tolerance is None else experiment.tolerance,
+        tolerance=experiment.tolerance_for(fmu),
         progress=progress,
         **_given(experiment),
     )
@@ -114,7 +121,7 @@ def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
         method=experiment.method or "auto",
         communication_step=experiment.step,
         progress=progress,
-        **({} if experiment.tolerance is None else {"tolerance": experiment.tolerance}),
+        tolerance=experiment.tolerance_for(fmu),
         **_given(experiment),
     )
 
@@ -140,17 +147,15 @@ def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
 
 
 def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:
-    native = experiment.is_native(fmu)
-    nan = float("nan")
     # an input that varies is in the trajectory itself
     inputs = {name: float(value) for name, value in experiment.inputs.items() if not isinstance(value, Signal)}
     return Provenance.of(
         fmu,
-        NATIVE if native else experiment.method or "auto",
+        NATIVE if experiment.is_native(fmu) else experiment.method or "auto",
         experiment.start_time,
         experiment.stop_time,
-        tolerance=experiment.tolerance or (NATIVE_TOLERANCE if native else nan),
-        step=nan if experiment.step is None else experiment.step,
+        tolerance=experiment.tolerance_for(fmu),
+        step=float("nan") if experiment.step is None else experiment.step,
         parameters=dict(experiment.parameters),
         start=dict(experiment.start),
         inputs=inputs,

@@ -15,35 +15,8 @@ import pytest
 
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
-from identification import cli
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
-
-
-class Answer:
-    """What a command did: exit code, standard output and standard error."""
-
-    def __init__(self, code: int, out: str, err: str) -> None:
-        self.code, self.out, self.err = code, out, err
-
-    @property
-    def json(self) -> dict:
-        return json.loads(self.out)
-
-
-@pytest.fixture
-def stickslip(monkeypatch, capsys, tmp_path):
-    """Run the command in an empty folder, in this process."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["stickslip", *(str(argument) for argument in arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            cli.main()
-        printed = capsys.readouterr()
-        return Answer(int(stopped.value.code or 0), printed.out, printed.err)
-
-    return run
 
 
 def files(folder: Path) -> set[str]:
@@ -53,7 +26,7 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    for command in ("models", "show", "export", "simulate", "emulate", "fit", "compare", "demo"):
+    for command in ("models", "show", "export", "simulate", "inspect", "emulate", "fit", "compare", "demo"):
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 

@@ -202,6 +202,8 @@ def simulate(
 
         draw(recording.trajectory, fmu, figure, overwrite=overwrite)
     content = run_summary.summary(fmu, recording)
+    for name, time in content["not_finite"].items():
+        console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
     content["files"] = [str(path) for path in (output, figure) if path]
     console.say(json, content, lambda out: run_summary.print_summary(content, out))
 
@@ -236,7 +238,7 @@ def _warn(fmu: Fmu) -> None:
     """Say that a description departs from the standard; whoever is puzzled by the run should know."""
     if fmu.problems:
         console.warn(
-            f"the description of '{fmu.path.name}' departs from the standard in {len(fmu.problems)} places; "
+            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."
         )
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # work shorter than this passes without a progress bar, s
 PATIENCE = 2.0
+INTERRUPTED = 130  # exit code: 128 and the number of the signal
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
@@ -162,8 +163,10 @@ def run(application: typer.Typer) -> None:
         error.show()
         code = 2
     except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED
+    if code == INTERRUPTED:
+        # typer turns an interrupt into this code without a word
         _complain("interrupted; what was finished is kept.")
-        code = 130
     sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -35,6 +35,7 @@ def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
         "until": float(trajectory.time[-1]) if trajectory.time.size else None,
         "method": trajectory.method or (origin.method if origin else ""),
         "ranges": {name: _range(trajectory, name) for name in shown},
+        "not_finite": _not_finite(trajectory),
         "contacts": {name: _contact(trajectory, name) for name in contacts},
         "events": dict(Counter(_kind(event) for event in trajectory.events)),
         "steps": trajectory.steps,
@@ -61,6 +62,16 @@ def _kind(event: Any) -> str:
         return f"contact {event.contact}"
     which = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
     return f"{event.kind}{which}"
+
+
+def _not_finite(trajectory: Trajectory) -> dict[str, float]:
+    """When variables first were no finite number; states never are, but what an FMU gives out may be."""
+    found = {}
+    for name, data in trajectory.values.items():
+        bad = np.flatnonzero(~np.isfinite(np.asarray(data, dtype=float)))
+        if bad.size:
+            found[name] = float(trajectory.time[bad[0]])
+    return found
 
 
 def _contact(trajectory: Trajectory, name: str) -> dict[str, Any]:

@@ -140,6 +140,14 @@ class _Call:
     progress: bool
 
 
+@dataclass(frozen=True)
+class _Memory:
+    """MB in use when the function begins, and the peak until then: that of the parent, if it was larger."""
+
+    used: float
+    peak: float
+
+
 def _conversation(
     child: subprocess.Popen[bytes],
     reports: queue.Queue[bytes | None],
@@ -147,16 +155,16 @@ def _conversation(
     progress: Callable[[float], None] | None,
 ) -> Any:
     deadline = None if limits.time is None else time.monotonic() + limits.time
-    started = False
+    memory = None
     while True:
         report = _next(child, reports, deadline, limits)
         try:
             kind, content = pickle.loads(report or b"")
         except Exception:  # it ended, or wrote something else between the reports
-            raise IsolatedFailure(_cause_of_death(child, limits, started)) from None
+            raise IsolatedFailure(_cause_of_death(child, limits, memory)) from None
         if kind == "started":
             # loading Python is no work of the FMU
-            started = True
+            memory = content
             deadline = None if limits.time is None else time.monotonic() + limits.time
         elif kind == "progress" and progress:
             progress(content)
@@ -199,13 +207,16 @@ def _ended(child: subprocess.Popen[bytes]) -> bool:
     return child.poll() is not None
 
 
-def _cause_of_death(child: subprocess.Popen[bytes], limits: Limits, started: bool) -> str:
+def _cause_of_death(child: subprocess.Popen[bytes], limits: Limits, memory: _Memory | None) -> str:
     code, peak = _end_of(child)
     if code is None:
         return "The FMU broke the connection to the process of the run. The fault is in its library."
-    peak = peak if started else None
-    if limits.memory is not None and peak is not None and peak > MEMORY_SHARE * limits.memory:
-        return _out_of_memory(limits)
+    share = 0.0 if limits.memory is None else MEMORY_SHARE * limits.memory
+    doubt = ""
+    if share and memory and peak and peak - memory.used > share:
+        if peak > memory.peak:
+            return _out_of_memory(limits)
+        doubt = f" Or it needed more than the {limits.memory:g} MB of memory allowed, and did not look."
     if code == -getattr(signal, "SIGKILL", 9):
         return "The process of the run was killed from outside, most likely because the machine ran out of memory."
     if code < 0:
@@ -214,7 +225,7 @@ def _cause_of_death(child: subprocess.Popen[bytes], limits: Limits, started: boo
         text = f"The FMU crashed ({name}{', ' + meaning if meaning else ''})."
     else:
         text = f"The FMU ended the process of the run (exit code {code:#x})."
-    return f"{text} The fault is in its library; report it to its author."
+    return f"{text} The fault is in its library; report it to its author.{doubt}"
 
 
 def _end_of(child: subprocess.Popen[bytes]) -> tuple[int | None, float | None]:
@@ -269,13 +280,15 @@ def _can_limit_memory() -> bool:
     return sys.platform == "linux"
 
 
-def _limit_memory(megabytes: float) -> None:
+def _limit_memory(megabytes: float) -> _Memory:
     import resource
 
     with open("/proc/self/statm", encoding="ascii") as file:
-        used = int(file.read().split()[0]) * resource.getpagesize()
-    limit = used + int(megabytes * MEGABYTE)
+        reserved, used = (int(pages) * resource.getpagesize() for pages in file.read().split()[:2])
+    limit = reserved + int(megabytes * MEGABYTE)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    # Linux hands the peak of the parent on to the child it starts
+    return _Memory(used / MEGABYTE, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
 def _end_with_the_parent() -> None:
@@ -305,9 +318,7 @@ def _main() -> None:
         if call.progress:
             keywords["progress"] = lambda fraction: report("progress", fraction)
         threading.Thread(target=_end_with_the_parent, daemon=True).start()
-        if call.memory is not None:
-            _limit_memory(call.memory)
-        report("started", None)
+        report("started", None if call.memory is None else _limit_memory(call.memory))
         report("value", function(*call.arguments, **keywords))
     except StickslipError as error:
         report("error", error)

@@ -82,7 +82,7 @@ def test_departures_are_warned_of_and_listed(stickslip, block):
     altered(block, ('<Unit name="N/m"', '<Unit name="N/ell"'))
     done = stickslip(*RUN, "--method", "auto", "--json")
     assert done.code == 0
-    assert "departs from the standard in 1 places; stickslip inspect" in done.err
+    assert "departs from the standard (1 problems); stickslip inspect" in done.err
     assert done.json["steps"]
     assert any('unit "N/m"' in problem for problem in stickslip("inspect", block, "--json").json["problems"])
     assert "departs from the standard" in stickslip("inspect", block).out

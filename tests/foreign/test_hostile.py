@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -110,3 +112,43 @@ def test_what_an_fmu_prints_does_not_end_up_in_the_result(tmp_path: Path, isolat
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["ranges"]["x"]["end"] == pytest.approx(2.0)
     assert "hello at 0" in done.stderr
+
+
+def test_an_output_that_is_not_a_number_is_told(tmp_path: Path) -> None:
+    shutil.copy(FOLDER / "model_exchange.h", tmp_path)
+    source = tmp_path / "gap.c"
+    source.write_text('#include "model_exchange.h"\nstatic fmi2Status derivative(Model *m) { return fmi2OK; }\n')
+    # the output of value reference 2 is 0/0 once t passes 1
+    header = tmp_path / "model_exchange.h"
+    text = header.read_text()
+    header.write_text(
+        text.replace("v[i] == 0 ? m->x", "v[i] == 2 ? (m->time > 1 ? m->x / 0.0 - m->x / 0.0 : 1) : v[i] == 0 ? m->x")
+    )
+    variable = '<ScalarVariable name="y" valueReference="2" causality="output"><Real/></ScalarVariable>'
+    xml = DESCRIPTION.replace("NAME", "gap").replace("</ModelVariables>", f"{variable}</ModelVariables>")
+    path = build(tmp_path / "gap.fmu", source, xml, "gap")
+    done = stickslip("simulate", path, "--json", "--samples", 5)
+    assert done.returncode == 0, done.stderr
+    content = json.loads(done.stdout)
+    assert content["not_finite"] == {"y": 1.5}
+    assert content["ranges"]["y"] == {"unit": "1", "min": None, "max": None, "end": None}
+    assert "'y' is not a finite number from t = 1.5 s" in done.stderr
+
+
+def test_an_interrupt_ends_a_hanging_run_and_leaves_nothing(folder: Path, tmp_path: Path) -> None:
+    call = "from identification.cli import main; main()"
+    command = [sys.executable, "-c", call, "simulate", str(folder / "hang.fmu"), "--isolate", "-o", "run.h5"]
+    environment = {**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    parent = subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+    deadline = time.monotonic() + 60
+    while not (numbers := children.read_text().split()):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(1.0)
+    parent.send_signal(signal.SIGINT)
+    _, said = parent.communicate(timeout=20)
+    assert parent.returncode == 130
+    assert "interrupted" in said
+    assert not any(Path(f"/proc/{number}").exists() for number in numbers)
+    assert not list(tmp_path.iterdir())

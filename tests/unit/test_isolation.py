@@ -86,6 +86,16 @@ def test_a_crash_with_little_memory_used_is_a_crash() -> None:
         isolated(functions.crash, limits=Limits(memory=300))
 
 
+@linux
+def test_a_large_parent_does_not_hide_what_happened() -> None:
+    ballast = bytearray(700 << 20)
+    ballast[:: 1 << 12] = b"x" * len(ballast[:: 1 << 12])
+    with pytest.raises(IsolatedFailure, match=r"SIGSEGV.*Or it needed more than the 300 MB"):
+        isolated(functions.eat_in_c, 400, limits=Limits(memory=300))
+    with pytest.raises(IsolatedFailure, match="crashed"):
+        isolated(functions.crash, limits=Limits(memory=300))
+
+
 @pytest.mark.parametrize(("time_limit", "memory"), [(0, None), (-1, None), (float("nan"), None), (None, 0)])
 def test_limits_that_are_none(time_limit: float | None, memory: float | None) -> None:
     with pytest.raises(StickslipError, match="must be a positive number"):

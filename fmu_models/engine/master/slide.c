@@ -56,15 +56,31 @@ static Outcome find_normal(Master *m, int *found)
     return FINE;
 }
 
+/* the point near x that is the offset off the surface: trial points of a step are not on it */
+static Outcome place_beside(Master *m, double t, const double *x, double side)
+{
+    Slide *s = &m->slide;
+    double lift = side * s->offset;
+    for (int round = 0; round < 4; round++) {
+        for (int i = 0; i < m->n; i++) {
+            s->point[i] = x[i] + lift * s->normal[i];
+        }
+        const Outcome outcome = indicators_at(m, t, s->point, s->z);
+        const double z = s->z[s->indicator];
+        if (outcome != FINE || fabs(z - side * s->offset) <= 0.5 * s->offset) {
+            return outcome;
+        }
+        lift += side * s->offset - z;
+    }
+    return FINE;
+}
+
 /* let the FMU choose its mode for one side; agreed 0 if it moves the states there */
 static Outcome take_side(Master *m, double t, const double *x, double side, int *agreed)
 {
     Slide *s = &m->slide;
     Update update = {1, 0, 0, 0, INFINITY};
-    for (int i = 0; i < m->n; i++) {
-        s->point[i] = x[i] + side * s->offset * s->normal[i];
-    }
-    const Outcome outcome = field_at(m, t, s->point);
+    const Outcome outcome = place_beside(m, t, x, side);
     if (outcome != FINE) {
         return outcome;
     }

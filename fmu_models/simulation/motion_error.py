@@ -123,7 +123,7 @@ def _text(
             "mean of the fields is not determined: give the model a state of its own (a stick mode) for one of them."
         )
     return (
-        f"{which} chatters at {at}: on both sides of its zero the FMU leads back to it, and its motion along the surface "
-        "cannot be computed, because the FMU does not change its equations with the side, or moves its states there. "
-        "Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
+        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface cannot be "
+        "computed: the FMU does not lead there from both sides, or moves its states, or does not choose its equations by "
+        "the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
     )

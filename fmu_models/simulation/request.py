@@ -49,7 +49,7 @@ def inputs_of(fmu: Fmu) -> list[str]:
 
 def recordable(fmu: Fmu) -> list[str]:
     """What is recorded unless something else is asked for: inputs, derivatives of states, outputs."""
-    derivatives = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
+    derivatives = [str(u.variable.name) for u in fmu.description.derivatives if u.variable]
     names = [n for n, v in fmu.variables.items() if v.causality == "output" and n not in derivatives]
     return [name for name in (*inputs_of(fmu), *derivatives, *names) if is_number(fmu, name)]
 

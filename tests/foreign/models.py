@@ -8,8 +8,6 @@ from pathlib import Path
 
 from build import build
 
-from fmu_models.engine.toolchain import FLAGS
-
 FOLDER = Path(__file__).parent / "models"
 
 
@@ -22,6 +20,8 @@ class Foreign:
     parameters: Sequence[tuple[str, float]] = ()
     numbers: Sequence[str] = ()
     indicators: int = 0
+    inputs: Sequence[str] = ()  # of the parameters: these are inputs
+    depends: Sequence[int] = (1,)  # state on which each indicator depends, from 1
     completes: bool = False
     directional: bool = False
 
@@ -30,7 +30,22 @@ MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
     "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    # ball.c as tools write it: an edge of h < 0, remembered between events
+    "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
+    # an indicator that is +1 or -1
+    "ball_sign": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
+    "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
+    "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
+    "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),
+    "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
+    "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
+    "clock": Foreign(("x",), (0.0,), (("period", 0.1),), ("ticks", "late")),
+    "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
+    "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 
 
@@ -52,7 +67,7 @@ def _two(name: str, m: Foreign) -> str:
         for i, s in enumerate(m.states)
     ]
     lines += [
-        f'<ScalarVariable name="{p}" valueReference="{201 + i}" causality="parameter" variability="fixed"><Real start="{v}"/>'
+        f'<ScalarVariable name="{p}" valueReference="{201 + i}" {_kind(m, p)}><Real start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
     ]
     lines += [
@@ -85,7 +100,7 @@ def _three(name: str, m: Foreign) -> str:
     ]
     lines += [f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)]
     lines += [
-        f'<Float64 name="{p}" valueReference="{201 + i}" causality="parameter" variability="fixed" start="{v}"/>'
+        f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)} start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
     ]
     lines += [f'<Float64 name="z{i}" valueReference="{301 + i}"/>' for i in range(m.indicators)]
@@ -98,7 +113,7 @@ def _three(name: str, m: Foreign) -> str:
     structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
-    structure += [f'<EventIndicator valueReference="{301 + i}" dependencies="1"/>' for i in range(m.indicators)]
+    structure += [f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)]
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
 <ModelExchange modelIdentifier="{name}" needsCompletedIntegratorStep="{_word(m.completes)}"
@@ -113,8 +128,9 @@ def _three(name: str, m: Foreign) -> str:
 """
 
 
+def _kind(m: Foreign, name: str) -> str:
+    return 'causality="input"' if name in m.inputs else 'causality="parameter" variability="fixed"'
+
+
 def _word(value: bool) -> str:
     return str(value).lower()
-
-
-__all__ = ["FLAGS", "MODELS", "Foreign", "foreign"]

@@ -257,6 +257,7 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
 static Outcome close_bracket(Master *m, int i, double *low, double *high)
 {
     const double resolution = 4.0 * DBL_EPSILON;
+    const double least = 1e-30; /* of the step: an indicator that starts at zero itself has left it at once */
     double v_low, v_high;
     Outcome outcome = sample(m, *low, m->z1);
     if (outcome == FINE && beyond(m, i, m->z1[i])) {
@@ -270,9 +271,9 @@ static Outcome close_bracket(Master *m, int i, double *low, double *high)
     }
     v_high = m->side[i] * m->z1[i];
     int last = 0;
-    for (int round = 0; outcome == FINE && *high - *low > resolution * *high && round < 200; round++) {
+    for (int round = 0; outcome == FINE && *high - *low > fmax(resolution * *high, least) && round < 200; round++) {
         const double width = *high - *low;
-        const double margin = 0.5 * resolution * *high;
+        const double margin = fmax(0.5 * resolution * *high, 0.5 * least);
         double s = *low + width * v_low / (v_low - v_high);
         if (round % 4 == 3 || !(s >= *low && s <= *high)) {
             s = *low + 0.5 * width;
@@ -353,6 +354,22 @@ static Outcome close_to_end(Master *m, int i, double *theta, int *found)
     return FINE;
 }
 
+/* an FMU that asks z < 0 does not see an event at z = 0: a little further, if z goes on falling */
+static Outcome beyond_zero(Master *m, int i, double *theta)
+{
+    Outcome outcome = sample(m, *theta, m->z1);
+    double by = 4.0 * DBL_EPSILON;
+    for (int round = 0; outcome == FINE && round < 10 && m->z1[i] == 0.0; round++, by *= 4.0) {
+        const double further = *theta * (1.0 + by);
+        outcome = sample(m, further, m->z1);
+        if (outcome == FINE && m->z1[i] < 0.0) {
+            *theta = further;
+            return FINE;
+        }
+    }
+    return outcome == FINE ? sample(m, *theta, m->z1) : outcome;
+}
+
 static Outcome polish(Master *m, int i, double latest, double *theta)
 {
     const double whole = m->length;
@@ -413,9 +430,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
             if (high > 1e-6) {
                 outcome = polish(m, which, latest, theta);
             }
-            if (outcome == FINE) {
-                outcome = sample(m, *theta, m->z1);
-            }
+            outcome = outcome == FINE ? beyond_zero(m, which, theta) : outcome;
             for (int i = 0; i < m->slots && outcome == FINE; i++) {
                 m->fired[i] = (signed char)beyond(m, i, m->z1[i]);
             }

@@ -56,6 +56,12 @@ Outcome field_raw(Master *m, double t, const double *x, double *dx)
     }
     m->run->evaluations++;
     const int status = face_derivatives(m->face, dx);
+    if (status == FMI_ERROR) {
+        /* FMUs say so where they should say discard: at a trial point where they have no value */
+        m->trial_status = status;
+        m->bad_state = -1;
+        return SHORTER;
+    }
     if (status >= FMI_DISCARD) {
         return field_fail(m, F_GET_DERIVATIVES, status);
     }

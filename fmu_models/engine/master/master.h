@@ -99,6 +99,7 @@ typedef struct {
 typedef struct {
     int event_iterations;      /* calls of update at one event before the FMU counts as not converging */
     int stalled_events;        /* events in a row without any progress in time before something is wrong */
+    int trial_errors;          /* steps in a row that the FMU refused with an error before it is believed */
     int chatter_events;        /* returns of one indicator in a row, each within chatter_gap, that make a sliding motion */
     double chatter_gap;        /* relative to the time: far below what a step resolves, far above its rounding */
     int rate_events;           /* events of one indicator over which its rate is taken */

@@ -122,6 +122,16 @@ static Outcome first_step(Master *m)
     return FINE;
 }
 
+/* after an event the motion may be another one: no step over more than the states' own size before the error has been seen */
+static void be_careful(Master *m)
+{
+    double rate = 0.0;
+    for (int i = 0; i < m->n; i++) {
+        rate = fmax(rate, fabs(m->f[i]) / (m->nominal[i] + fabs(m->x[i])));
+    }
+    m->h = rate * m->h > 1.0 ? 1.0 / rate : m->h;
+}
+
 static Outcome refresh(Master *m)
 {
     Outcome outcome = events_sides(m);
@@ -132,8 +142,9 @@ static Outcome refresh(Master *m)
         }
     }
     if (outcome == SHORTER) {
+        const int status = m->trial_status > FMI_DISCARD ? m->trial_status : FMI_DISCARD;
         return m->bad_state >= 0 ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
-                                 : field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, FMI_DISCARD);
+                                 : field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, status);
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
@@ -173,6 +184,7 @@ static Outcome start(Master *m)
     m->ended = RUN_DONE;
     m->terminate = 0;
     m->bad_state = -1;
+    m->trial_errors = m->trial_status = 0;
     m->next_event = INFINITY;
     m->stiff = r->method == METHOD_STIFF;
     m->tableau = r->method == METHOD_DOPRI5 ? &explicit_dopri5 : &explicit_dop853;
@@ -234,6 +246,11 @@ static Outcome make_step(Master *m, double limit, double *error)
             return FINE;
         }
         r->rejected++;
+        m->trial_errors = m->trial_status > FMI_DISCARD ? m->trial_errors + 1 : 0;
+        if (m->trial_errors > master_tolerances.trial_errors) {
+            return field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, m->trial_status);
+        }
+        m->trial_status = FMI_OK;
         m->h = length * (outcome == FINE && isfinite(*error) ? fmin(0.9, growth(m, *error)) : 0.25);
         if (m->h < least) {
             return m->bad_state >= 0 && outcome != FINE ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
@@ -304,6 +321,8 @@ static Outcome watch_fired(Master *m)
         if (outcome != FINE) {
             return outcome;
         }
+        /* an indicator that was exactly zero has only left it */
+        returned |= before == 0.0 && !moved;
         if (!returned) {
             log_event(m, EVENT_STATE, i, before, m->z1[i]);
         }
@@ -405,6 +424,7 @@ static Outcome arrive(Master *m, double t1, double theta)
     }
     if (outcome == FINE && m->fresh && !m->terminate) {
         outcome = refresh(m);
+        be_careful(m);
     } else if (outcome == FINE && m->nz && !m->terminate) {
         memcpy(m->z, m->samples, (size_t)m->slots * sizeof *m->z);
     }

@@ -202,12 +202,33 @@ static int attracts(const Slide *s)
     return s->rate_above < 0.0 && s->rate_below > 0.0;
 }
 
+/* both sides attract, and are the same again when asked the other way round: the mode is that of the side and of nothing else */
+static Outcome both_attract(Master *m, int *sure)
+{
+    Slide *s = &m->slide;
+    int agreed;
+    Outcome outcome = both_sides(m, m->t, m->x, &agreed);
+    *sure = outcome == FINE && agreed && attracts(s);
+    if (!*sure) {
+        return outcome;
+    }
+    const double above = s->rate_above, below = s->rate_below;
+    outcome = both_sides(m, m->t, m->x, &agreed);
+    *sure = outcome == FINE && agreed && fabs(above - s->rate_above) <= 1e-3 * fabs(above) &&
+            fabs(below - s->rate_below) <= 1e-3 * fabs(below);
+    return outcome;
+}
+
 Outcome slide_begin(Master *m, int indicator)
 {
     Slide *s = &m->slide;
-    int found = 0, agreed = 0;
+    int found = 0, sure = 0;
     if (s->active) {
         m->run->report_other = s->indicator;
+        s->indicator = indicator;
+        if (find_normal(m, &found) == STOP) {
+            return STOP;
+        }
         return field_report(m, RUN_CHATTERING_TWO, m->t, indicator, 0.0);
     }
     s->indicator = indicator;
@@ -220,8 +241,8 @@ Outcome slide_begin(Master *m, int indicator)
     /* from the rounding of the states to what would be seen as a wrong result */
     for (double part = 1e-14; outcome == FINE && found && part < 1e-5; part *= 10.0) {
         s->offset = part * size;
-        outcome = both_sides(m, m->t, m->x, &agreed);
-        if (outcome == FINE && agreed && attracts(s)) {
+        outcome = both_attract(m, &sure);
+        if (sure) {
             s->active = 1;
             m->run->slides++;
             m->fresh = 1;

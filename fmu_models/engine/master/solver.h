@@ -47,6 +47,7 @@ struct Master {
     double *x, *f;              /* states and derivatives there */
     double *nominal, *before;
     double *u;
+    int trial_status, trial_errors; /* the FMU refused trial points */
     int64_t knot;               /* the piece of the input table in use */
     int inputs_vary;            /* within it */
     double next_event;          /* time event of the FMU */

@@ -18,6 +18,7 @@
 const MasterTolerances master_tolerances = {
     .event_iterations = 100,
     .stalled_events = 1000,
+    .trial_errors = 20,
     .chatter_events = 6,
     .chatter_gap = 1e-12,
     .rate_events = 256,

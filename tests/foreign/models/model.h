@@ -3,6 +3,7 @@
  *
  *     NX, NZ, NP         numbers of states, indicators, parameters (NP may be 0)
  *     PARAMETERS         start values of the parameters, STARTS those of the states
+ *     RESTLESS           (if need be) the discrete states want another update
  *     and the functions declared below
  *
  * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole numbers.
@@ -27,6 +28,10 @@
 #define REFERENCE fmi3ValueReference
 #endif
 
+#ifndef RESTLESS
+#define RESTLESS 0
+#endif
+
 enum { OK = 0, FAILED = 3, ROOM = 4 };
 
 typedef struct {
@@ -34,8 +39,6 @@ typedef struct {
     int mode[ROOM];                 /* whole numbers of the model, to be read as well */
     double next_time;               /* of the next time event; infinity: none */
     int wants_event, terminates;    /* set by after_step or update */
-    void (*log)(void);
-    void *environment;
 } Model;
 
 static void derivatives(Model *m, double *dx);
@@ -169,6 +172,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     Model *m = c;
     *info = (fmi2EventInfo){0};
     info->valuesOfContinuousStatesChanged = update(m);
+    info->newDiscreteStatesNeeded = RESTLESS;
     info->terminateSimulation = m->terminates;
     info->nextEventTimeDefined = isfinite(m->next_time);
     info->nextEventTime = m->next_time;
@@ -226,7 +230,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 {
     Model *m = c;
     *states = update(m);
-    *again = *nominals = false;
+    *again = RESTLESS;
+    *nominals = false;
     *terminate = m->terminates;
     *defined = isfinite(m->next_time);
     *next = m->next_time;

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 app = console.app("Models: list, show, export, simulate.")
 
+MANY = 20_000  # variables from which checking a description takes seconds
 SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
 METHODS = "auto, dopri5, dop853, stiff, co-simulation"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
@@ -236,7 +237,7 @@ def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any
 
 def _warn(fmu: Fmu) -> None:
     """Say that a description departs from the standard; whoever is puzzled by the run should know."""
-    if fmu.problems:
+    if len(fmu.variables) < MANY and fmu.problems:
         console.warn(
             f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # a model of a hundred thousand variables takes some 50 MB; the parsed tree takes ten times the file
 MAX_XML = 128 << 20
+MAX_TAGS = 2_000_000  # of which each may become a variable of some kB
 MAX_DEPTH = 100
 MAX_INDICATORS = 1_000_000
 MAX_ELEMENTS = 10_000_000  # of one array variable
@@ -138,17 +139,20 @@ def _look_over(xml: Path, where: str, element: Callable[[int, str, dict[str, str
     if size > MAX_XML:
         raise StickslipError(f"{where} has {size >> 20} MB, more than the {MAX_XML >> 20} MB that are read.")
     parser = expat.ParserCreate()
-    depth = 0
+    depth = count = 0
 
     def doctype(*_: object) -> None:
         # with it come entities: files of this machine read in, and a few bytes that grow to gigabytes
         raise StickslipError(f"{where} has a document type (DOCTYPE), which no FMU needs; it is not read.")
 
     def start(name: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
+        nonlocal depth, count
         depth += 1
+        count += 1
         if depth > MAX_DEPTH:
             raise StickslipError(f"{where} is nested more than {MAX_DEPTH} deep, which no FMU needs; it is not read.")
+        if count > MAX_TAGS:
+            raise StickslipError(f"{where} has more than the {MAX_TAGS} elements that are read.")
         element(depth, name, attributes)
 
     def end(_: str) -> None:

@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
+from fmu_models.report.fmu_sheet import sheet
 from fmu_models.simulation import archive, description
 from fmu_models.simulation.fmu import Fmu
 
@@ -373,6 +374,11 @@ def test_a_huge_description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     refused(packed(tmp_path / "a.fmu"), "more than the 0 MB")
 
 
+def test_a_description_of_too_many_elements(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(description, "MAX_TAGS", 5)
+    refused(packed(tmp_path / "a.fmu"), "more than the 5 elements")
+
+
 def test_entities_in_the_build_description(tmp_path: Path) -> None:
     build = f'<?xml version="1.0"?>{ENTITY}<fmiBuildDescription fmiVersion="3.0">&e;</fmiBuildDescription>'
     entries = (("modelDescription.xml", XML3), ("sources/buildDescription.xml", build))
@@ -402,3 +408,40 @@ def test_damage_anywhere_is_survived(tmp_path: Path, changes: list[tuple[int, in
     path.write_bytes(data)
     with contextlib.suppress(StickslipError):
         Fmu.open(path)
+
+
+TOKENS = [
+    "-1",
+    "0",
+    "1",
+    "2",
+    "99",
+    "1e999",
+    "nan",
+    "",
+    " ",
+    "x",
+    "der(x)",
+    "Real",
+    "Float64",
+    "<a/>",
+    ">",
+    '"',
+    "Unknown",
+]
+WORDS = re.compile(r"[\w.()-]+")
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from([XML, XML3]), st.lists(st.tuples(st.integers(0, 200), st.sampled_from(TOKENS)), max_size=4))
+def test_any_words_in_the_description_are_survived(tmp_path: Path, xml: str, changes: list[tuple[int, str]]) -> None:
+    for at, token in changes:
+        found = list(WORDS.finditer(xml))
+        word = found[at % len(found)]
+        xml = xml[: word.start()] + token + xml[word.end() :]
+    path = packed(tmp_path / "a.fmu", ("modelDescription.xml", xml))
+    with contextlib.suppress(StickslipError):
+        fmu = Fmu.open(path)
+        assert all(isinstance(problem, str) for problem in fmu.problems)
+        fmu.suggested_times()
+        sheet(fmu)

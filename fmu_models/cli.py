@@ -159,11 +159,9 @@ def simulate(
 
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
-    from fmu_models.codegen.package import built
     from fmu_models.report import run_summary
     from fmu_models.simulation.experiment import perform
-    from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.results import check_suffix, write_trajectory
+    from fmu_models.simulation.results import check_suffix
 
     refuse_existing(output, figure, overwrite=overwrite)
     check_suffix(output)
@@ -172,11 +170,7 @@ def simulate(
 
         check_format(figure)
     limits = _limits(isolate, time_limit, memory_limit)
-    is_file = Path(model).suffix.lower() == ".fmu"
-    if is_file and contacts is not None:
-        raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
-    fmu = Fmu.open(model if is_file else built(model, contacts=console.chosen(contacts)))
-    _warn(fmu)
+    fmu = _opened(model, contacts)
     experiment = _experiment(
         fmu,
         until,
@@ -191,13 +185,7 @@ def simulate(
     with console.output_of_libraries(), console.progress("simulating") as advance:
         recording = perform(fmu, experiment, limits=limits, progress=advance)
     if output:
-        write_trajectory(
-            recording.trajectory,
-            output,
-            provenance=recording.provenance,
-            descriptions=recording.descriptions,
-            overwrite=overwrite,
-        )
+        recording.write(output, overwrite=overwrite)
     if figure:
         from fmu_models.report.trajectory_figure import draw
 
@@ -207,6 +195,24 @@ def simulate(
         console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
     content["files"] = [str(path) for path in (output, figure) if path]
     console.say(json, content, lambda out: run_summary.print_summary(content, out))
+
+
+def _opened(model: str, contacts: str | None) -> Fmu:
+    """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
+
+    if Path(model).suffix.lower() != ".fmu":
+        return Fmu.open(built(model, contacts=console.chosen(contacts)))
+    if contacts is not None:
+        raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
+    fmu = Fmu.open(model)
+    if len(fmu.variables) < MANY and fmu.problems:
+        console.warn(
+            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
+            f"stickslip inspect {fmu.path} lists them."
+        )
+    return fmu
 
 
 def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
@@ -233,15 +239,6 @@ def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any
     if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
         return experiment
     return replace(experiment, output_times=np.linspace(begin, experiment.stop_time, samples or SAMPLES))
-
-
-def _warn(fmu: Fmu) -> None:
-    """Say that a description departs from the standard; whoever is puzzled by the run should know."""
-    if len(fmu.variables) < MANY and fmu.problems:
-        console.warn(
-            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
-            f"stickslip inspect {fmu.path} lists them."
-        )
 
 
 @app.command()

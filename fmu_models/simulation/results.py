@@ -92,11 +92,17 @@ class Provenance:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What ``read_trajectory`` finds in a file: the trajectory, a description per variable that has one, its origin."""
+    """A trajectory, a description per variable that has one, and where it comes from."""
 
     trajectory: Trajectory
     descriptions: Mapping[str, str]
     provenance: Provenance | None
+
+    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write it as CSV or HDF5; errors as for ``write_trajectory``."""
+        write_trajectory(
+            self.trajectory, path, provenance=self.provenance, descriptions=self.descriptions, overwrite=overwrite
+        )
 
 
 def check_suffix(path: str | os.PathLike[str] | None) -> None:

@@ -88,7 +88,7 @@ def test_a_crash_with_little_memory_used_is_a_crash() -> None:
 
 @linux
 def test_a_large_parent_does_not_hide_what_happened() -> None:
-    ballast = bytearray(700 << 20)
+    ballast = bytearray(500 << 20)
     ballast[:: 1 << 12] = b"x" * len(ballast[:: 1 << 12])
     with pytest.raises(IsolatedFailure, match=r"SIGSEGV.*Or it needed more than the 300 MB"):
         isolated(functions.eat_in_c, 400, limits=Limits(memory=300))

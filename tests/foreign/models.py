@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from build import build
 
+from fmu_models.simulation.fmu import Fmu
+
+Models = Callable[[str], Fmu]
 FOLDER = Path(__file__).parent / "models"
 
 
@@ -24,8 +27,13 @@ class Foreign:
     depends: Sequence[int] = (1,)  # state on which each indicator depends, from 1
     completes: bool = False
     directional: bool = False
+    co_simulation: bool = False  # and no Model Exchange
+    any_step: bool = True
 
 
+INTEGERS = Foreign(
+    ("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True
+)
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
@@ -45,6 +53,9 @@ MODELS = {
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
     "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "grumble": Foreign(("x",), (1.0,)),
+    "integers": INTEGERS,
+    "integers_fixed": replace(INTEGERS, any_step=False),
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 
@@ -53,7 +64,8 @@ def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
     options = (f"-DFMI={fmi}", "-Wno-unused-function")
-    return build(folder / f"{name}{fmi}.fmu", FOLDER / f"{name}.c", description, name, options=options)
+    source = FOLDER / f"{name.removesuffix('_fixed')}.c"
+    return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
 
 
 def _two(name: str, m: Foreign) -> str:
@@ -80,8 +92,7 @@ def _two(name: str, m: Foreign) -> str:
     variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}" numberOfEventIndicators="{m.indicators}">
-<ModelExchange modelIdentifier="{name}" completedIntegratorStepNotNeeded="{_word(not m.completes)}"
-  providesDirectionalDerivative="{_word(m.directional)}"/>
+{_interface(name, m, f'completedIntegratorStepNotNeeded="{_word(not m.completes)}" providesDirectionalDerivative', "")}
 <ModelVariables>
 {variables}
 </ModelVariables>
@@ -116,8 +127,7 @@ def _three(name: str, m: Foreign) -> str:
     structure += [f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)]
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
-<ModelExchange modelIdentifier="{name}" needsCompletedIntegratorStep="{_word(m.completes)}"
-  providesDirectionalDerivatives="{_word(m.directional)}"/>
+{_interface(name, m, f'needsCompletedIntegratorStep="{_word(m.completes)}" providesDirectionalDerivatives', 'hasEventMode="true"')}
 <ModelVariables>
 {chr(10).join(lines)}
 </ModelVariables>
@@ -126,6 +136,13 @@ def _three(name: str, m: Foreign) -> str:
 </ModelStructure>
 </fmiModelDescription>
 """
+
+
+def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
+    if not m.co_simulation:
+        return f'<ModelExchange modelIdentifier="{name}" {exchange}="{_word(m.directional)}"/>'
+    any_step = f'canHandleVariableCommunicationStepSize="{_word(m.any_step)}"'
+    return f'<CoSimulation modelIdentifier="{name}" {any_step} {events}/>'
 
 
 def _kind(m: Foreign, name: str) -> str:

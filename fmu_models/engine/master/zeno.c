@@ -78,11 +78,13 @@ Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *return
     w->time = m->t;
     w->moved = moved;
     *slides = w->returns >= tolerances->chatter_events;
+    /* a sequence that shrinks ends by itself, or as Zeno */
+    const int shrinks = w->ratios >= tolerances->zeno_ratios;
     if (!isfinite(w->window)) {
         w->window = m->t;
         w->events = 0;
     } else if (++w->events >= tolerances->rate_events) {
-        *slides |= m->t - w->window < w->events * tolerances->rate_gap * length;
+        *slides |= !shrinks && m->t - w->window < w->events * tolerances->rate_gap * length;
         w->window = m->t;
         w->events = 0;
     }

@@ -4,6 +4,8 @@
  *     NX, NZ, NP         numbers of states, indicators, parameters (NP may be 0)
  *     PARAMETERS         start values of the parameters, STARTS those of the states
  *     RESTLESS           (if need be) the discrete states want another update
+ *     FAILS              (if need be) the derivatives cannot be computed: an error with a message
+ *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
  *     and the functions declared below
  *
  * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole numbers.
@@ -31,6 +33,9 @@
 #ifndef RESTLESS
 #define RESTLESS 0
 #endif
+#ifndef FAILS
+#define FAILS 0
+#endif
 
 enum { OK = 0, FAILED = 3, ROOM = 4 };
 
@@ -39,6 +44,12 @@ typedef struct {
     int mode[ROOM];                 /* whole numbers of the model, to be read as well */
     double next_time;               /* of the next time event; infinity: none */
     int wants_event, terminates;    /* set by after_step or update */
+#if FMI == 2
+    const fmi2CallbackFunctions *callbacks;
+#else
+    fmi3LogMessageCallback log;
+    void *environment;
+#endif
 } Model;
 
 static void derivatives(Model *m, double *dx);
@@ -47,6 +58,11 @@ static void indicators(Model *m, double *z);
 static int update(Model *m);
 /* what completedIntegratorStep does */
 static void after_step(Model *m);
+
+#ifdef CO_SIMULATION
+/* to end, or to an earlier event: 1 */
+static int do_step(Model *m, double end);
+#endif
 
 static void put_back(Model *m)
 {
@@ -90,6 +106,16 @@ static STATUS set_one(Model *m, unsigned v, double value)
         return FAILED;
     }
     return OK;
+}
+
+static STATUS complain(Model *m)
+{
+#if FMI == 2
+    m->callbacks->logger(m->callbacks->componentEnvironment, "model", fmi2Error, "logStatusError", "%s beyond t = %g", "no rates", 1.0);
+#else
+    m->log(m->environment, fmi3Error, "logStatusError", "no rates beyond t = 1");
+#endif
+    return FAILED;
 }
 
 static STATUS get_many(Model *m, const REFERENCE *v, size_t n, double *values)
@@ -158,6 +184,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
 {
     Model *m = calloc(1, sizeof *m);
+    m->callbacks = callbacks;
     put_back(m);
     return m;
 }
@@ -178,7 +205,12 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     info->nextEventTime = m->next_time;
     return fmi2OK;
 }
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real *dx, size_t n) { derivatives(c, dx); return fmi2OK; }
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real *dx, size_t n) 
+{
+    Model *m = c;
+    derivatives(m, dx);
+    return FAILS ? complain(m) : fmi2OK;
+}
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference *v, size_t n, fmi2Real *values) { return get_many(c, v, n, values); }
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Real *values) { return set_many(c, v, n, values); }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference *v, size_t n, fmi2Integer *values)
@@ -216,6 +248,8 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
 {
     Model *m = calloc(1, sizeof *m);
+    m->log = log;
+    m->environment = environment;
     put_back(m);
     return m;
 }
@@ -237,7 +271,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     *next = m->next_time;
     return fmi3OK;
 }
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 *dx, size_t n) { derivatives(c, dx); return fmi3OK; }
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 *dx, size_t n) 
+{
+    Model *m = c;
+    derivatives(m, dx);
+    return FAILS ? complain(m) : fmi3OK;
+}
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) { *n = NX; return fmi3OK; }
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { *n = NZ; return fmi3OK; }
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n, fmi3Float64 *values, size_t m) { return get_many(c, v, n, values); }
@@ -258,4 +297,52 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     return fmi3Error;
 #endif
 }
+#endif
+
+#ifdef CO_SIMULATION
+#if FMI == 2
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *o, const fmi2Real *d) { return fmi2Error; }
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *o, fmi2Real *d) { return fmi2Error; }
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real length, fmi2Boolean no_set)
+{
+    Model *m = c;
+    while (do_step(m, t + length))
+        update(m);
+    return m->terminates ? fmi2Discard : fmi2OK;
+}
+fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
+#define ASK(Name, Value) \
+    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2StatusKind s, Value *value) { return fmi2Error; }
+ASK(Status, fmi2Status)
+ASK(IntegerStatus, fmi2Integer)
+ASK(StringStatus, fmi2String)
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value)
+{
+    *value = ((Model *)c)->terminates;
+    return fmi2OK;
+}
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
+{
+    *value = ((Model *)c)->t;
+    return fmi2OK;
+}
+#else
+PLAIN(EnterStepMode)
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+                                         fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference *v, size_t n,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback intermediate)
+{
+    return events && early ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log) : NULL;
+}
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 length, fmi3Boolean no_set, fmi3Boolean *event, fmi3Boolean *terminate,
+                      fmi3Boolean *early, fmi3Float64 *last)
+{
+    Model *m = c;
+    *event = *early = do_step(m, t + length);
+    *terminate = m->terminates;
+    *last = m->t;
+    return fmi3OK;
+}
+#endif
 #endif

@@ -1,4 +1,4 @@
-"""Simulate any FMU 2.0 or 3.0 by the compiled master: methods of integration and events for Model Exchange, or Co-Simulation."""
+"""Simulate any FMU by the compiled master: methods of integration with events for Model Exchange, or Co-Simulation."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ class Driver:
 
     Args:
         fmu: an opened FMU or its file.
-        method: "dopri5", "dop853" (explicit), "stiff", "auto" (begins explicit, changes to stiff where stability limits the
-            steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
+        method: "dopri5", "dop853" (explicit), "stiff", "auto" (begins explicit, changes to stiff where stability limits
+            the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
 
@@ -158,7 +158,9 @@ class Driver:
         initial = request.start_values(self.fmu, parameters or {}, start or {})
         table = request.table(self.fmu, inputs or {}, start_time, stop_time)
         if self.method == "co-simulation":
-            times, table = self._communication(times if output_times is not None else None, table, start_time, stop_time, communication_step)
+            times, table = self._communication(
+                times if output_times is not None else None, table, start_time, stop_time, communication_step
+            )
         elif communication_step is not None:
             raise StickslipError(f"A communication step belongs to the method 'co-simulation', not to '{self.method}'.")
         prepared = self._prepare(times, initial, table, start_time, stop_time)
@@ -199,10 +201,16 @@ class Driver:
         columns = {name: np.array(column, dtype=float) for name, column in values.items()}
         sizes = {column.shape for column in columns.values()}
         if len(sizes) != 1 or len(next(iter(sizes))) != 1 or not next(iter(sizes))[0]:
-            raise StickslipError(f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}.")
+            raise StickslipError(
+                f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}."
+            )
         for row in (np.min, np.max):
             bounds = {name: float(row(column)) for name, column in columns.items()}
-            own = {n: v for n, v in bounds.items() if n in self.fmu.variables and self.fmu.variables[n].causality == "parameter"}
+            own = {
+                n: v
+                for n, v in bounds.items()
+                if n in self.fmu.variables and self.fmu.variables[n].causality == "parameter"
+            }
             request.start_values(self.fmu, own, {n: v for n, v in bounds.items() if n not in own})
         table = request.table(self.fmu, inputs or {}, start_time, stop_time)
         rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
@@ -299,7 +307,9 @@ class Driver:
         for row, states in zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True):
             time, kind, indicator, before, after = row
             name = indicator_name(self.fmu, indicator)
-            yield ForeignEvent(time, EVENT_KINDS[kind], indicator, name, before, after, tuple(states[0]), tuple(states[1]))
+            yield ForeignEvent(
+                time, EVENT_KINDS[kind], indicator, name, before, after, tuple(states[0]), tuple(states[1])
+            )
 
     def _error(self, status: int, c: foreign.Run) -> StickslipError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())

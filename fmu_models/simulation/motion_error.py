@@ -80,9 +80,7 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
     )
 
 
-def _text(
-    fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64]
-) -> str:
+def _text(fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
     if status == FMI_ERROR:
@@ -96,19 +94,21 @@ def _text(
         )
     if status == STEP_TOO_SMALL:
         return (
-            f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a jump "
-            "that no event indicator announces. Stop the run before it, or loosen the tolerance."
+            f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a "
+            "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
         )
     if status == EVENT_ITERATION:
-        return f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
+        return (
+            f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
+        )
     if status == BAD_INDICATOR:
         return f"event indicator {index} is not a finite number at {at}. Check parameters and start values."
     if status == CS_STALLS:
-        return f"doStep returns at {at} without any progress, {value:.0f} times in a row. Choose another communication step."
+        return f"doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step."
     if status == CS_DISCARD:
         return f"doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one."
     if status == EVENTS_PILE_UP:
-        return f"{value:.0f} events follow one another at {at} without progress of time; the FMU does not go on from there."
+        return f"{value:.0f} events follow one another at {at} without progress; the FMU does not go on from there."
     which = _named(fmu, index, states, gradient)
     if status == ZENO:
         return (
@@ -119,11 +119,11 @@ def _text(
     if status == CHATTERING_TWO:
         other = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (
-            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet the "
-            "mean of the fields is not determined: give the model a state of its own (a stick mode) for one of them."
+            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet "
+            "the mean of the fields is not determined: give the model a state of its own for one of them."
         )
     return (
-        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface cannot be "
-        "computed: the FMU does not lead there from both sides, or moves its states, or does not choose its equations by "
-        "the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
+        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface "
+        "cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not choose its "
+        "equations by the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
     )

@@ -93,7 +93,7 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Inputs over time: at each of ``times`` (k,) values and slopes just after it (k, n), and whether it is an event (k,)."""
+    """Inputs over time: values and slopes (k, n) just after each of ``times`` (k,), and whether it is an event (k,)."""
 
     inputs: Selection
     times: NDArray[np.float64]
@@ -118,7 +118,9 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
     signals = {n: v if isinstance(v, Signal) else Signal.constant(float(v), start, stop) for n, v in given.items()}
     times, values, slopes = knots(signals, start, stop)
     for column, (name, signal) in enumerate(signals.items()):
-        if fmu.variables[name].variability == "discrete" or not str(fmu.variables[name].type).startswith(("Real", "Float")):
+        if fmu.variables[name].variability == "discrete" or not str(fmu.variables[name].type).startswith(
+            ("Real", "Float")
+        ):
             # between the knots it keeps the value of the last one
             last = np.searchsorted(signal.time, times, side="right") - 1
             values[:, column], slopes[:, column] = signal.value[np.clip(last, 0, None)], 0.0
@@ -128,7 +130,10 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
         rate = f"{name}_rate"
         if rate in known and rate not in signals and fmu.inputs.count(name):
             names.append(rate)
-            values, slopes = np.column_stack([values, slopes[:, column]]), np.column_stack([slopes, np.zeros(times.size)])
+            values, slopes = (
+                np.column_stack([values, slopes[:, column]]),
+                np.column_stack([slopes, np.zeros(times.size)]),
+            )
     reached = values[:-1] + slopes[:-1] * np.diff(times)[:, None]
     size = np.maximum(np.abs(values).max(axis=0, initial=0.0), 1e-300)
     jumps = np.zeros(times.size, dtype=np.int64)
@@ -185,11 +190,11 @@ def communication_points(
     interface = fmu.description.coSimulation
     if off.size and interface and str(interface.canHandleVariableCommunicationStepSize).lower() not in ("true", "1"):
         raise StickslipError(
-            f"'{fmu.description.modelName}' takes communication steps of one length only, and t = {off[0]:g} s (an output "
-            f"time, a jump of an input or the end of the run) is no multiple of {step:g} s. Choose them so that it is."
+            f"'{fmu.description.modelName}' takes communication steps of one length only, and t = {off[0]:g} s (an "
+            f"output time, a jump of an input or the end of the run) is no multiple of {step:g} s. Choose another."
         )
-    points = np.unique(np.concatenate([grid[grid <= stop + near], others]))
+    points: NDArray[np.float64] = np.unique(np.concatenate([grid[grid <= stop + near], others]))
     # of points that differ by rounding the last stands for all
     points = points[np.append(np.diff(points) > near, True)]
     points[0], points[-1] = start, stop
-    return points
+    return np.asarray(points, dtype=np.float64)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from models import Models
 from hostile_models import hostile
+from models import Models
 
 from fmu_models.errors import StickslipError
 from fmu_models.simulation.master import Driver, simulate_any

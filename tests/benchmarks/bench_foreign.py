@@ -1,0 +1,180 @@
+"""Foreign FMUs under the master and under fmpy's CVode, run in turn: error against a tight reference, time, and their ratio.
+
+    python tests/benchmarks/bench_foreign.py [repetitions]
+
+Both run an instance that is loaded already (fmpy: unpacked, instantiated, reset by itself), for the end value alone. Each
+tries a ladder of tolerances; for each rung of fmpy's the master's cheapest rung that is at least as accurate is its pair.
+fmpy's communication interval is the longest at which CVode does not run out of its 500 steps.
+Also: overhead of a run of a kept instance, and a relay that slides.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy import simulate_fmu
+from fmpy.simulation import instantiate_fmu
+
+sys.path.append(str(Path(__file__).parents[1] / "foreign"))
+from models import foreign
+
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.master import Driver
+
+LADDER = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+INTERVALS = (1, 5, 20, 100, 500, 2000, 20000)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model with its parameters, the end of the run in s, the ratio of times it must show."""
+
+    name: str
+    model: str
+    stop: float
+    parameters: Mapping[str, float]
+    wanted: float
+
+
+CASES = (
+    Case("van der Pol, mu = 1", "van_der_pol", 2000.0, {}, 50),
+    Case("bouncing ball", "ball", 2.5, {}, 50),
+    Case("van der Pol, mu = 1000", "van_der_pol", 2000.0, {"mu": 1000.0}, 5),
+    Case("Robertson", "robertson", 1e4, {}, 5),
+)
+
+
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Without what CVode prints when it gives up."""
+    kept = os.dup(2)
+    with open(os.devnull, "w") as nothing:
+        os.dup2(nothing.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+
+
+def peer(fmu: Fmu, case: Case, tolerance: float) -> Callable[[], np.ndarray] | None:
+    """A run by fmpy; None if CVode cannot make it at this tolerance."""
+    instance = instantiate_fmu(str(fmu.folder), fmu.description, "ModelExchange")
+    names = fmu.states
+
+    def run(interval: float) -> np.ndarray:
+        instance.reset()
+        result: Any = simulate_fmu(
+            str(fmu.folder),
+            stop_time=case.stop,
+            relative_tolerance=tolerance,
+            output_interval=interval,
+            start_values=dict(case.parameters),
+            output=names,
+            model_description=fmu.description,
+            fmu_instance=instance,
+            fmi_type="ModelExchange",
+            validate=False,
+        )
+        return np.array([result[name][-1] for name in names])
+
+    for pieces in INTERVALS:
+        with silent(), contextlib.suppress(RuntimeError):
+            run(case.stop / pieces)
+            return lambda: run(case.stop / pieces)
+    return None
+
+
+def ours(driver: Driver, case: Case) -> Callable[[], np.ndarray]:
+    def run() -> np.ndarray:
+        result = driver.run(case.stop, parameters=case.parameters, output_times=[case.stop])
+        return np.array([result[name][-1] for name in driver.fmu.states])
+
+    return run
+
+
+def timed(run: Callable[[], np.ndarray]) -> float:
+    begin = time.perf_counter()
+    run()
+    return time.perf_counter() - begin
+
+
+def compare(case: Case, folder: Path, repetitions: int) -> None:
+    fmu = Fmu.open(foreign(case.model, folder))
+    with Driver(fmu, method="auto", tolerance=1e-13) as tight:
+        reference = ours(tight, case)()
+    scale = np.maximum(np.abs(reference), 1e-3 * np.abs(reference).max())
+
+    def error(run: Callable[[], np.ndarray]) -> float:
+        return float(np.abs((run() - reference) / scale).max())
+
+    drivers = {tolerance: Driver(fmu, tolerance=tolerance, record=[]) for tolerance in LADDER}
+    mine = {tolerance: ours(driver, case) for tolerance, driver in drivers.items()}
+    errors = {tolerance: error(run) for tolerance, run in mine.items()}
+    print(f"{case.name}, to {case.stop:g} s (wanted: {case.wanted:g} times)")
+    for tolerance in LADDER[1:6]:
+        other = peer(fmu, case, tolerance)
+        if other is None:
+            print(f"  fmpy {tolerance:.0e}: CVode gives up")
+            continue
+        reached = error(other)
+        enough = [t for t in LADDER if errors[t] <= reached]
+        if not enough:
+            print(f"  fmpy {tolerance:.0e}: error {reached:.1e}, not reached")
+            continue
+        pairs = [(timed(other), timed(mine[enough[0]])) for _ in range(repetitions)]
+        ratio = statistics.median(a / b for a, b in pairs)
+        a, b = (statistics.median(column) * 1e3 for column in zip(*pairs, strict=True))
+        print(
+            f"  fmpy {tolerance:.0e}: error {reached:.1e}, {a:8.2f} ms; master {enough[0]:.0e}: "
+            f"error {errors[enough[0]]:.1e}, {b:7.3f} ms; ratio, median of pairs {ratio:.0f}"
+        )
+    for driver in drivers.values():
+        driver.close()
+
+
+def overhead(folder: Path) -> None:
+    """A run as short as can be, ten thousand times: all of it is overhead."""
+    runs = 10_000
+    with Driver(Fmu.open(foreign("relay", folder)), record=[]) as driver:
+        values = {"a": np.linspace(0.1, 0.9, runs)}
+        begin = time.perf_counter()
+        driver.sweep(1e-6, values)
+        swept = time.perf_counter() - begin
+        begin = time.perf_counter()
+        for _ in range(runs):
+            driver.run(1e-6, output_times=[1e-6])
+        single = time.perf_counter() - begin
+    print(f"overhead of one of {runs} runs: in a sweep {swept / runs * 1e6:.1f} us (wanted: < 20), by run() {single / runs * 1e6:.1f} us")
+
+
+def slide(folder: Path) -> None:
+    with Driver(Fmu.open(foreign("relay", folder))) as driver:
+        begin = time.perf_counter()
+        run = driver.run(20.0)
+        elapsed = time.perf_counter() - begin
+    off = np.abs(run["x"][run.time > run.events[0].time]).max()
+    print(f"relay: slides from t = {run.events[0].time:.6f} s, |x| <= {off:.1e} to 20 s, {elapsed * 1e3:.2f} ms (wanted: < 100)")
+
+
+def main(repetitions: int = 7) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for case in CASES:
+            compare(case, folder, repetitions)
+        overhead(folder)
+        slide(folder)
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:]))

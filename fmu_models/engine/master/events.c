@@ -28,11 +28,11 @@
 
 enum { NODES = 8, DEGREE = NODES - 1 };
 static const double CHECK = 0.3617; /* between two nodes, nowhere special */
-
-static double node(int k)
-{
-    return 0.5 - 0.5 * cos(3.14159265358979324 * k / DEGREE);
-}
+/* the points of Chebyshev and Lobatto on [0, 1]: (1 - cos(pi k / 7)) / 2 */
+static const double NODE[NODES] = {
+    0.0, 0.04951556604879043, 0.1882550990706332, 0.3887395330218428,
+    0.6112604669781572, 0.8117449009293667, 0.9504844339512095, 1.0,
+};
 
 void events_nodes(Master *m)
 {
@@ -44,10 +44,10 @@ void events_nodes(Master *m)
             if (j == k) {
                 continue;
             }
-            const double scale = 1.0 / (node(k) - node(j));
+            const double scale = 1.0 / (NODE[k] - NODE[j]);
             degree++;
             for (int i = degree; i >= 0; i--) {
-                c[i] = ((i > 0 ? c[i - 1] : 0.0) - (i < degree ? node(j) * c[i] : 0.0)) * scale;
+                c[i] = ((i > 0 ? c[i - 1] : 0.0) - (i < degree ? NODE[j] * c[i] : 0.0)) * scale;
             }
         }
         for (int i = 0; i < NODES; i++) {
@@ -210,6 +210,37 @@ static Outcome explore(Master *m, Search *search, Finding *finding)
     return FINE;
 }
 
+/* lower bound of c on [0, end]: the least of its Bernstein coefficients */
+static double lower_bound(const double *c, int degree, double end)
+{
+    double beta[NODES];
+    double power = 1.0, binomial = 1.0;
+    for (int k = 0; k <= degree; k++) {
+        beta[k] = c[k] * power / binomial;
+        power *= end;
+        binomial = binomial * (degree - k) / (k + 1);
+    }
+    for (int k = 1; k <= degree; k++) {
+        for (int i = degree; i >= k; i--) {
+            beta[i] += beta[i - 1];
+        }
+    }
+    double least = beta[0];
+    for (int k = 1; k <= degree; k++) {
+        least = fmin(least, beta[k]);
+    }
+    return least;
+}
+
+/* the polynomial stays on its side up to end for certain: above what it may err by, or rising from a start near zero */
+static int certainly_clear(const Search *search, double mismatch, double scale, double end)
+{
+    if (end == 0.0 || lower_bound(search->p, DEGREE, end) > search->near_zero) {
+        return 1;
+    }
+    return mismatch <= master_tolerances.graze * scale && lower_bound(search->p + 1, DEGREE - 1, end) > search->near_zero;
+}
+
 static Outcome search_one(Master *m, Search *search, const double *check, int may_halve, Finding *finding)
 {
     const int i = search->i;
@@ -231,7 +262,11 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
     if (scale == 0.0) {
         return FINE;
     }
-    if (falls_below(search->p, 0.0, search->near_zero, 1.0) < 1.0) {
+    int first = 1;
+    while (first < NODES && !beyond(m, i, m->samples[first * m->slots + i])) {
+        first++;
+    }
+    if (!certainly_clear(search, mismatch, scale, first < NODES ? NODE[first - 1] : 1.0)) {
         if (mismatch > master_tolerances.trust * scale && may_halve) {
             *finding = UNSURE;
             return FINE;
@@ -241,14 +276,10 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
             return outcome;
         }
     }
-    for (int k = 1; k < NODES; k++) {
-        const double at = search->from + node(k) * search->width;
-        if (beyond(m, i, m->samples[k * m->slots + i]) && (*finding != BRACKET || at < search->high)) {
-            search->low = search->from + node(k - 1) * search->width;
-            search->high = at;
-            *finding = BRACKET;
-            break;
-        }
+    if (first < NODES && (*finding != BRACKET || search->from + NODE[first] * search->width < search->high)) {
+        search->low = search->from + NODE[first - 1] * search->width;
+        search->high = search->from + NODE[first] * search->width;
+        *finding = BRACKET;
     }
     return FINE;
 }
@@ -257,7 +288,8 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
 static Outcome close_bracket(Master *m, int i, double *low, double *high)
 {
     const double resolution = 4.0 * DBL_EPSILON;
-    const double least = 1e-30; /* of the step: an indicator that starts at zero itself has left it at once */
+    /* of the step: what leaves zero at once does so within the rounding of time */
+    const double least = fmax(1e-30, 1e-3 * DBL_EPSILON * fabs(m->t) / m->length);
     double v_low, v_high;
     Outcome outcome = sample(m, *low, m->z1);
     if (outcome == FINE && beyond(m, i, m->z1[i])) {
@@ -305,7 +337,7 @@ static Outcome search_all(Master *m, double from, double width, int may_halve, F
     double *check = m->samples + NODES * m->slots;
     Outcome outcome = sample(m, from + CHECK * width, check);
     for (int k = 1; k < NODES && outcome == FINE; k++) {
-        outcome = sample(m, from + node(k) * width, m->samples + k * m->slots);
+        outcome = sample(m, from + NODE[k] * width, m->samples + k * m->slots);
     }
     *finding = CLEAR;
     for (int i = 0; i < m->slots && outcome == FINE; i++) {
@@ -427,7 +459,8 @@ Outcome events_locate(Master *m, double latest, double *theta)
         }
         if (finding == BRACKET) {
             *theta = high;
-            if (high > 1e-6) {
+            /* a step without any error has none in its dense output either */
+            if (high > 1e-6 && m->step_error * m->run->tolerance > 1e-14) {
                 outcome = polish(m, which, latest, theta);
             }
             outcome = outcome == FINE ? beyond_zero(m, which, theta) : outcome;

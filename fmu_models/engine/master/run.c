@@ -453,6 +453,7 @@ static Outcome advance(Master *m)
     const double longer = length * growth(m, error);
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
+    m->step_error = error;
     choose_method(m);
     const int stiff = m->stiff;
     outcome = events_locate(m, limit, &theta);

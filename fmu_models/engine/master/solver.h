@@ -60,7 +60,7 @@ struct Master {
     const Tableau *tableau;
     int stiff_hits, stiff_misses, calm_hits, calm_needed;
     /* the step: on [t, t + length] */
-    double length;
+    double length, step_error;
     double *x1, *f1, *stage, *k;
     double *dense;              /* DENSE_TERMS rows of n */
     int dense_terms, dense_ready;

@@ -112,6 +112,19 @@ class Driver:
         self._gradient = np.zeros(max(1, len(self._states)))
         self._events = np.zeros(EVENT_CAPACITY, dtype=foreign.EVENT)
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
+        self._starts: dict[tuple[str, ...], request.Selection] = {}
+        self._units: dict[str, str] = {}
+        # what all runs have in common
+        self._blank = foreign.Run(
+            tolerance=self.tolerance,
+            method=METHODS[method],
+            recorded=self._recorded.c(),
+            event_capacity=EVENT_CAPACITY,
+            events=request.address(self._events),
+            event_states=request.address(self._event_states),
+            allowance=ALLOWANCE,
+            report_gradient=request.address(self._gradient),
+        )
 
     def __enter__(self) -> Driver:
         return self
@@ -220,11 +233,12 @@ class Driver:
         states = np.full((n, times.size, len(self._states)), np.nan)
         recorded = np.full((n, times.size, len(self._recorded.names)), np.nan)
         failures: dict[int, str] = {}
+        first, of_states, of_values = (request.address(a) for a in (rows, states, recorded))
         for i in range(n):
-            prepared.start_values[:] = rows[i]
             prepared.c.begun = prepared.c.next_time = 0
-            prepared.c.states = states.ctypes.data + i * states[0].nbytes
-            prepared.c.values = recorded.ctypes.data + i * recorded[0].nbytes
+            prepared.c.start_values = first + i * rows.strides[0]
+            prepared.c.states = of_states + i * states.strides[0]
+            prepared.c.values = of_values + i * recorded.strides[0]
             status = self._call(prepared)
             while status == MORE:
                 status = self._call(prepared)
@@ -262,34 +276,20 @@ class Driver:
         start_time: float,
         stop_time: float,
     ) -> _Prepared:
-        starts = request.Selection.of(self.fmu, list(initial))
+        key = tuple(initial)
+        if key not in self._starts:
+            self._starts[key] = request.Selection.of(self.fmu, key)
+        starts = self._starts[key]
         start_values = np.array(list(initial.values()), dtype=float)
-        states = np.zeros((times.size, len(self._states)))
-        values = np.zeros((times.size, len(self._recorded.names)))
-        c = foreign.Run(
-            start=start_time,
-            stop=stop_time,
-            tolerance=self.tolerance,
-            method=METHODS[self.method],
-            starts=starts.c(),
-            start_values=start_values.ctypes.data,
-            recorded=self._recorded.c(),
-            n_times=times.size,
-            times=times.ctypes.data,
-            states=states.ctypes.data,
-            values=values.ctypes.data,
-            inputs=table.inputs.c(),
-            n_knots=table.times.size,
-            knot_times=table.times.ctypes.data,
-            knot_values=table.values.ctypes.data,
-            knot_rates=table.slopes.ctypes.data,
-            knot_jumps=table.jumps.ctypes.data,
-            event_capacity=EVENT_CAPACITY,
-            events=self._events.ctypes.data,
-            event_states=self._event_states.ctypes.data,
-            allowance=ALLOWANCE,
-            report_gradient=self._gradient.ctypes.data,
-        )
+        states = np.empty((times.size, len(self._states)))
+        values = np.empty((times.size, len(self._recorded.names)))
+        c = foreign.Run.from_buffer_copy(self._blank)
+        c.start, c.stop, c.n_times = start_time, stop_time, times.size
+        c.starts, c.start_values = starts.c(), request.address(start_values)
+        c.times, c.states, c.values = map(request.address, (times, states, values))
+        c.inputs, c.n_knots = table.inputs.c(), table.times.size
+        c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
+        c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
         return _Prepared(c, start_values, states, values, (starts, table, times))
 
     def _call(self, prepared: _Prepared) -> int:
@@ -304,6 +304,8 @@ class Driver:
         return status
 
     def _take_events(self, n: int) -> Iterator[ForeignEvent]:
+        if not n:
+            return
         for row, states in zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True):
             time, kind, indicator, before, after = row
             name = indicator_name(self.fmu, indicator)
@@ -330,11 +332,12 @@ class Driver:
             column = prepared.values[:n, k]
             whole = int(self._recorded.types[k]) not in foreign.FLOATS
             values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
-        units = {name: (variables[name].unit if name in variables else None) or "1" for name in values}
+        if not self._units:
+            self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
         note = _note(self.method, prepared.c)
         if status == TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        return Trajectory(times[:n], values, units, events, prepared.c.steps, prepared.c.evaluations, note)
+        return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)
 
 
 @dataclass(frozen=True, eq=False)

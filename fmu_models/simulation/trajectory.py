@@ -41,7 +41,7 @@ class ForeignEvent:
     Attributes:
         time: s.
         kind: "state" (an indicator changed its sign), "time", "step" (asked for after a step), "input" (an input
-            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end" (by itself).
+            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end".
         indicator: its index from 0, -1 where the event is not of an indicator.
         name: of the indicator where the FMU gives it one (FMI 3), otherwise "".
         before, after: value of the indicator at the begin of the step that found the event, and after the event.

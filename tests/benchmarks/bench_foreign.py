@@ -1,9 +1,9 @@
-"""Foreign FMUs under the master and under fmpy's CVode, run in turn: error against a tight reference, time, and their ratio.
+"""Foreign FMUs under the master and under fmpy's CVode, run in turn: error against a tight reference, time, ratio.
 
     python tests/benchmarks/bench_foreign.py [repetitions]
 
-Both run an instance that is loaded already (fmpy: unpacked, instantiated, reset by itself), for the end value alone. Each
-tries a ladder of tolerances; for each rung of fmpy's the master's cheapest rung that is at least as accurate is its pair.
+Both run an instance that is loaded already (fmpy: unpacked, instantiated, reset by itself), for the end value alone.
+Each has a ladder of tolerances; the pair of each rung of fmpy's is the master's cheapest that is at least as accurate.
 fmpy's communication interval is the longest at which CVode does not run out of its 500 steps.
 Also: overhead of a run of a kept instance, and a relay that slides.
 """
@@ -48,7 +48,7 @@ class Case:
 
 CASES = (
     Case("van der Pol, mu = 1", "van_der_pol", 2000.0, {}, 50),
-    Case("bouncing ball", "ball", 2.5, {}, 50),
+    Case("bouncing ball", "ball", 8.0, {"e": 0.9}, 50),
     Case("van der Pol, mu = 1000", "van_der_pol", 2000.0, {"mu": 1000.0}, 5),
     Case("Robertson", "robertson", 1e4, {}, 5),
 )
@@ -73,7 +73,7 @@ def peer(fmu: Fmu, case: Case, tolerance: float) -> Callable[[], np.ndarray] | N
     names = fmu.states
 
     def run(interval: float) -> np.ndarray:
-        instance.reset()
+        instance.reset()  # pyright: ignore[reportAttributeAccessIssue]  # FMI 1 has none
         result: Any = simulate_fmu(
             str(fmu.folder),
             stop_time=case.stop,
@@ -155,7 +155,8 @@ def overhead(folder: Path) -> None:
         for _ in range(runs):
             driver.run(1e-6, output_times=[1e-6])
         single = time.perf_counter() - begin
-    print(f"overhead of one of {runs} runs: in a sweep {swept / runs * 1e6:.1f} us (wanted: < 20), by run() {single / runs * 1e6:.1f} us")
+    in_sweep, by_run = swept / runs * 1e6, single / runs * 1e6
+    print(f"overhead of one of {runs} runs: in a sweep {in_sweep:.1f} us (wanted: < 20), by run() {by_run:.1f} us")
 
 
 def slide(folder: Path) -> None:
@@ -163,8 +164,10 @@ def slide(folder: Path) -> None:
         begin = time.perf_counter()
         run = driver.run(20.0)
         elapsed = time.perf_counter() - begin
-    off = np.abs(run["x"][run.time > run.events[0].time]).max()
-    print(f"relay: slides from t = {run.events[0].time:.6f} s, |x| <= {off:.1e} to 20 s, {elapsed * 1e3:.2f} ms (wanted: < 100)")
+    begins = run.events[0].time
+    off = np.abs(run["x"][run.time > begins]).max()
+    took = elapsed * 1e3
+    print(f"relay: slides from t = {begins:.6f} s, |x| <= {off:.1e} to 20 s, {took:.2f} ms (wanted: < 100)")
 
 
 def main(repetitions: int = 7) -> None:

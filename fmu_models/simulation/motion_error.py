@@ -16,10 +16,19 @@ if TYPE_CHECKING:
 
 # RunStatus of master.h
 DONE, MORE, TERMINATED, FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION = range(7)
-CHATTERING, CHATTERING_TWO, ZENO, EVENTS_PILE_UP, CS_STALLS, CS_DISCARD, BAD_INDICATOR = range(7, 14)
+CHATTERING, CHATTERING_TWO, ZENO, EVENTS_PILE_UP, CS_STALLS, CS_DISCARD, BAD_INDICATOR, TOO_MANY_STEPS = range(7, 15)
 KINDS = (
     *("done", "more", "terminated", "fmi error", "not finite", "step too small", "event iteration"),
-    *("chattering", "chattering of two", "zeno", "events pile up", "stalls", "discard", "bad indicator"),
+    *(
+        "chattering",
+        "chattering of two",
+        "zeno",
+        "events pile up",
+        "stalls",
+        "discard",
+        "bad indicator",
+        "too many steps",
+    ),
 )
 
 
@@ -96,6 +105,12 @@ def _text(fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gra
         return (
             f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a "
             "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
+        )
+    if status == TOO_MANY_STEPS:
+        what = "" if index else ", or it is stiff (try the method 'stiff')"
+        return (
+            f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
+            f"without an event indicator{what}. Loosen the tolerance, or give the model an event there."
         )
     if status == EVENT_ITERATION:
         return (

@@ -41,6 +41,7 @@ MODELS = {
     # an indicator that is +1 or -1
     "ball_sign": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
+    "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
     "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),

@@ -74,6 +74,12 @@ def test_chattering_that_is_no_sliding_is_told(model: Models, name: str) -> None
     assert caught.value.time == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("method", ["stiff", "auto"])
+def test_a_jump_that_nobody_announces_is_no_hang(model: Models, method: str) -> None:
+    with pytest.raises(MotionError, match=r"event indicator.*[Ll]oosen the tolerance"):
+        simulate_any(model("silent_relay"), 20.0, method=method, tolerance=1e-9)
+
+
 def test_two_surfaces_at_once_are_told(model: Models) -> None:
     with pytest.raises(
         MotionError, match=r"indicator 1.*depends on y.*chatters at t = 2 s.*surface of event indicator 0"

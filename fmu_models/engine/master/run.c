@@ -110,6 +110,7 @@ static Outcome refresh(Master *m)
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
+    m->last_error = 0.0;
     return outcome;
 }
 
@@ -153,8 +154,13 @@ static Outcome start(Master *m)
     m->stiff_hits = m->stiff_misses = m->calm_hits = 0;
     m->calm_needed = 20;
     m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
+    m->last_error = 0.0;
     m->slide.active = 0;
     m->length = 0.0;
+    m->pace_steps = 0;
+    m->pace_time = r->start;
+    m->slide_time = -INFINITY;
+    m->quick_slides = 0;
     Outcome outcome = initialize(m);
     r->begun = 1;
     if (outcome != FINE || co_simulates) {
@@ -178,6 +184,11 @@ static Outcome begin_slide(Master *m, int indicator)
 {
     Run *r = m->run;
     const double since = m->t - master_tolerances.chatter_gap * fmax(fabs(m->t), r->stop - r->start);
+    m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1 : 0;
+    m->slide_time = m->t;
+    if (m->quick_slides > master_tolerances.quick_slides) {
+        return field_report(m, RUN_CHATTERING, m->t, indicator, 0.0);
+    }
     const Outcome outcome = slide_begin(m, indicator);
     if (outcome != FINE) {
         return outcome;

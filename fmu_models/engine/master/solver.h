@@ -81,6 +81,10 @@ struct Master {
     Slide slide;
     int stalled;
     double last_event_time;
+    int quick_slides;           /* that began soon after one another */
+    double slide_time;          /* at which the last one began */
+    int64_t pace_steps;         /* tried since pace_time */
+    double pace_time;
 };
 
 /* field.c: the right-hand side, whatever it is at present */

@@ -56,6 +56,21 @@ double step_growth(Master *m, double error)
     return fmin(8.0, fmax(0.2, factor));
 }
 
+/* steps so short that the run would never end: a jump that no indicator announces, or a method that does not fit */
+static Outcome keeps_pace(Master *m)
+{
+    const MasterTolerances *tolerances = &master_tolerances;
+    if (++m->pace_steps < tolerances->pace_steps) {
+        return FINE;
+    }
+    const double progress = m->t - m->pace_time;
+    m->pace_steps = 0;
+    m->pace_time = m->t;
+    return progress < tolerances->pace * (m->run->stop - m->run->start)
+               ? field_report(m, RUN_TOO_MANY_STEPS, m->t, m->stiff, progress / tolerances->pace_steps)
+               : FINE;
+}
+
 /* a step from t of at most limit that keeps the tolerance */
 Outcome step_make(Master *m, double limit, double *error)
 {
@@ -67,6 +82,9 @@ Outcome step_make(Master *m, double limit, double *error)
             length = limit;
         } else if (length > 0.5 * limit) {
             length = 0.5 * limit;
+        }
+        if (keeps_pace(m) == STOP) {
+            return STOP;
         }
         const Outcome outcome = method_try(m, length, error);
         if (outcome == STOP) {

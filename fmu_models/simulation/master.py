@@ -114,6 +114,7 @@ class Driver:
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
+        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.face.n_indicators)]
         # what all runs have in common
         self._blank = foreign.Run(
             tolerance=self.tolerance,
@@ -306,12 +307,10 @@ class Driver:
     def _take_events(self, n: int) -> Iterator[ForeignEvent]:
         if not n:
             return
-        for row, states in zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True):
-            time, kind, indicator, before, after = row
-            name = indicator_name(self.fmu, indicator)
-            yield ForeignEvent(
-                time, EVENT_KINDS[kind], indicator, name, before, after, tuple(states[0]), tuple(states[1])
-            )
+        rows = zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True)
+        for (time, kind, i, before, after), (old, new) in rows:
+            name = self._indicators[i] if i >= 0 else ""
+            yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
 
     def _error(self, status: int, c: foreign.Run) -> StickslipError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())

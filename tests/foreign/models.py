@@ -49,6 +49,7 @@ MODELS = {
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
     "clock": Foreign(("x",), (0.0,), (("period", 0.1),), ("ticks", "late")),
+    "ticker": Foreign((), (), (("period", 0.25),), ("ticks",)),
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
     "restless": Foreign(("x",), (1.0,), (), (), indicators=1),

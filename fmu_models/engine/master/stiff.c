@@ -175,7 +175,7 @@ static Outcome iterate(Master *m, double length, double *size)
             m->stages_z[s * n + i] = T[s][0] * w[i] + T[s][1] * w[n + i] + T[s][2] * w[2 * n + i];
         }
     }
-    *size = sqrt(sum / (3.0 * n));
+    *size = sqrt(sum / (3.0 * (n > 0 ? n : 1)));
     return FINE;
 }
 

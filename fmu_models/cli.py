@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,16 +10,22 @@ import typer
 
 from fmu_models import console
 from fmu_models.console import Contacts, Json, Overwrite, Settings
+from fmu_models.errors import StickslipError
 from fmu_models.files import refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.simulation.experiment import Experiment
     from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.trajectory import Trajectory
+    from fmu_models.simulation.isolation import Limits
 
 app = console.app("Models: list, show, export, simulate.")
 
+MANY = 20_000  # variables from which checking a description takes seconds
+SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
+METHODS = "auto, dopri5, dop853, stiff, co-simulation"
+OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
 
 
@@ -72,7 +78,7 @@ def show(model: Model, contacts: Contacts = None, json: Json = False) -> None:
 @app.command()
 def export(
     model: Model,
-    path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write. [default: MODEL.fmu]")] = None,
+    path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
     fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
     contacts: Contacts = None,
     settings: Settings = None,
@@ -114,116 +120,137 @@ def export(
 
 @app.command()
 def simulate(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or an .fmu exported from one.")],
-    until: Annotated[float, typer.Option(help="End of the run, s.")] = 20.0,
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or the .fmu file of anybody.")],
+    until: Annotated[
+        float | None, typer.Option(help="End of the run, s (default: 20, or what the FMU of somebody else suggests).")
+    ] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
     inputs: Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input.")] = None,
     contacts: Contacts = None,
-    samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 2001,
-    csv: Annotated[Path | None, typer.Option(help="Write the trajectory as CSV.")] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            help="Number of output times (default: 2001; of a co-simulation its communication points).", min=2
+        ),
+    ] = None,
+    method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance (default: of the method).")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step, s: asks for a co-simulation.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
+    ] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
+    time_limit: Annotated[
+        float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s (default: 600).")
+    ] = None,
+    memory_limit: Annotated[
+        float | None, typer.Option(help="With --isolate: memory that the run may use, MB (Linux; default: 4096).")
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Simulate a model through its FMU and tell what happened.
+    """Simulate a model, or the FMU of anybody, and tell what happened.
+
+    With --isolate an FMU that crashes, hangs or eats memory is a failed run and nothing else. A limit of inf is none.
 
     Example: stickslip simulate disc_rig --contacts disc0 --input w0=0.41 --until 25 --figure portrait.png
+
+    Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
-    import numpy as np
+    from fmu_models.report import run_summary
+    from fmu_models.simulation.experiment import perform
+    from fmu_models.simulation.results import check_suffix
 
-    from fmu_models.codegen.package import built
-    from fmu_models.report.figures import check_format
-    from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.system import simulate as run
-
-    refuse_existing(csv, figure, overwrite=overwrite)
+    refuse_existing(output, figure, overwrite=overwrite)
+    check_suffix(output)
     if figure:
+        from fmu_models.report.figures import check_format
+
         check_format(figure)
-    fmu = Fmu.open(model if model.endswith(".fmu") else built(model, contacts=console.chosen(contacts)))
-    with console.progress("simulating") as advance:
-        trajectory = run(
-            fmu,
-            until,
-            parameters=console.assignments(settings, "parameter"),
-            start=console.assignments(start, "start value"),
-            inputs=console.assignments(inputs, "input"),
-            output_times=np.linspace(0.0, until, samples) if until > 0 else None,
-            progress=advance,
-        )
-    if csv:
-        trajectory.write_csv(csv, overwrite=overwrite)
+    limits = _limits(isolate, time_limit, memory_limit)
+    fmu = _opened(model, contacts)
+    experiment = _experiment(
+        fmu,
+        until,
+        samples,
+        parameters=console.assignments(settings, "parameter"),
+        start=console.assignments(start, "start value"),
+        inputs=console.assignments(inputs, "input"),
+        tolerance=tolerance,
+        method=method,
+        step=step,
+    )
+    with console.output_of_libraries(), console.progress("simulating") as advance:
+        recording = perform(fmu, experiment, limits=limits, progress=advance)
+    if output:
+        recording.write(output, overwrite=overwrite)
     if figure:
         from fmu_models.report.trajectory_figure import draw
 
-        draw(trajectory, fmu, figure, overwrite=overwrite)
-    content = _summary(fmu, trajectory, until)
-    content["files"] = [str(path) for path in (csv, figure) if path]
-    console.say(json, content, lambda out: _print_summary(content, out))
+        draw(recording.trajectory, fmu, figure, overwrite=overwrite)
+    content = run_summary.summary(fmu, recording)
+    for name, time in content["not_finite"].items():
+        console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
+    content["files"] = [str(path) for path in (output, figure) if path]
+    console.say(json, content, lambda out: run_summary.print_summary(content, out))
 
 
-def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
-    """What happened: ranges, ends, events per contact, share of the run in each contact state, impacts."""
-    from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES
+def _opened(model: str, contacts: str | None) -> Fmu:
+    """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
 
-    ranges = {
-        name: {
-            "unit": trajectory.units[name],
-            "min": float(trajectory[name].min()),
-            "max": float(trajectory[name].max()),
-            "end": float(trajectory[name][-1]),
-        }
-        for name in (*fmu.states, *fmu.outputs)
-    }
-    contacts = {}
-    rigid = fmu.impacts
-    for name in fmu.contacts:
-        names = RIGID_STATES if name in rigid else CONTACT_STATES
-        events = [event for event in trajectory.events if event.contact == name]
-        first = events[0].before if events else int(trajectory[f"{name}_state"][0])
-        changes = [(0.0, first), *((event.time, event.after) for event in events), (until, first)]
-        shares: dict[str, float] = {}
-        for (begin, state), (end, _) in itertools.pairwise(changes):
-            shares[names[state]] = shares.get(names[state], 0.0) + (end - begin) / until
-        contacts[name] = {"events": len(events), "shares": shares}
-    content: dict[str, Any] = {
-        "model": fmu.description.modelName,
-        "until": until,
-        "ranges": ranges,
-        "contacts": contacts,
-        "steps": trajectory.steps,
-    }
-    if rigid:
-        gains = [event.work for event in trajectory.gains]
-        content["impacts"] = {
-            "count": len(trajectory.impacts),
-            "work": sum(event.work for event in trajectory.impacts),
-            "raised_energy": len(gains),
-            "raised_by": sum(gains),
-            "largest_raise": max(gains, default=0.0),
-        }
-    return content
-
-
-def _print_summary(content: dict[str, Any], out: Console) -> None:
-    out.print(f"[bold]{content['model']}[/bold] to t = {content['until']:g} s in {content['steps']} steps")
-    made = console.table("quantity", ">min", ">max", ">at the end", "unit")
-    for name, row in content["ranges"].items():
-        made.add_row(name, *(f"{row[key]:.6g}" for key in ("min", "max", "end")), row["unit"])
-    out.print(made)
-    for name, row in content["contacts"].items():
-        shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
-        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
-    if "impacts" in content:
-        _print_impacts(content["impacts"], out)
-    for path in content["files"]:
-        out.print(f"written: {path}")
-
-
-def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
-    out.print(f"{impacts['count']} impacts; work of their impulses {impacts['work']:.6g} J")
-    if impacts["raised_energy"]:
-        out.print(
-            f"{impacts['raised_energy']} of {impacts['count']} impacts raised the energy (largest "
-            f"{impacts['largest_raise']:.2g} J): Newton's restitution with friction can do that; Poisson's cannot"
+    if Path(model).suffix.lower() != ".fmu":
+        return Fmu.open(built(model, contacts=console.chosen(contacts)))
+    if contacts is not None:
+        raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
+    fmu = Fmu.open(model)
+    if len(fmu.variables) < MANY and fmu.problems:
+        console.warn(
+            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
+            f"stickslip inspect {fmu.path} lists them."
         )
+    return fmu
+
+
+def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
+    from fmu_models.simulation.isolation import Limits
+
+    if not isolate and not (time_limit is None and memory_limit is None):
+        raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
+    if not isolate:
+        return None
+    default = Limits.default()
+    return Limits(
+        default.time if time_limit is None else time_limit, default.memory if memory_limit is None else memory_limit
+    )
+
+
+def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any) -> Experiment:
+    """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
+    import numpy as np
+
+    from fmu_models.simulation.experiment import Experiment
+
+    begin, end = (0.0, 20.0) if fmu.ours else fmu.suggested_times()
+    experiment = Experiment(end if until is None else until, begin, **asked)
+    if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
+        return experiment
+    return replace(experiment, output_times=np.linspace(begin, experiment.stop_time, samples or SAMPLES))
+
+
+@app.command()
+def inspect(
+    path: Annotated[Path, typer.Argument(metavar="FILE.fmu", help="An FMU of anybody.")], json: Json = False
+) -> None:
+    """Tell what an FMU is, without loading its library: interfaces, platforms, variables, departures from the standard.
+
+    Example: stickslip inspect pump.fmu
+    """
+    from fmu_models.report.fmu_sheet import print_sheet, sheet
+    from fmu_models.simulation.fmu import Fmu
+
+    content = sheet(Fmu.open(path))
+    console.say(json, content, lambda out: print_sheet(content, out))

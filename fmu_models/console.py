@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,9 +17,11 @@ from fmu_models.errors import StickslipError
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
 # work shorter than this passes without a progress bar, s
 PATIENCE = 2.0
+INTERRUPTED = 130  # exit code: 128 and the number of the signal
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
@@ -27,7 +30,7 @@ Settings = Annotated[
 ]
 Contacts = Annotated[
     str | None,
-    typer.Option(metavar="NAMES", help="Contacts to keep, separated by commas; 'none' for a free body. [default: all]"),
+    typer.Option(metavar="NAMES", help="Contacts to keep, separated by commas; 'none' for a free body (default: all)."),
 ]
 
 
@@ -65,6 +68,13 @@ def table(*columns: str, title: str | None = None) -> Table:
     return made
 
 
+def plain(text: str, style: str = "") -> Text:
+    """Text of somebody else: shown as it is, brackets no markup and control characters no commands to the terminal."""
+    from rich.text import Text
+
+    return Text("".join(c if c.isprintable() else " " for c in text), style=style)
+
+
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a function to call with the fraction done; a bar appears once the work has taken two seconds."""
@@ -90,6 +100,24 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
     finally:
         if started:
             bar.stop()
+
+
+@contextmanager
+def output_of_libraries() -> Iterator[None]:
+    """Send to standard error what the C code of an FMU prints meanwhile: standard output is for results."""
+    import ctypes
+
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        if os.name == "posix":
+            # what it printed may still wait in a buffer of the C library
+            ctypes.CDLL(None).fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
 
 
 def assignments(given: Sequence[str] | None, what: str) -> dict[str, float]:
@@ -135,9 +163,16 @@ def run(application: typer.Typer) -> None:
         error.show()
         code = 2
     except (KeyboardInterrupt, typer.Abort):
+        code = INTERRUPTED
+    if code == INTERRUPTED:
+        # typer turns an interrupt into this code without a word
         _complain("interrupted; what was finished is kept.")
-        code = 130
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def warn(text: str) -> None:
+    """Say on standard error what does not stop the work."""
+    _complain(f"warning: {text}")
 
 
 def _complain(text: str) -> None:

@@ -36,7 +36,7 @@ def fit(
     estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
     law: Annotated[str, typer.Option(help="Friction law.")] = "Conti",
     settings: Settings = None,
-    bootstrap: Annotated[int, typer.Option(help="Draws for the standard deviations. [default: jackknife]")] = 0,
+    bootstrap: Annotated[int, typer.Option(help="Draws for the standard deviations (default: jackknife).")] = 0,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,

@@ -26,15 +26,15 @@ def emulate(
         "paper/rubber"
     ),
     speeds: Annotated[
-        str | None, typer.Option(metavar="W,W,...", help="Drive speeds of disc 0, rad/s. [default: fit for the pair]")
+        str | None, typer.Option(metavar="W,W,...", help="Drive speeds of disc 0, rad/s (default: fit for the pair).")
     ] = None,
     second: Annotated[
-        float | None, typer.Option("--second-disc", metavar="W", help="Speed of a second disc, rad/s. [default: none]")
+        float | None, typer.Option("--second-disc", metavar="W", help="Speed of a second disc, rad/s (default: none).")
     ] = None,
     duration: Annotated[float, typer.Option(help="Length of each log, s.")] = 20.0,
     seed: Annotated[int, typer.Option(help="Of the bench: the same seed gives the same bytes.", min=0)] = 0,
     micro_slip: Annotated[
-        float | None, typer.Option(metavar="STIFFNESS", help="Elastic contact below gross slip, N/m. [default: rigid]")
+        float | None, typer.Option(metavar="STIFFNESS", help="Elastic contact below gross slip, N/m (default: rigid).")
     ] = None,
     ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
     laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,

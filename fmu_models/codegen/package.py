@@ -208,7 +208,7 @@ def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
     token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
-    tool = f"stickslip {_version()}"
+    tool = f"stickslip {version()}"
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
     fmi3_platform, fmi2_platform, _, suffix = this_platform()
     platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
@@ -240,7 +240,8 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
     )
 
 
-def _version() -> str:
+def version() -> str:
+    """Version of this suite."""
     try:
         return metadata.version("stickslip")
     except metadata.PackageNotFoundError:
@@ -253,4 +254,4 @@ def _sources_digest() -> str:
     folders = ("codegen", "engine", "language", "lowering", "oscillators")
     files = sorted(path for folder in folders for path in (root / folder).rglob("*") if path.suffix != ".pyc")
     texts = [part for path in files if path.is_file() for part in (str(path.relative_to(root)), path.read_bytes())]
-    return digest(*texts, *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), _version())
+    return digest(*texts, *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), version())

@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import metadata, util
 from pathlib import Path
 
@@ -25,6 +25,8 @@ FLAGS = (
     *("-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fvisibility=hidden", "-ffp-contract=off"),
     *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
 )
+
+CPP = (".cpp", ".cc", ".cxx", ".C")
 
 # FMI 3 platform tuple, FMI 2 platform, zig target (None: whatever zig takes for this machine), library suffix
 PLATFORMS = {
@@ -96,13 +98,22 @@ def fmi_headers() -> Path:
     return folder
 
 
-def compile_shared(sources: Mapping[str, str], output: Path, *, target: str | None = None) -> Path:
-    """Compile ``all.c`` of ``sources`` into a shared library and copy it to ``output``.
+def compile_shared(
+    sources: Mapping[str, str | bytes],
+    output: Path,
+    *,
+    target: str | None = None,
+    files: Sequence[str] = ("all.c",),
+    options: Sequence[str] = FLAGS,
+) -> Path:
+    """Compile ``files`` of ``sources`` into a shared library and copy it to ``output``.
 
     Args:
-        sources: texts of C files and headers by name; ``all.c`` includes the others.
+        sources: C files and headers by name (with '/' in it for a subfolder); what is not compiled is there to include.
         output: where the library goes; replaced if it exists.
         target: zig target such as "aarch64-linux-gnu.2.17"; None takes the one for this machine.
+        files: names of those to compile; C++ by their suffix.
+        options: of the compiler.
 
     Returns:
         ``output``.
@@ -111,7 +122,7 @@ def compile_shared(sources: Mapping[str, str], output: Path, *, target: str | No
         StickslipError: the compiler is missing or refuses the sources.
     """
     target = target or this_platform()[2]
-    flags = [*FLAGS, *(("-target", target) if target else ())]
+    flags = [*options, *(("-target", target) if target else ()), *files]
     headers = fmi_headers()
     key = digest(
         *(text for pair in sorted(sources.items()) for text in pair),
@@ -122,7 +133,7 @@ def compile_shared(sources: Mapping[str, str], output: Path, *, target: str | No
     )
     kept = cache_folder() / "libraries" / key
     if not kept.is_file():
-        _compile(sources, headers, flags, kept)
+        _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
     shutil.copyfile(kept, output)
     return output
 
@@ -136,14 +147,17 @@ def _compiler_version() -> str:
         ) from None
 
 
-def _compile(sources: Mapping[str, str], headers: Path, flags: list[str], kept: Path) -> None:
+def _compile(
+    sources: Mapping[str, str | bytes], headers: Path, flags: Sequence[str], kept: Path, language: str
+) -> None:
     """Run the compiler in a folder of its own and rename the result to ``kept``."""
     kept.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="build-", dir=kept.parent) as name:
         folder = Path(name)
         for file, text in sources.items():
-            (folder / file).write_text(text, "utf-8")
-        command = [sys.executable, "-m", "ziglang", "cc", *flags, "all.c", f"-I{headers}", "-o", "library", "-lm"]
+            (folder / file).parent.mkdir(parents=True, exist_ok=True)
+            (folder / file).write_bytes(text.encode() if isinstance(text, str) else text)
+        command = [sys.executable, "-m", "ziglang", language, *flags, f"-I{headers}", "-o", "library", "-lm"]
         # the compiler's own cache: beside ours, so that one variable moves both
         environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), **os.environ}
         environment["ZIG_LOCAL_CACHE_DIR"] = str(folder / "zig")

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from fmu_models.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from fmu_models.simulation.trajectory import OPEN
 
@@ -21,9 +22,12 @@ def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = Fals
     """Draw the first coordinate against its velocity, and both over time, with stretches of stick or closure shaded.
 
     Raises:
-        StickslipError: the file exists or cannot be written.
+        StickslipError: the file exists or cannot be written, or there is no second state.
     """
-    position, velocity = fmu.states[0], _velocity(fmu)
+    states = [name for name in fmu.states if name in trajectory.values]
+    if len(states) < 2:
+        raise StickslipError(f"A phase portrait needs two states; {fmu.path.name} has {len(states)}. Leave it out.")
+    position, velocity = states[0], _velocity(fmu) if fmu.ours else states[1]
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     phase, series = figure.subplots(1, 2, width_ratios=(1, 1.6))
     phase.plot(trajectory[position], trajectory[velocity], color="black", linewidth=0.8)
@@ -57,8 +61,11 @@ def _velocity(fmu: Fmu) -> str:
 
 def _shaded(trajectory: Trajectory, fmu: Fmu) -> list[tuple[str, str, NDArray[np.bool_]]]:
     """Label, colour and place of what is shaded, if it occurs: stick last, since it may hide a closed contact."""
-    closed = [trajectory[f"{name}_state"] != OPEN for name in fmu.impacts]
-    sticking = [trajectory[f"{name}_state"] == 0 for name in fmu.contacts]
+    if not fmu.ours:
+        return []
+    contacts = [name for name in fmu.contacts if f"{name}_state" in trajectory.values]
+    closed = [trajectory[f"{name}_state"] != OPEN for name in fmu.impacts if name in contacts]
+    sticking = [trajectory[f"{name}_state"] == 0 for name in contacts]
     kinds = (("closed", "0.94", closed), ("stick", "0.85", sticking))
     found = [(label, color, np.any(states, axis=0)) for label, color, states in kinds if states]
     return [(label, color, where) for label, color, where in found if where.any()]

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
-import stat
 import tempfile
 import weakref
-import zipfile
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.errors import StickslipError
+from fmu_models.simulation import archive
+from fmu_models.simulation import description as descriptions
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ScalarVariable
-
-# an FMU is a few hundred kB; these only keep a hostile archive from filling the disk
-MAX_FILES = 10_000
-MAX_BYTES = 1 << 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,26 +41,72 @@ class Fmu:
         """Unpack and read an FMU 2.0 or 3.0.
 
         Raises:
-            StickslipError: no such file, not an FMU, of another FMI version, or an archive that is unsafe to unpack.
+            StickslipError: no such file, not an FMU, of another FMI version, an archive that is unsafe to unpack, or
+                a description that does not say what is meant.
         """
         path = Path(path)
         if not path.is_file():
             raise StickslipError(f"There is no file '{path}'. Export a model first: stickslip export MODEL")
         folder = Path(tempfile.mkdtemp(prefix="stickslip-fmu-"))
         try:
-            unpack(path, folder)
-            description = _describe(path, folder)
+            archive.unpack(path, folder)
+            fmu = cls.unpacked(path, folder)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
-        fmu = cls(path, folder, description, {v.name: v for v in description.modelVariables})
         weakref.finalize(fmu, shutil.rmtree, folder, ignore_errors=True)
         return fmu
+
+    @classmethod
+    def unpacked(cls, path: Path, folder: Path) -> Fmu:
+        """The FMU ``path`` that somebody else has unpacked in ``folder`` and removes there.
+
+        Raises:
+            StickslipError: as for ``open``.
+        """
+        description = descriptions.read(path, folder)
+        return cls(path, folder, description, {v.name: v for v in description.modelVariables})
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # another process reads the same folder; it stays with the object that unpacked it
+        return Fmu.unpacked, (self.path, self.folder)
 
     @property
     def fmi(self) -> int:
         """Version of the standard: 2 or 3."""
         return int(str(self.description.fmiVersion)[0])
+
+    @cached_property
+    def problems(self) -> list[str]:
+        """Where its description departs from the standard without being useless."""
+        return descriptions.problems(self.folder, self.description)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the file, by which a result names it."""
+        with self.path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+    @property
+    def ours(self) -> bool:
+        """Whether this suite exported it, as it says; then its own engine can make a run."""
+        return str(self.description.generationTool).startswith("stickslip ")
+
+    def suggested_times(self) -> tuple[float, float]:
+        """Start and stop of the run that its author suggests, s; 0 and 20 where the description says nothing.
+
+        Raises:
+            StickslipError: what it says are no numbers.
+        """
+        stated = self.description.defaultExperiment
+        texts = (stated.startTime, stated.stopTime) if stated else (None, None)
+        try:
+            start = float(texts[0] or 0.0)
+            return start, float(texts[1]) if texts[1] is not None else start + 20.0
+        except ValueError:
+            raise StickslipError(
+                f"'{self.path}' suggests a run from '{texts[0]}' to '{texts[1]}'. Say its end: --until SECONDS"
+            ) from None
 
     @property
     def parameters(self) -> list[str]:
@@ -104,61 +148,3 @@ class Fmu:
 
         described = ((name, self.variables[f"{name}_state"].description or "") for name in self.contacts)
         return [name for name, description in described if description.endswith(STATES["impact"])]
-
-
-def unpack(path: Path, folder: Path) -> None:
-    """Unpack an archive from somebody else into ``folder``.
-
-    Raises:
-        StickslipError: not a zip archive, or a file in it leaves the folder, is a link, or is too large.
-    """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            entries = archive.infolist()
-            if len(entries) > MAX_FILES:
-                raise StickslipError(f"'{path}' holds {len(entries)} files, more than {MAX_FILES}; it is not unpacked.")
-            room = MAX_BYTES
-            for entry in entries:
-                room -= _unpack_entry(archive, entry, path, folder, room)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
-        raise StickslipError(f"'{path}' is not an FMU: {error}. An FMU is a zip archive.") from error
-
-
-def _unpack_entry(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, folder: Path, room: int) -> int:
-    """Unpack one entry; the number of bytes written."""
-    inside = PurePosixPath(entry.filename)
-    if inside.is_absolute() or ".." in inside.parts or "\\" in entry.filename or ":" in entry.filename:
-        raise StickslipError(f"'{path}' holds '{entry.filename}', which would be written outside its folder.")
-    if stat.S_ISLNK(entry.external_attr >> 16):
-        raise StickslipError(f"'{path}' holds the link '{entry.filename}'; an FMU has plain files only.")
-    target = folder / inside
-    if entry.is_dir():
-        target.mkdir(parents=True, exist_ok=True)
-        return 0
-    target.parent.mkdir(parents=True, exist_ok=True)
-    written = 0
-    with archive.open(entry) as source, target.open("wb") as file:
-        # count what comes out: the sizes stated in the archive may lie
-        while block := source.read(1 << 20):
-            written += len(block)
-            if written > room:
-                raise StickslipError(f"'{path}' unpacks to more than {MAX_BYTES >> 20} MB; it is not an FMU of ours.")
-            file.write(block)
-    return written
-
-
-def _describe(path: Path, folder: Path) -> ModelDescription:
-    from fmpy import read_model_description
-
-    xml = folder / "modelDescription.xml"
-    if not xml.is_file():
-        raise StickslipError(f"'{path}' is not an FMU: it holds no modelDescription.xml.")
-    if b"<!DOCTYPE" in xml.read_bytes():
-        raise StickslipError(f"'{path}': modelDescription.xml has a document type, which no FMU needs; it is not read.")
-    try:
-        description = read_model_description(str(folder), validate=False)
-    except Exception as error:  # fmpy raises whatever its parser raised
-        raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {error}") from error
-    if not str(description.fmiVersion).startswith(("2.", "3.")):
-        raise StickslipError(f"'{path}' is an FMU {description.fmiVersion}; only 2.0 and 3.0 can be used.")
-    return description

@@ -95,11 +95,14 @@ def library_of(dll: ctypes.CDLL, name: str) -> Callable[..., int]:
         version, run = dll.stickslip_native_version, dll.stickslip_simulate
     except AttributeError:
         raise StickslipError(
-            f"'{name}' was not exported by stickslip; only such FMUs can be simulated. Simulate it with fmpy instead."
+            f"'{name}' was not exported by stickslip and has no engine of its own. Name a method of integration: "
+            "--method auto, or master.simulate_any."
         ) from None
     version.restype = c_int
     if version() != VERSION:
-        raise StickslipError(f"'{name}' was exported by another version of stickslip. Export it again.")
+        raise StickslipError(
+            f"'{name}' was exported by another version of stickslip. Export it again, or name a method: --method auto."
+        )
     run.restype = c_int
     run.argtypes = (c_void_p, POINTER(_NativeRun))
     return run

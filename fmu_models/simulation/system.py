@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.simulation import native
+from fmu_models.simulation.binary import library
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Event, Trajectory
@@ -167,6 +168,7 @@ def new_instance(fmu: Fmu) -> tuple[Any, Callable[[], StickslipError]]:
     description = fmu.description
     if description.coSimulation is None:
         raise StickslipError(f"'{fmu.path}' has no Co-Simulation interface, through which FMUs are simulated here.")
+    library(fmu, str(description.coSimulation.modelIdentifier))
     arguments = {
         "guid": description.guid,
         "modelIdentifier": description.coSimulation.modelIdentifier,

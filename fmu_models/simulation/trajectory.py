@@ -6,7 +6,7 @@ import csv
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,36 @@ class Event:
         return f"{self.time:.9g} s: {self.contact} {'bounce' if self.before == self.after else change}{impact}"
 
 
+@dataclass(frozen=True)
+class ForeignEvent:
+    """An event of any FMU as the master sees it.
+
+    Attributes:
+        time: s.
+        kind: "state" (an indicator changed its sign), "time", "step" (asked for after a step), "input" (an input
+            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end".
+        indicator: its index from 0, -1 where the event is not of an indicator.
+        name: of the indicator where the FMU gives it one (FMI 3), otherwise "".
+        before, after: value of the indicator at the begin of the step that found the event, and after the event.
+        states_before, states_after: (n_states,) in the order of ``Trajectory.values``; empty in a co-simulation.
+    """
+
+    time: float
+    kind: str
+    indicator: int
+    name: str
+    before: float
+    after: float
+    states_before: tuple[float, ...]
+    states_after: tuple[float, ...]
+
+    def __str__(self) -> str:
+        which = (
+            f" of indicator {self.indicator}" + (f" ({self.name})" if self.name else "") if self.indicator >= 0 else ""
+        )
+        return f"{self.time:.9g} s: {self.kind}{which}"
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Recorded variables over time; ``trajectory["theta"]`` is one of them.
@@ -67,16 +97,19 @@ class Trajectory:
             ``<stop>_memory`` that stops remember, contact states (integers).
             At the time of an event they are those after it.
         units: unit per variable, "1" for a pure number.
-        events: every change of contact state and every impact, in order of time, whatever the output times.
+        events: every change of contact state and every impact (Event), or every event of an FMU driven by the master
+            (ForeignEvent), in order of time, whatever the output times.
         steps, evaluations: what the engine did (Taylor steps; orders of series computed).
+        method: what made it, in words; empty for the FMU's own engine.
     """
 
     time: NDArray[np.float64]
     values: Mapping[str, NDArray]
     units: Mapping[str, str]
-    events: tuple[Event, ...]
+    events: tuple[Any, ...]
     steps: int
     evaluations: int
+    method: str = ""
 
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":

@@ -15,35 +15,8 @@ import pytest
 
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
-from identification import cli
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
-
-
-class Answer:
-    """What a command did: exit code, standard output and standard error."""
-
-    def __init__(self, code: int, out: str, err: str) -> None:
-        self.code, self.out, self.err = code, out, err
-
-    @property
-    def json(self) -> dict:
-        return json.loads(self.out)
-
-
-@pytest.fixture
-def stickslip(monkeypatch, capsys, tmp_path):
-    """Run the command in an empty folder, in this process."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["stickslip", *(str(argument) for argument in arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            cli.main()
-        printed = capsys.readouterr()
-        return Answer(int(stopped.value.code or 0), printed.out, printed.err)
-
-    return run
 
 
 def files(folder: Path) -> set[str]:
@@ -53,7 +26,8 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    for command in ("models", "show", "export", "simulate", "maps", "map", "emulate", "fit", "compare", "demo"):
+    commands = ("models", "show", "export", "simulate", "inspect", "maps", "map", "emulate", "fit", "compare", "demo")
+    for command in commands:
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 
@@ -122,7 +96,7 @@ def test_export_gives_a_real_fmu_with_the_values_set(stickslip, tmp_path, versio
 
 def test_simulate_tells_what_happened(stickslip, tmp_path):
     arguments = ("simulate", "disc_rig", "--contacts", "disc0", "--input", "w0=0.41", "--until", "10")
-    told = stickslip(*arguments, "--csv", "run.csv", "--figure", "run.svg", "--json")
+    told = stickslip(*arguments, "--output", "run.csv", "--figure", "run.svg", "--json")
     assert told.code == 0
     content = told.json
     assert content["contacts"]["disc0"]["events"] == 19
@@ -225,7 +199,7 @@ def test_bad_input_is_refused_with_a_reason_and_leaves_nothing(stickslip, tmp_pa
 def test_what_exists_stays(stickslip, tmp_path):
     for command, target in (
         (("export", "disc_rig", "-o", "kept.fmu"), "kept.fmu"),
-        (("simulate", "disc_rig", "--csv", "kept.csv"), "kept.csv"),
+        (("simulate", "disc_rig", "--output", "kept.csv"), "kept.csv"),
         (("simulate", "disc_rig", "--figure", "kept.png"), "kept.png"),
         (("fit", RIGS, "--result", "kept.json"), "kept.json"),
         (("emulate", "kept", "--speeds", "0.83"), "kept"),

@@ -98,7 +98,7 @@ def test_the_order_of_contacts_does_not_matter() -> None:
 
 def test_a_change_of_the_engine_makes_a_new_fmu(monkeypatch: pytest.MonkeyPatch) -> None:
     before = package._sources_digest()
-    monkeypatch.setattr(package, "_version", lambda: "another")
+    monkeypatch.setattr(package, "version", lambda: "another")
     assert package._sources_digest() != before
 
 

@@ -1,0 +1,263 @@
+#include "face.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "fmi2FunctionTypes.h"
+#include "fmi3FunctionTypes.h"
+
+#define EXPORT __attribute__((visibility("default")))
+
+#define CALL2(NAME, FUNCTION) ((fmi2##NAME##TYPE *)face->function[FUNCTION])
+#define CALL3(NAME, FUNCTION) ((fmi3##NAME##TYPE *)face->function[FUNCTION])
+
+/* the loggers handed to FMUs; what an FMU says after its first error is about the same error */
+EXPORT void master_log2(void *environment, const char *name, int status, const char *category, const char *message, ...)
+{
+    Log *log = environment;
+    (void)name;
+    (void)category;
+    if (!log || !message || (status < FMI_WARNING && log->count)) {
+        return;
+    }
+    va_list arguments;
+    va_start(arguments, message);
+    vsnprintf(log->message, sizeof log->message, message, arguments);
+    va_end(arguments);
+    log->count += status >= FMI_WARNING;
+}
+
+EXPORT void master_log3(void *environment, int status, const char *category, const char *message)
+{
+    Log *log = environment;
+    (void)category;
+    if (!log || !message || (status < FMI_WARNING && log->count)) {
+        return;
+    }
+    snprintf(log->message, sizeof log->message, "%s", message);
+    log->count += status >= FMI_WARNING;
+}
+
+int face_plain(const Face *face, Function function)
+{
+    /* fmi2Reset and its like have one signature in both versions */
+    return (int)((fmi2ResetTYPE *)face->function[function])(face->instance);
+}
+
+int face_initialize(const Face *face, double start, double stop, double tolerance)
+{
+    if (face->fmi == 3) {
+        return (int)CALL3(EnterInitializationMode, F_ENTER_INITIALIZATION)(face->instance, true, tolerance, start, true, stop);
+    }
+    const int status = (int)CALL2(SetupExperiment, F_SETUP)(face->instance, 1, tolerance, start, 1, stop);
+    return status >= FMI_DISCARD ? status : face_plain(face, F_ENTER_INITIALIZATION);
+}
+
+int face_update(const Face *face, Update *update)
+{
+    if (face->fmi == 2) {
+        fmi2EventInfo info;
+        memset(&info, 0, sizeof info);
+        const int status = (int)CALL2(NewDiscreteStates, F_UPDATE)(face->instance, &info);
+        *update = (Update){info.newDiscreteStatesNeeded, info.terminateSimulation, info.nominalsOfContinuousStatesChanged,
+                           info.valuesOfContinuousStatesChanged, info.nextEventTimeDefined ? info.nextEventTime : INFINITY};
+        return status;
+    }
+    bool again = false, terminate = false, nominals = false, states = false, defined = false;
+    double time = 0.0;
+    const int status = (int)CALL3(UpdateDiscreteStates, F_UPDATE)(face->instance, &again, &terminate, &nominals, &states, &defined, &time);
+    *update = (Update){again, terminate, nominals, states, defined ? time : INFINITY};
+    return status;
+}
+
+int face_completed(const Face *face, int *enter_event, int *terminate)
+{
+    if (face->fmi == 2) {
+        return (int)CALL2(CompletedIntegratorStep, F_COMPLETED)(face->instance, 1, enter_event, terminate);
+    }
+    bool enter = false, ends = false;
+    const int status = (int)CALL3(CompletedIntegratorStep, F_COMPLETED)(face->instance, true, &enter, &ends);
+    *enter_event = enter;
+    *terminate = ends;
+    return status;
+}
+
+/* these have the same signature in both versions */
+int face_set_time(const Face *face, double t)
+{
+    return (int)CALL2(SetTime, F_SET_TIME)(face->instance, t);
+}
+
+int face_set_states(const Face *face, const double *x)
+{
+    return face->n_states ? (int)CALL2(SetContinuousStates, F_SET_STATES)(face->instance, x, (size_t)face->n_states) : FMI_OK;
+}
+
+int face_get_states(const Face *face, double *x)
+{
+    return face->n_states ? (int)CALL2(GetContinuousStates, F_GET_STATES)(face->instance, x, (size_t)face->n_states) : FMI_OK;
+}
+
+int face_derivatives(const Face *face, double *dx)
+{
+    return face->n_states ? (int)CALL2(GetDerivatives, F_GET_DERIVATIVES)(face->instance, dx, (size_t)face->n_states) : FMI_OK;
+}
+
+int face_indicators(const Face *face, double *z)
+{
+    return face->n_indicators ? (int)CALL2(GetEventIndicators, F_GET_INDICATORS)(face->instance, z, (size_t)face->n_indicators)
+                              : FMI_OK;
+}
+
+int face_nominals(const Face *face, double *nominals)
+{
+    return face->n_states
+               ? (int)CALL2(GetNominalsOfContinuousStates, F_NOMINALS)(face->instance, nominals, (size_t)face->n_states)
+               : FMI_OK;
+}
+
+int face_directional(const Face *face, const double *seed, double *dx)
+{
+    const size_t n = (size_t)face->n_state_references;
+    const size_t width = (size_t)face->n_states;
+    if (face->fmi == 2) {
+        return (int)CALL2(GetDirectionalDerivative, F_DIRECTIONAL)(face->instance, face->derivative_references, n,
+                                                                   face->state_references, n, seed, dx);
+    }
+    return (int)CALL3(GetDirectionalDerivative, F_DIRECTIONAL)(face->instance, face->derivative_references, n,
+                                                               face->state_references, n, seed, width, dx, width);
+}
+
+/* one value of a type narrower than double */
+#define ONE(TAG, CTYPE, NAME)                                                                                   \
+    case TAG: {                                                                                                 \
+        CTYPE one = (CTYPE)0;                                                                                   \
+        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(face->instance, reference, 1, &one, 1);                 \
+        *value = (double)one;                                                                                   \
+        break;                                                                                                  \
+    }
+
+static int read_one(const Face *face, Type type, const uint32_t *reference, double *value)
+{
+    int status = FMI_ERROR;
+    if (face->fmi == 2) {
+        /* integers, enumerations and booleans of FMI 2 are all int */
+        int one = 0;
+        status = (int)CALL2(GetInteger, F_GETTERS + type)(face->instance, reference, 1, &one);
+        *value = one;
+        return status;
+    }
+    switch (type) {
+        ONE(T_INT32, int32_t, Int32)
+        ONE(T_BOOLEAN, bool, Boolean)
+        ONE(T_FLOAT32, float, Float32)
+        ONE(T_INT8, int8_t, Int8)
+        ONE(T_UINT8, uint8_t, UInt8)
+        ONE(T_INT16, int16_t, Int16)
+        ONE(T_UINT16, uint16_t, UInt16)
+        ONE(T_UINT32, uint32_t, UInt32)
+        ONE(T_INT64, int64_t, Int64)
+        ONE(T_UINT64, uint64_t, UInt64)
+    case T_FLOAT64:
+        break;
+    }
+    return status;
+}
+#undef ONE
+
+#define ONE(TAG, CTYPE, NAME)                                                                                   \
+    case TAG: {                                                                                                 \
+        const CTYPE one = (CTYPE)value;                                                                         \
+        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(face->instance, reference, 1, &one, 1);                   \
+    }
+
+static int write_one(const Face *face, Type type, const uint32_t *reference, double value)
+{
+    if (face->fmi == 2) {
+        const int one = (int)value;
+        return (int)CALL2(SetInteger, F_SETTERS + type)(face->instance, reference, 1, &one);
+    }
+    switch (type) {
+        ONE(T_INT32, int32_t, Int32)
+        ONE(T_BOOLEAN, bool, Boolean)
+        ONE(T_FLOAT32, float, Float32)
+        ONE(T_INT8, int8_t, Int8)
+        ONE(T_UINT8, uint8_t, UInt8)
+        ONE(T_INT16, int16_t, Int16)
+        ONE(T_UINT16, uint16_t, UInt16)
+        ONE(T_UINT32, uint32_t, UInt32)
+        ONE(T_INT64, int64_t, Int64)
+        ONE(T_UINT64, uint64_t, UInt64)
+    case T_FLOAT64:
+        break;
+    }
+    return FMI_ERROR;
+}
+#undef ONE
+
+/* number of variables of type Float64 from the i-th on */
+static int64_t floats_from(const Variables *variables, int64_t i)
+{
+    int64_t n = 0;
+    while (i + n < variables->n && variables->types[i + n] == T_FLOAT64) {
+        n++;
+    }
+    return n;
+}
+
+int face_read(const Face *face, const Variables *variables, double *values)
+{
+    int status = FMI_OK;
+    for (int64_t i = 0; i < variables->n && status < FMI_DISCARD;) {
+        const uint32_t *reference = variables->references + i;
+        const int64_t n = floats_from(variables, i);
+        if (n == 0) {
+            status = read_one(face, (Type)variables->types[i], reference, values + i);
+            i++;
+            continue;
+        }
+        status = face->fmi == 2 ? (int)CALL2(GetReal, F_GETTERS)(face->instance, reference, (size_t)n, values + i)
+                                : (int)CALL3(GetFloat64, F_GETTERS)(face->instance, reference, (size_t)n, values + i, (size_t)n);
+        i += n;
+    }
+    return status;
+}
+
+int face_write(const Face *face, const Variables *variables, const double *values)
+{
+    int status = FMI_OK;
+    for (int64_t i = 0; i < variables->n && status < FMI_DISCARD;) {
+        const uint32_t *reference = variables->references + i;
+        const int64_t n = floats_from(variables, i);
+        if (n == 0) {
+            status = write_one(face, (Type)variables->types[i], reference, values[i]);
+            i++;
+            continue;
+        }
+        status = face->fmi == 2 ? (int)CALL2(SetReal, F_SETTERS)(face->instance, reference, (size_t)n, values + i)
+                                : (int)CALL3(SetFloat64, F_SETTERS)(face->instance, reference, (size_t)n, values + i, (size_t)n);
+        i += n;
+    }
+    return status;
+}
+
+int face_do_step(const Face *face, double t, double length, Stepped *stepped)
+{
+    *stepped = (Stepped){0, 0, 0, t + length};
+    if (face->fmi == 2) {
+        const int status = (int)CALL2(DoStep, F_DO_STEP)(face->instance, t, length, 1);
+        if (status == FMI_DISCARD && face->function[F_BOOLEAN_STATUS] && face->function[F_REAL_STATUS]) {
+            CALL2(GetBooleanStatus, F_BOOLEAN_STATUS)(face->instance, fmi2Terminated, &stepped->terminate);
+            CALL2(GetRealStatus, F_REAL_STATUS)(face->instance, fmi2LastSuccessfulTime, &stepped->reached);
+        }
+        return status;
+    }
+    bool event = false, terminate = false, early = false;
+    const int status = (int)CALL3(DoStep, F_DO_STEP)(face->instance, t, length, true, &event, &terminate, &early, &stepped->reached);
+    stepped->event = event;
+    stepped->terminate = terminate;
+    stepped->early = early;
+    return status;
+}

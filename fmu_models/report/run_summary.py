@@ -1,0 +1,136 @@
+"""What happened in a run: ranges, ends, events, and the share of the run that contacts spent in their states."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models import console
+from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES, Event
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.results import Recording
+    from fmu_models.simulation.trajectory import Trajectory
+
+LISTED = 40  # rows that a person reads; programs get all
+
+
+def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
+    """What happened, as plain data, ready for JSON; a number that is not finite is null."""
+    trajectory, origin = recording.trajectory, recording.provenance
+    rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
+    ours = (*fmu.states, *fmu.outputs)
+    shown = [n for n in trajectory.values if (n in ours if fmu.ours else n not in rates and n not in fmu.inputs)]
+    # the engine inside our FMUs tells of contacts, the master of event indicators
+    contacts = fmu.contacts if fmu.ours and not trajectory.method else []
+    content = {
+        "model": fmu.description.modelName,
+        "until": float(trajectory.time[-1]) if trajectory.time.size else None,
+        "method": trajectory.method or (origin.method if origin else ""),
+        "ranges": {name: _range(trajectory, name) for name in shown},
+        "not_finite": _not_finite(trajectory),
+        "contacts": {name: _contact(trajectory, name, rigid=name in fmu.impacts) for name in contacts},
+        "events": dict(Counter(_kind(event) for event in trajectory.events)),
+        "steps": trajectory.steps,
+    }
+    if contacts and fmu.impacts:
+        content["impacts"] = _impacts(trajectory)
+    return content
+
+
+def _impacts(trajectory: Trajectory) -> dict[str, Any]:
+    """How many there were, the work of their impulses, and what raised the energy."""
+    gains = [event.work for event in trajectory.gains]
+    return {
+        "count": len(trajectory.impacts),
+        "work": sum(event.work for event in trajectory.impacts),
+        "raised_energy": len(gains),
+        "raised_by": sum(gains),
+        "largest_raise": max(gains, default=0.0),
+    }
+
+
+def _range(trajectory: Trajectory, name: str) -> dict[str, Any]:
+    data = np.asarray(trajectory[name], dtype=float)
+    return {
+        "unit": trajectory.units[name],
+        "min": _finite(data.min()),
+        "max": _finite(data.max()),
+        "end": _finite(data[-1]),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _kind(event: Any) -> str:
+    """What an event is counted under."""
+    if isinstance(event, Event):
+        return f"contact {event.contact}"
+    which = f" {event.name or event.indicator}" if event.indicator >= 0 else ""
+    return f"{event.kind}{which}"
+
+
+def _not_finite(trajectory: Trajectory) -> dict[str, float]:
+    """When variables first were no finite number; states never are, but what an FMU gives out may be."""
+    found = {}
+    for name, data in trajectory.values.items():
+        bad = np.flatnonzero(~np.isfinite(np.asarray(data, dtype=float)))
+        if bad.size:
+            found[name] = float(trajectory.time[bad[0]])
+    return found
+
+
+def _contact(trajectory: Trajectory, name: str, *, rigid: bool) -> dict[str, Any]:
+    names = RIGID_STATES if rigid else CONTACT_STATES
+    begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
+    events = [event for event in trajectory.events if event.contact == name]
+    first = events[0].before if events else int(trajectory[f"{name}_state"][0])
+    changes = [(begin, first), *((event.time, event.after) for event in events), (end, first)]
+    shares: Counter[str] = Counter()
+    for (since, state), (until, _) in itertools.pairwise(changes):
+        shares[names[state]] += (until - since) / (end - begin)  # type: ignore[assignment]
+    return {"events": len(events), "shares": dict(shares)}
+
+
+def print_summary(content: dict[str, Any], out: Console) -> None:
+    """The same for people."""
+    plain = console.plain
+    head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
+    out.print(plain(content["model"] or "", "bold"), end="")
+    out.print(plain(head))
+    made = console.table("quantity", ">min", ">max", ">at the end", "unit")
+    for name, row in list(content["ranges"].items())[:LISTED]:
+        numbers = ("not finite" if row[key] is None else f"{row[key]:.6g}" for key in ("min", "max", "end"))
+        made.add_row(plain(name), *numbers, plain(row["unit"]))
+    out.print(made)
+    if len(content["ranges"]) > LISTED:
+        out.print(plain(f"  and {len(content['ranges']) - LISTED} more, which --json lists"))
+    for name, row in content["contacts"].items():
+        shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
+        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
+    if "impacts" in content:
+        _print_impacts(content["impacts"], out)
+    if not content["contacts"]:
+        counts = sorted(content["events"].items(), key=lambda item: -item[1])
+        listed = ", ".join(f"{kind}: {count}" for kind, count in counts[:LISTED])
+        out.print(plain(f"{sum(content['events'].values())} events{f' ({listed})' if listed else ''}"))
+    for path in content["files"]:
+        out.print(plain(f"written: {path}"))
+
+
+def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
+    out.print(f"{impacts['count']} impacts; work of their impulses {impacts['work']:.6g} J")
+    if impacts["raised_energy"]:
+        out.print(
+            f"{impacts['raised_energy']} of {impacts['count']} impacts raised the energy (largest "
+            f"{impacts['largest_raise']:.2g} J): Newton's restitution with friction can do that; Poisson's cannot"
+        )

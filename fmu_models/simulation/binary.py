@@ -1,0 +1,96 @@
+"""The library of an FMU for this machine: packed in it, or built from the sources in it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from fmu_models.engine.toolchain import CPP, compile_shared, this_platform
+from fmu_models.errors import StickslipError
+
+if TYPE_CHECKING:
+    from fmpy.model_description import SourceFileSet
+
+    from fmu_models.simulation.fmu import Fmu
+
+# -w: warnings about somebody else's code help nobody here; otherwise as for our own
+FLAGS = ("-O2", "-w", "-ffp-contract=off", "-fno-sanitize=undefined", "-shared", "-fPIC", "-s", "-I.")
+# sources meant for static linking give every function the model's name as prefix; a shared library has plain names
+PLAIN_NAMES = ("-DFMI2_OVERRIDE_FUNCTION_PREFIX=1", "-DFMI3_OVERRIDE_FUNCTION_PREFIX=1")
+LIBRARIES = (".so", ".dll", ".dylib")
+
+
+def this_folder(fmu: Fmu) -> str:
+    """Name of the folder in ``binaries`` for this machine, which depends on the version of FMI."""
+    fmi3_platform, fmi2_platform, _, _ = this_platform()
+    return fmi2_platform if fmu.fmi == 2 else fmi3_platform
+
+
+def platforms(fmu: Fmu) -> list[str]:
+    """Folders in ``binaries`` that hold a library, such as "linux64" (FMI 2) or "x86_64-linux" (FMI 3)."""
+    found = (fmu.folder / "binaries").glob("*/*")
+    return sorted({file.parent.name for file in found if file.suffix in LIBRARIES})
+
+
+def sources(fmu: Fmu) -> list[str]:
+    """C and C++ files in ``sources``."""
+    folder = fmu.folder / "sources"
+    found = (file for file in folder.rglob("*") if file.suffix == ".c" or file.suffix in CPP)
+    return sorted(file.relative_to(folder).as_posix() for file in found)
+
+
+def library(fmu: Fmu, identifier: str) -> Path:
+    """The library ``identifier`` for this machine; built where it is not packed (kept in the user's cache).
+
+    Raises:
+        StickslipError: neither packed nor buildable; lists what the FMU has.
+    """
+    folder = fmu.folder / "binaries" / this_folder(fmu)
+    target = folder / f"{identifier}{this_platform()[3]}"
+    if target.is_file():
+        return target
+    has = ", ".join(platforms(fmu)) or "no platform at all"
+    missing = f"'{fmu.path}' has no library '{target.name}' for {folder.name} (it has {has})"
+    if not sources(fmu):
+        raise StickslipError(f"{missing} and no sources. Ask its author for one of them.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return _build(fmu, identifier, target)
+    except StickslipError as error:
+        raise StickslipError(f"{missing}, and its sources cannot be built. {error}") from error
+
+
+def _build(fmu: Fmu, identifier: str, target: Path) -> Path:
+    folder = fmu.folder / "sources"
+    texts = {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+    files, options = [], []
+    for part in _parts(fmu, identifier):
+        if part.language and not re.fullmatch(r"C(\+\+)?\d*", part.language):
+            raise StickslipError(f"They are written in {part.language}; C and C++ are built here.")
+        files += [_inside(name, texts) for name in part.sourceFiles]
+        options += [f"-I{_inside(name, None)}" for name in part.includeDirectories]
+        for definition in part.preprocessorDefinitions:
+            if not re.fullmatch(r"\w+", definition.name or ""):
+                raise StickslipError(f"They define the ill-formed macro '{definition.name}'.")
+            options.append(f"-D{definition.name}" + (f"={definition.value}" if definition.value else ""))
+    if not files:
+        # not listed, as in many FMUs 2.0: one that includes the rest, or all
+        files = ["all.c"] if "all.c" in texts else sources(fmu)
+    given = [option for option in PLAIN_NAMES if option.partition("=")[0] not in {o.partition("=")[0] for o in options}]
+    return compile_shared(texts, target, files=files, options=(*FLAGS, *given, *options))
+
+
+def _parts(fmu: Fmu, identifier: str) -> list[SourceFileSet]:
+    found = [c for c in fmu.description.buildConfigurations if c.modelIdentifier == identifier]
+    return found[0].sourceFileSets if found else []
+
+
+def _inside(name: str, known: dict[str, bytes] | None) -> str:
+    """A file or folder named in the FMU's own list, if it lies within its sources."""
+    inside = PurePosixPath(name or "")
+    if inside.is_absolute() or ".." in inside.parts or "\\" in name or ":" in name or name.startswith("-"):
+        raise StickslipError(f"They list '{name}', which lies outside their folder.")
+    if known is not None and inside.as_posix() not in known:
+        raise StickslipError(f"They list '{name}', which is not there.")
+    return inside.as_posix()

@@ -1,0 +1,162 @@
+"""One run of any FMU, as it was asked for, in this process or in one of its own, with a record of where it comes from.
+
+ours, no method named    ->  the engine inside the FMU, in one call
+every other              ->  the master, with the method named or the one that fits
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from fmu_models.simulation import binary
+from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
+from fmu_models.simulation.results import Provenance, Recording
+from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.system import simulate
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.trajectory import Trajectory
+
+CO_SIMULATION = "co-simulation"
+NATIVE = "taylor"  # the method of the engine inside our FMUs
+NATIVE_TOLERANCE = 1e-14  # costs it little
+MASTER_TOLERANCE = 1e-8  # below it most models' own rounding and tables show
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """What is asked for.
+
+    Attributes:
+        stop_time, start_time: s.
+        parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals.
+        output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
+            communication points.
+        tolerance: relative; None takes the default of the method.
+        method: of the master; None takes the FMU's own engine where it has one, otherwise "auto".
+        step: communication step, s; asks for a co-simulation.
+    """
+
+    stop_time: float
+    start_time: float = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float | Signal] = field(default_factory=dict)
+    output_times: ArrayLike | None = None
+    tolerance: float | None = None
+    method: str | None = None
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.step is not None and self.method is None:
+            # whoever names a step means a co-simulation
+            object.__setattr__(self, "method", CO_SIMULATION)
+
+    def is_native(self, fmu: Fmu) -> bool:
+        """Whether the engine inside the FMU makes the run."""
+        return fmu.ours and self.method is None
+
+    def is_co_simulation(self, fmu: Fmu) -> bool:
+        """Whether the FMU integrates itself, from one communication point to the next."""
+        return self.method == CO_SIMULATION or (not self.is_native(fmu) and fmu.description.modelExchange is None)
+
+    def tolerance_for(self, fmu: Fmu) -> float:
+        """The tolerance asked for, or that of the method."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return NATIVE_TOLERANCE if self.is_native(fmu) else MASTER_TOLERANCE
+
+
+def perform(
+    fmu: Fmu,
+    experiment: Experiment,
+    *,
+    limits: Limits | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Make the run.
+
+    Args:
+        limits: of a process of its own for the run; None runs here, where a fault of the FMU ends this process.
+        progress: called with the fraction done, several times a second.
+
+    Raises:
+        StickslipError: what is asked for does not fit the FMU, or the run failed; says when and why.
+    """
+    function = _native if experiment.is_native(fmu) else _master
+    _build_libraries(fmu, master=not experiment.is_native(fmu))
+    if limits is None:
+        trajectory = function(fmu, experiment, progress=progress)
+    else:
+        try:
+            trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
+        except IsolatedFailure as failure:
+            raise IsolatedFailure(f"{fmu.description.modelName}: {failure}") from failure
+    return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
+
+
+def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+    return simulate(
+        fmu,
+        experiment.stop_time,
+        start_time=experiment.start_time,
+        tolerance=experiment.tolerance_for(fmu),
+        progress=progress,
+        **_given(experiment),
+    )
+
+
+def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
+    from fmu_models.simulation.master import simulate_any
+
+    return simulate_any(
+        fmu,
+        experiment.stop_time,
+        start_time=experiment.start_time,
+        method=experiment.method or "auto",
+        communication_step=experiment.step,
+        progress=progress,
+        tolerance=experiment.tolerance_for(fmu),
+        **_given(experiment),
+    )
+
+
+def _given(experiment: Experiment) -> dict[str, Any]:
+    return {name: getattr(experiment, name) for name in ("parameters", "start", "inputs", "output_times")}
+
+
+def _build_libraries(fmu: Fmu, *, master: bool) -> None:
+    """Here rather than in the child: a compiler is no work of the FMU, and needs more memory than one."""
+    if master:
+        from fmu_models.simulation.foreign import master_library
+
+        master_library()
+    for interface in (fmu.description.modelExchange, fmu.description.coSimulation):
+        if interface is not None:
+            binary.library(fmu, str(interface.modelIdentifier))
+
+
+def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
+    found = {name: fmu.variables[name].description for name in trajectory.values if name in fmu.variables}
+    return {name: text for name, text in found.items() if text}
+
+
+def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:
+    # an input that varies is in the trajectory itself
+    inputs = {name: float(value) for name, value in experiment.inputs.items() if not isinstance(value, Signal)}
+    return Provenance.of(
+        fmu,
+        NATIVE if experiment.is_native(fmu) else experiment.method or "auto",
+        experiment.start_time,
+        experiment.stop_time,
+        tolerance=experiment.tolerance_for(fmu),
+        step=float("nan") if experiment.step is None else experiment.step,
+        parameters=dict(experiment.parameters),
+        start=dict(experiment.start),
+        inputs=inputs,
+    )

@@ -1,0 +1,321 @@
+"""Any FMU as raw function pointers for the master (engine/master), and the C structures of its contract."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import tempfile
+import weakref
+from ctypes import POINTER, byref, c_char, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_void_p
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from fmu_models.engine import toolchain
+from fmu_models.errors import StickslipError
+from fmu_models.simulation.binary import library as library_file
+from fmu_models.simulation.fmu import Fmu
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ModelVariable
+
+# Function of master.h: names in FMI 2 and FMI 3, None where the version has none
+FUNCTIONS: tuple[tuple[str | None, str | None], ...] = (
+    ("Reset", "Reset"),
+    ("SetupExperiment", None),
+    ("EnterInitializationMode", "EnterInitializationMode"),
+    ("ExitInitializationMode", "ExitInitializationMode"),
+    ("EnterEventMode", "EnterEventMode"),
+    ("NewDiscreteStates", "UpdateDiscreteStates"),
+    ("EnterContinuousTimeMode", "EnterContinuousTimeMode"),
+    (None, "EnterStepMode"),
+    ("CompletedIntegratorStep", "CompletedIntegratorStep"),
+    ("SetTime", "SetTime"),
+    ("SetContinuousStates", "SetContinuousStates"),
+    ("GetContinuousStates", "GetContinuousStates"),
+    ("GetDerivatives", "GetContinuousStateDerivatives"),
+    ("GetEventIndicators", "GetEventIndicators"),
+    ("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
+    ("GetDirectionalDerivative", "GetDirectionalDerivative"),
+    ("DoStep", "DoStep"),
+    ("Terminate", "Terminate"),
+    ("GetBooleanStatus", None),
+    ("GetRealStatus", None),
+    *(
+        (f"{verb}{two}" if two else None, f"{verb}{three}")
+        for verb in ("Get", "Set")
+        for two, three in (
+            ("Real", "Float64"),
+            ("Integer", "Int32"),
+            ("Boolean", "Boolean"),
+            *((None, name) for name in ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64")),
+        )
+    ),
+)
+# what an interface cannot do without; the rest is asked for when it is needed
+COMMON = ("Reset", "EnterInitializationMode", "ExitInitializationMode", "Terminate")
+MODEL_EXCHANGE = (
+    *("EnterEventMode", "EnterContinuousTimeMode", "SetTime", "SetContinuousStates", "GetContinuousStates"),
+    *("GetEventIndicators", "GetNominalsOfContinuousStates"),
+)
+
+# Type of master.h by the type of a variable; the same number for the types of both versions that share a getter
+TYPES2 = {"Real": 0, "Integer": 1, "Enumeration": 1, "Boolean": 2}
+TYPES3 = {
+    **{"Float64": 0, "Int32": 1, "Boolean": 2, "Float32": 3, "Int8": 4, "UInt8": 5, "Int16": 6, "UInt16": 7},
+    **{"UInt32": 8, "Int64": 9, "Enumeration": 9, "UInt64": 10},
+}
+FLOATS = (0, 3)
+
+
+class Log(ctypes.Structure):
+    _fields_ = (("count", c_int64), ("message", c_char * 1024))
+
+
+class Face(ctypes.Structure):
+    _fields_ = (
+        *((name, c_int64) for name in ("fmi", "n_states", "n_indicators", "completes", "directional", "event_mode")),
+        *((name, c_int64) for name in ("resets", "n_state_references")),
+        *((name, c_void_p) for name in ("state_references", "derivative_references", "instance")),
+        ("function", c_void_p * len(FUNCTIONS)),
+    )
+
+
+class Variables(ctypes.Structure):
+    _fields_ = (("n", c_int64), ("types", c_void_p), ("references", c_void_p))
+
+
+class Run(ctypes.Structure):
+    _fields_ = (
+        *((name, c_double) for name in ("start", "stop", "tolerance", "first_step", "longest_step")),
+        ("method", c_int64),
+        ("starts", Variables),
+        ("start_values", c_void_p),
+        ("recorded", Variables),
+        ("n_times", c_int64),
+        *((name, c_void_p) for name in ("times", "states", "values")),
+        ("inputs", Variables),
+        ("n_knots", c_int64),
+        *((name, c_void_p) for name in ("knot_times", "knot_values", "knot_rates", "knot_jumps")),
+        ("event_capacity", c_int64),
+        *((name, c_void_p) for name in ("events", "event_states")),
+        ("allowance", c_int64),
+        *((name, c_int64) for name in ("begun", "next_time", "n_events")),
+        *((name, c_int64) for name in ("steps", "rejected", "evaluations", "jacobians", "slides", "n_switches")),
+        *((name, c_double) for name in ("switch_time", "report_time", "report_value")),
+        *((name, c_int64) for name in ("report_index", "report_other")),
+        ("report_gradient", c_void_p),
+    )
+
+
+# MasterEvent of master.h
+EVENT = np.dtype([("time", "f8"), ("kind", "i4"), ("indicator", "i4"), ("before", "f8"), ("after", "f8")], align=True)
+
+
+@cache
+def master_library() -> ctypes.CDLL:
+    """The compiled master.
+
+    Raises:
+        StickslipError: the compiler is missing.
+    """
+    folder = Path(toolchain.__file__).parent
+    parts = sorted(path for path in (folder / "master").iterdir() if path.suffix in (".c", ".h"))
+    sources = {f"master/{path.name}": path.read_text("utf-8") for path in parts}
+    sources |= {name: (folder / name).read_text("utf-8") for name in ("roots.c", "roots.h")}
+    # one unit: the calls into the FMU sit in the innermost loops
+    names = [name for name in sources if name.endswith(".c")]
+    sources["all.c"] = "".join(f'#include "{name}"\n' for name in names)
+    with tempfile.TemporaryDirectory(prefix="stickslip-master-", ignore_cleanup_errors=True) as name:
+        file = toolchain.compile_shared(sources, Path(name) / f"master{toolchain.this_platform()[3]}")
+        made = ctypes.CDLL(str(file))
+    made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(Face), c_int64, c_int64)
+    made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)
+    made.master_run.restype, made.master_run.argtypes = c_int32, (c_void_p, POINTER(Run))
+    return made
+
+
+class _Callbacks(ctypes.Structure):
+    """fmi2CallbackFunctions"""
+
+    _fields_ = tuple((n, c_void_p) for n in ("logger", "allocate", "free", "step_finished", "environment"))
+
+
+class Instance:
+    """One instance of an FMU, for Model Exchange or Co-Simulation; ``face`` is what the master takes.
+
+    Attributes:
+        states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
+
+    Raises:
+        StickslipError: the FMU has no such interface or library, lacks a function, or refuses to be instantiated.
+    """
+
+    def __init__(self, fmu: Fmu, *, co_simulation: bool) -> None:
+        self.fmu = fmu
+        self.co_simulation = co_simulation
+        self.log = Log()
+        self._callbacks: _Callbacks | None = None
+        self.face = Face()
+        interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
+        if interface is None:
+            raise StickslipError(_no_interface(fmu, co_simulation))
+        file = library_file(fmu, str(interface.modelIdentifier))
+        try:
+            self.dll = ctypes.CDLL(str(file))
+        except OSError as error:
+            raise StickslipError(f"'{fmu.path}': its library cannot be loaded: {error}.") from error
+        self._fill(interface)
+        pointer = self._instantiate(interface)
+        if not pointer:
+            raise StickslipError(f"'{fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
+        self.face.instance = pointer
+        free = self._function("FreeInstance")
+        free.restype, free.argtypes = None, (c_void_p,)
+        self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
+        self._size()
+
+    def close(self) -> None:
+        """Free the instance; nothing may be asked of it afterwards."""
+        self._finalizer()
+
+    def message(self) -> str:
+        """What the FMU said last, or nothing."""
+        return self.log.message.decode("utf-8", "replace").strip()
+
+    def _function(self, name: str) -> Any:
+        try:
+            return self.dll[f"fmi{self.fmu.fmi}{name}"]
+        except AttributeError:
+            raise StickslipError(
+                f"'{self.fmu.path}': its library has no function fmi{self.fmu.fmi}{name}, which the standard requires."
+            ) from None
+
+    def _fill(self, interface: Any) -> None:
+        face = self.face
+        face.fmi = self.fmu.fmi
+        for index, pair in enumerate(FUNCTIONS):
+            name = pair[self.fmu.fmi - 2]
+            symbol = name and getattr(self.dll, f"fmi{self.fmu.fmi}{name}", None)
+            if symbol:
+                face.function[index] = ctypes.cast(symbol, c_void_p).value
+        derivatives = FUNCTIONS[12][self.fmu.fmi - 2]
+        update = FUNCTIONS[5][self.fmu.fmi - 2]
+        needed = ["DoStep"] if self.co_simulation else [*MODEL_EXCHANGE, str(derivatives), str(update)]
+        for name in (*COMMON, *needed):
+            self._function(name)
+        if not self.co_simulation:
+            face.completes = bool(interface.needsCompletedIntegratorStep)
+            face.directional = _directional(self.fmu, interface) and face.function[15] is not None
+        elif self.fmu.fmi == 3:
+            face.event_mode = bool(interface.hasEventMode)
+
+    def _instantiate(self, interface: Any) -> int | None:
+        library = master_library()
+        resources = self.fmu.folder / "resources"
+        token = str(self.fmu.description.guid).encode()
+        name = str(self.fmu.description.modelName).encode()
+        environment = ctypes.addressof(self.log)
+        if self.fmu.fmi == 2:
+            c = ctypes.CDLL(None) if sys.platform != "win32" else ctypes.cdll.msvcrt
+            self._callbacks = _Callbacks(
+                ctypes.cast(library.master_log2, c_void_p),
+                ctypes.cast(c.calloc, c_void_p),
+                ctypes.cast(c.free, c_void_p),
+                None,
+                environment,
+            )
+            make = self._function("Instantiate")
+            make.restype = c_void_p
+            make.argtypes = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
+            where = resources.as_uri().encode()
+            return make(name, int(self.co_simulation), token, where, ctypes.addressof(self._callbacks), 0, 1)
+        logger = ctypes.cast(library.master_log3, c_void_p)
+        where = (str(resources) + "/").encode() if resources.is_dir() else None
+        boolean = ctypes.c_bool
+        common = (c_char_p, c_char_p, c_char_p, boolean, boolean)
+        if not self.co_simulation:
+            make = self._function("InstantiateModelExchange")
+            make.restype, make.argtypes = c_void_p, (*common, c_void_p, c_void_p)
+            return make(name, token, where, False, True, environment, logger)
+        make = self._function("InstantiateCoSimulation")
+        make.restype = c_void_p
+        make.argtypes = (*common, boolean, boolean, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
+        events = bool(interface.hasEventMode)
+        return make(name, token, where, False, True, events, events, None, 0, environment, logger, None)
+
+    def _size(self) -> None:
+        """Names and numbers of states and indicators; an array counts with its elements."""
+        pairs = [(u.variable, u.variable.derivative) for u in self.fmu.description.derivatives if u.variable]
+        self._derivatives = np.array([derivative.valueReference for derivative, _ in pairs], dtype=np.uint32)
+        self._states = np.array([state.valueReference for _, state in pairs if state], dtype=np.uint32)
+        self.states = [name for _, state in pairs if state for name in _elements(state)]
+        face = self.face
+        if self.co_simulation:
+            return
+        face.n_states, face.n_indicators = len(self.states), self.fmu.description.numberOfEventIndicators
+        if self.fmu.fmi == 3:
+            for name, field in (("ContinuousStates", "n_states"), ("EventIndicators", "n_indicators")):
+                count = c_size_t()
+                function = self._function(f"GetNumberOf{name}")
+                function.restype, function.argtypes = c_int, (c_void_p, c_void_p)
+                if function(face.instance, byref(count)) < 2:
+                    setattr(face, field, count.value)
+        if face.n_states != len(self.states):
+            raise StickslipError(
+                f"'{self.fmu.path}': the FMU has {face.n_states} continuous states, "
+                f"its description lists {len(self.states)}."
+            )
+        face.n_state_references = self._states.size
+        face.state_references, face.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
+
+
+def _release(free: Any, pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
+    """Free an instance; what it still uses then (log, callbacks) is named so that it lives so long."""
+    free(pointer)
+    if sys.platform == "win32":
+        ctypes.windll.kernel32.FreeLibrary(c_void_p(dll._handle))
+    else:
+        close = ctypes.CDLL(None).dlclose
+        close.argtypes = (c_void_p,)
+        close(dll._handle)
+
+
+def _no_interface(fmu: Fmu, co_simulation: bool) -> str:
+    has = [
+        name for name in ("modelExchange", "coSimulation", "scheduledExecution") if getattr(fmu.description, name, None)
+    ]
+    words = {
+        "modelExchange": "Model Exchange",
+        "coSimulation": "Co-Simulation",
+        "scheduledExecution": "Scheduled Execution",
+    }
+    listed = " and ".join(words[name] for name in has) or "no interface at all"
+    if co_simulation:
+        return f"'{fmu.path}' offers {listed}, but no Co-Simulation. Leave the method out, or choose 'auto'."
+    return (
+        f"'{fmu.path}' offers {listed}, but no Model Exchange, which methods of integration need. "
+        "Choose the method 'co-simulation'."
+    )
+
+
+def _directional(fmu: Fmu, interface: Any) -> bool:
+    if fmu.fmi == 2:
+        return bool(interface.providesDirectionalDerivative)
+    # fmpy looks for the name it has in FMI 2
+    element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelExchange")
+    return element is not None and element.get("providesDirectionalDerivatives") in ("true", "1")
+
+
+def elements(variable: ModelVariable) -> int:
+    """Number of values of a variable."""
+    return int(np.prod(variable.shape)) if variable.shape else 1
+
+
+def _elements(variable: ModelVariable) -> list[str]:
+    n = elements(variable)
+    name = str(variable.name)
+    return [name] if not variable.shape else [f"{name}[{i + 1}]" for i in range(n)]

@@ -1,0 +1,375 @@
+"""Simulate any FMU by the compiled master: methods of integration with events for Model Exchange, or Co-Simulation."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.simulation import foreign, request
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.motion_error import DONE, MORE, TERMINATED, indicator_name, motion_error
+from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
+
+# MethodChoice of master.h
+METHODS = {"auto": 0, "dopri5": 1, "dop853": 2, "stiff": 3, "co-simulation": 4}
+NAMES = {"dopri5": "Dormand-Prince 5(4)", "dop853": "Dormand-Prince 8(5,3)", "stiff": "Radau IIA of order 5"}
+EVENT_KINDS = ("state", "time", "step", "input", "slide", "leave", "end")
+EVENT_CAPACITY = 4096
+ALLOWANCE = 20000  # steps per call: how long an interrupt from the keyboard waits
+TOLERANCES = (1e-14, 0.1)
+
+
+def simulate_any(
+    fmu: Fmu | str | os.PathLike[str],
+    stop_time: float,
+    *,
+    method: str = "auto",
+    tolerance: float = 1e-8,
+    record: Sequence[str] | None = None,
+    **options: Any,
+) -> Trajectory:
+    """Run an FMU once; ``options`` are those of ``Driver.run``.
+
+    Raises:
+        StickslipError: see ``Driver``.
+    """
+    with Driver(fmu, method=method, tolerance=tolerance, record=record) as driver:
+        return driver.run(stop_time, **options)
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Runs of a sweep: per variable (runs, times), and why runs ended early, by the number of the run."""
+
+    time: NDArray[np.float64]
+    values: Mapping[str, NDArray[np.float64]]
+    failures: Mapping[int, str]
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self.values:
+            raise StickslipError(f"The sweep has no variable '{name}'.{nearest(name, self.values)}")
+        return self.values[name]
+
+
+class Driver:
+    """An FMU that is loaded once and run many times.
+
+    Args:
+        fmu: an opened FMU or its file.
+        method: "dopri5", "dop853" (explicit), "stiff", "auto" (begins explicit, changes to stiff where stability limits
+            the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
+        tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
+        record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+
+    Raises:
+        StickslipError: unknown method or variable, tolerance out of range, an FMU without the interface or the library.
+    """
+
+    def __init__(
+        self,
+        fmu: Fmu | str | os.PathLike[str],
+        *,
+        method: str = "auto",
+        tolerance: float = 1e-8,
+        record: Sequence[str] | None = None,
+    ) -> None:
+        if method not in METHODS:
+            raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
+        least, most = TOLERANCES
+        if not (math.isfinite(tolerance) and least <= tolerance <= most):
+            raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
+        self.fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        if method == "auto" and self.fmu.description.modelExchange is None:
+            method = "co-simulation"
+        if record is not None:
+            request.check_recorded(self.fmu, record)
+        self.method, self.tolerance = method, float(tolerance)
+        self._instance = foreign.Instance(self.fmu, co_simulation=method == "co-simulation")
+        self._states = self._instance.states if method != "co-simulation" else []
+        states = {name for name in self._instance.states if name in self.fmu.variables}
+        names = list(record) if record is not None else request.recordable(self.fmu)
+        if method == "co-simulation":
+            names = [*(name for name in self._instance.states if name in states and name not in names), *names]
+        self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in self._states])
+        self._library = foreign.master_library()
+        self._master = self._library.master_new(
+            ctypes.byref(self._instance.face), len(self.fmu.variables), len(self._recorded.names)
+        )
+        if not self._master:
+            self._instance.close()
+            raise StickslipError(f"There is not enough memory for the {len(self._states)} states of '{self.fmu.path}'.")
+        self._finalizer = weakref.finalize(self, _close, self._library.master_free, self._master, self._instance)
+        self._gradient = np.zeros(max(1, len(self._states)))
+        self._events = np.zeros(EVENT_CAPACITY, dtype=foreign.EVENT)
+        self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
+        self._starts: dict[tuple[str, ...], request.Selection] = {}
+        self._units: dict[str, str] = {}
+        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.face.n_indicators)]
+        # what all runs have in common
+        self._blank = foreign.Run(
+            tolerance=self.tolerance,
+            method=METHODS[method],
+            recorded=self._recorded.c(),
+            event_capacity=EVENT_CAPACITY,
+            events=request.address(self._events),
+            event_states=request.address(self._event_states),
+            allowance=ALLOWANCE,
+            report_gradient=request.address(self._gradient),
+        )
+
+    def __enter__(self) -> Driver:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the FMU; the driver cannot run it any more."""
+        self._finalizer()
+
+    def run(
+        self,
+        stop_time: float,
+        *,
+        start_time: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        start: Mapping[str, float] | None = None,
+        inputs: Mapping[str, float | Signal] | None = None,
+        output_times: ArrayLike | None = None,
+        communication_step: float | None = None,
+        first_step: float | None = None,
+        longest_step: float | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trajectory:
+        """Run from ``start_time`` to ``stop_time`` (s), from the FMU's own start values but for those given.
+
+        Args:
+            parameters, start: values of parameters, and of other variables that have a start value, in the FMU's units.
+            inputs: constant or Signal per input; its jumps are events, its bends end steps.
+            output_times: (n,) s, ascending, within the run; default 1001 equally spaced, or the communication points.
+            communication_step: s, of a co-simulation; default: what the FMU recommends, or a thousandth of the run.
+            first_step, longest_step: s, of a method of integration; chosen by error control alone where not given.
+            progress: called with the fraction of output times done.
+
+        Returns:
+            The trajectory; it ends early where the FMU ends the run by itself.
+
+        Raises:
+            MotionError: the run cannot be continued; says when and why (chattering, Zeno, an error of the FMU, ...).
+            StickslipError: unknown name, value out of range, times out of order.
+        """
+        times = request.output_times(output_times, start_time, stop_time)
+        initial = request.start_values(self.fmu, parameters or {}, start or {})
+        table = request.table(self.fmu, inputs or {}, start_time, stop_time)
+        if self.method == "co-simulation":
+            times, table = self._communication(
+                times if output_times is not None else None, table, start_time, stop_time, communication_step
+            )
+        elif communication_step is not None:
+            raise StickslipError(f"A communication step belongs to the method 'co-simulation', not to '{self.method}'.")
+        prepared = self._prepare(times, initial, table, start_time, stop_time)
+        prepared.c.first_step = _length("first", first_step)
+        prepared.c.longest_step = _length("longest", longest_step)
+        events: list[ForeignEvent] = []
+        status = MORE
+        while status == MORE:
+            status = self._call(prepared)
+            events += self._take_events(prepared.c.n_events)
+            prepared.c.n_events = 0
+            if progress:
+                progress(prepared.c.next_time / max(1, times.size))
+        if status not in (DONE, TERMINATED):
+            raise self._error(status, prepared.c)
+        return self._trajectory(prepared, times, tuple(events), status)
+
+    def sweep(
+        self,
+        stop_time: float,
+        values: Mapping[str, ArrayLike],
+        *,
+        start_time: float = 0.0,
+        inputs: Mapping[str, float | Signal] | None = None,
+        output_times: ArrayLike | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Sweep:
+        """One run for each row of ``values``: (runs,) numbers per parameter or start value.
+
+        A run that cannot be continued leaves nan and its reason in ``failures``. Output times default to the end alone.
+
+        Raises:
+            StickslipError: as for ``run``; columns of different length; a co-simulation.
+        """
+        if self.method == "co-simulation":
+            raise StickslipError("A sweep needs a method of integration; run a co-simulation once per value.")
+        times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
+        columns = {name: np.array(column, dtype=float) for name, column in values.items()}
+        sizes = {column.shape for column in columns.values()}
+        if len(sizes) != 1 or len(next(iter(sizes))) != 1 or not next(iter(sizes))[0]:
+            raise StickslipError(
+                f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}."
+            )
+        for row in (np.min, np.max):
+            bounds = {name: float(row(column)) for name, column in columns.items()}
+            own = {
+                n: v
+                for n, v in bounds.items()
+                if n in self.fmu.variables and self.fmu.variables[n].causality == "parameter"
+            }
+            request.start_values(self.fmu, own, {n: v for n, v in bounds.items() if n not in own})
+        table = request.table(self.fmu, inputs or {}, start_time, stop_time)
+        rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
+        prepared = self._prepare(times, dict.fromkeys(columns, 0.0), table, start_time, stop_time)
+        prepared.c.event_capacity = 0
+        n = rows.shape[0]
+        states = np.full((n, times.size, len(self._states)), np.nan)
+        recorded = np.full((n, times.size, len(self._recorded.names)), np.nan)
+        failures: dict[int, str] = {}
+        first, of_states, of_values = (request.address(a) for a in (rows, states, recorded))
+        for i in range(n):
+            prepared.c.begun = prepared.c.next_time = 0
+            prepared.c.start_values = first + i * rows.strides[0]
+            prepared.c.states = of_states + i * states.strides[0]
+            prepared.c.values = of_values + i * recorded.strides[0]
+            status = self._call(prepared)
+            while status == MORE:
+                status = self._call(prepared)
+            if status != DONE:
+                states[i, prepared.c.next_time :], recorded[i, prepared.c.next_time :] = np.nan, np.nan
+                failures[i] = self._end(prepared.c) if status == TERMINATED else str(self._error(status, prepared.c))
+            if progress and i % 100 == 99:
+                progress((i + 1) / n)
+        named = {name: states[:, :, k] for k, name in enumerate(self._states)}
+        named |= {name: recorded[:, :, k] for k, name in enumerate(self._recorded.names)}
+        return Sweep(times, named, failures)
+
+    def _communication(
+        self,
+        times: NDArray[np.float64] | None,
+        table: request.Table,
+        start_time: float,
+        stop_time: float,
+        step: float | None,
+    ) -> tuple[NDArray[np.float64], request.Table]:
+        """Output times, and the table of inputs at all communication points."""
+        length = request.communication_step(self.fmu, step, start_time, stop_time)
+        points = request.communication_points(self.fmu, length, start_time, stop_time, times, table)
+        rows = np.clip(np.searchsorted(table.times, points, side="right") - 1, 0, None)
+        values = table.values[rows] + table.slopes[rows] * (points - table.times[rows])[:, None]
+        jumps = np.where((table.times[rows] == points) & (table.jumps[rows] == request.JUMP), request.JUMP, 1)
+        at_points = replace(table, times=points, values=values, slopes=np.zeros_like(values), jumps=jumps)
+        return points if times is None else times, at_points
+
+    def _prepare(
+        self,
+        times: NDArray[np.float64],
+        initial: Mapping[str, float],
+        table: request.Table,
+        start_time: float,
+        stop_time: float,
+    ) -> _Prepared:
+        key = tuple(initial)
+        if key not in self._starts:
+            self._starts[key] = request.Selection.of(self.fmu, key)
+        starts = self._starts[key]
+        start_values = np.array(list(initial.values()), dtype=float)
+        states = np.empty((times.size, len(self._states)))
+        values = np.empty((times.size, len(self._recorded.names)))
+        c = foreign.Run.from_buffer_copy(self._blank)
+        c.start, c.stop, c.n_times = start_time, stop_time, times.size
+        c.starts, c.start_values = starts.c(), request.address(start_values)
+        c.times, c.states, c.values = map(request.address, (times, states, values))
+        c.inputs, c.n_knots = table.inputs.c(), table.times.size
+        c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
+        c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
+        return _Prepared(c, start_values, states, values, (starts, table, times))
+
+    def _call(self, prepared: _Prepared) -> int:
+        if not self._finalizer.alive:
+            raise StickslipError("The driver is closed. Make a new one.")
+        if not prepared.c.begun:
+            self._instance.log.count = 0
+            self._instance.log.message = b""
+        status = self._library.master_run(self._master, ctypes.byref(prepared.c))
+        # from now on there is a run behind the instance
+        self._instance.face.resets = 1
+        return status
+
+    def _take_events(self, n: int) -> Iterator[ForeignEvent]:
+        if not n:
+            return
+        rows = zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True)
+        for (time, kind, i, before, after), (old, new) in rows:
+            name = self._indicators[i] if i >= 0 else ""
+            yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
+
+    def _error(self, status: int, c: foreign.Run) -> StickslipError:
+        return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())
+
+    def _end(self, c: foreign.Run) -> str:
+        message = self._instance.message()
+        return f"the FMU ended the run at t = {c.report_time:.9g} s" + (f": {message}" if message else "")
+
+    def _trajectory(
+        self, prepared: _Prepared, times: NDArray[np.float64], events: tuple[ForeignEvent, ...], status: int
+    ) -> Trajectory:
+        n = prepared.c.next_time
+        variables = self.fmu.variables
+        values: dict[str, NDArray] = {}
+        for k, name in enumerate(self._states):
+            values[name] = np.ascontiguousarray(prepared.states[:n, k])
+        for k, name in enumerate(self._recorded.names):
+            column = prepared.values[:n, k]
+            whole = int(self._recorded.types[k]) not in foreign.FLOATS
+            values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
+        if not self._units:
+            self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
+        note = _note(self.method, prepared.c)
+        if status == TERMINATED:
+            note += f"; {self._end(prepared.c)}"
+        return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)
+
+
+@dataclass(frozen=True, eq=False)
+class _Prepared:
+    """A request for the master, and the arrays it points into."""
+
+    c: foreign.Run
+    start_values: NDArray[np.float64]
+    states: NDArray[np.float64]
+    values: NDArray[np.float64]
+    kept: tuple[object, ...]
+
+
+def _close(free: Callable[[int], None], master: int, instance: foreign.Instance) -> None:
+    free(master)
+    instance.close()
+
+
+def _length(which: str, given: float | None) -> float:
+    if given is not None and not (math.isfinite(given) and given > 0):
+        raise StickslipError(f"The {which} step must be a positive number of seconds, found {given:g}.")
+    return float(given or 0.0)
+
+
+def _note(method: str, c: foreign.Run) -> str:
+    """The method of a run in words."""
+    if method == "co-simulation":
+        return "co-simulation"
+    note = NAMES.get(method, NAMES["dop853"])
+    if method == "auto" and c.n_switches:
+        note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
+        if c.n_switches > 1:
+            note += f" ({c.n_switches} changes between the two)"
+    if c.slides:
+        note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
+    return note

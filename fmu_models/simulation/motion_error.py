@@ -1,0 +1,144 @@
+"""Why a run of a foreign FMU ended early, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation import foreign
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+
+# RunStatus of master.h
+DONE, MORE, TERMINATED, FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION = range(7)
+CHATTERING, CHATTERING_TWO, ZENO, EVENTS_PILE_UP, CS_STALLS, CS_DISCARD, BAD_INDICATOR, TOO_MANY_STEPS = range(7, 15)
+KINDS = (
+    *("done", "more", "terminated", "fmi error", "not finite", "step too small", "event iteration"),
+    *(
+        "chattering",
+        "chattering of two",
+        "zeno",
+        "events pile up",
+        "stalls",
+        "discard",
+        "bad indicator",
+        "too many steps",
+    ),
+)
+
+
+class MotionError(StickslipError):
+    """A run that cannot be continued.
+
+    Attributes:
+        kind: one of KINDS.
+        time: s; of a Zeno motion the time at which its events accumulate.
+        indicator: index of the event indicator concerned, or None.
+    """
+
+    def __init__(self, text: str, kind: str, time: float, indicator: int | None = None) -> None:
+        super().__init__(text)
+        self.kind, self.time, self.indicator = kind, time, indicator
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return MotionError, (str(self), self.kind, self.time, self.indicator)
+
+
+def indicator_name(fmu: Fmu, index: int) -> str:
+    """Name of the variable that is the indicator, which FMI 3 alone tells."""
+    unknowns = fmu.description.eventIndicators
+    variable = unknowns[index].variable if 0 <= index < len(unknowns) else None
+    return str(variable.name) if variable else ""
+
+
+def dependencies(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.float64]) -> list[str]:
+    """Variables an indicator depends on: as the FMU declares them (FMI 3), or the states that move it."""
+    unknowns = fmu.description.eventIndicators
+    declared = unknowns[index].dependencies if 0 <= index < len(unknowns) else None
+    if declared:
+        return [str(variable.name) for variable in declared if variable]
+    largest = np.abs(gradient).max(initial=0.0)
+    return [name for name, g in zip(states, gradient, strict=True) if abs(g) > 1e-9 * largest > 0]
+
+
+def motion_error(
+    fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64], message: str
+) -> MotionError:
+    """The error for a status of the master; ``message`` is what the FMU logged last."""
+    time, index = report.report_time, report.report_index
+    about = status in (CHATTERING, CHATTERING_TWO, ZENO, BAD_INDICATOR)
+    indicator = index if about else None
+    text = _text(fmu, status, report, states, gradient)
+    if message and status in (FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION, CS_STALLS, CS_DISCARD):
+        text += f" The FMU says: {message}"
+    return MotionError(f"{fmu.description.modelName}: {text}", KINDS[status], time, indicator)
+
+
+def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+    name = indicator_name(fmu, index)
+    variables = dependencies(fmu, index, states, gradient)
+    return (
+        f"event indicator {index}"
+        + (f" '{name}'" if name else "")
+        + (f" (it depends on {', '.join(variables)})" if variables else "")
+    )
+
+
+def _text(fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+    time, index, value = report.report_time, report.report_index, report.report_value
+    at = f"t = {time:.9g} s"
+    if status == FMI_ERROR:
+        name = foreign.FUNCTIONS[index][fmu.fmi - 2] or foreign.FUNCTIONS[index][3 - fmu.fmi]
+        how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
+        return f"fmi{fmu.fmi}{name} {how} at {at}."
+    if status == NOT_FINITE:
+        return (
+            f"the derivative of the state '{states[index]}' is not a finite number at {at}. "
+            "Check parameters and start values."
+        )
+    if status == STEP_TOO_SMALL:
+        return (
+            f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a "
+            "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
+        )
+    if status == TOO_MANY_STEPS:
+        what = "" if index else ", or it is stiff (try the method 'stiff')"
+        return (
+            f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
+            f"without an event indicator{what}. Loosen the tolerance, or give the model an event there."
+        )
+    if status == EVENT_ITERATION:
+        return (
+            f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
+        )
+    if status == BAD_INDICATOR:
+        return f"event indicator {index} is not a finite number at {at}. Check parameters and start values."
+    if status == CS_STALLS:
+        return f"doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step."
+    if status == CS_DISCARD:
+        return f"doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one."
+    if status == EVENTS_PILE_UP:
+        return f"{value:.0f} events follow one another at {at} without progress; the FMU does not go on from there."
+    which = _named(fmu, index, states, gradient)
+    if status == ZENO:
+        return (
+            f"infinitely many events of {which} accumulate at {at}; each interval is {value:.4g} of the one before. "
+            "The motion comes to rest there, but the FMU has no state of rest: end the run before that time, or give "
+            "the model a condition that ends the sequence."
+        )
+    if status == CHATTERING_TWO:
+        other = _named(fmu, report.report_other, states, np.zeros(len(states)))
+        return (
+            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet "
+            "the mean of the fields is not determined: give the model a state of its own for one of them."
+        )
+    return (
+        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface "
+        "cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not choose its "
+        "equations by the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
+    )

@@ -1,0 +1,221 @@
+"""What the master is asked for, as arrays: variables by type, inputs as a table, communication points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.simulation import foreign
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.signal import Signal, knots
+from fmu_models.simulation.system import check_value
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ModelVariable
+
+JUMP = 2  # in Table.jumps, of an input; 1 is any other knot at which inputs are written in a co-simulation
+
+
+def address(array: NDArray) -> int:
+    """Of the first element; what ``array.ctypes.data`` is, at a tenth of its time."""
+    return array.__array_interface__["data"][0]
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Variables in the order given, with their types (n,) and value references (n,) as the master takes them."""
+
+    names: tuple[str, ...]
+    types: NDArray[np.int32]
+    references: NDArray[np.uint32]
+
+    @classmethod
+    def of(cls, fmu: Fmu, names: Sequence[str]) -> Selection:
+        known = foreign.TYPES2 if fmu.fmi == 2 else foreign.TYPES3
+        variables = [fmu.variables[name] for name in names]
+        types = np.array([known[str(v.type)] for v in variables], dtype=np.int32)
+        return cls(tuple(names), types, np.array([v.valueReference for v in variables], dtype=np.uint32))
+
+    def c(self) -> foreign.Variables:
+        return foreign.Variables(len(self.names), address(self.types), address(self.references))
+
+
+NOTHING = Selection((), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.uint32))
+
+
+def is_number(fmu: Fmu, name: str) -> bool:
+    """One number that the master can read and write: no text, no binary, no clock, no array."""
+    variable = fmu.variables[name]
+    return str(variable.type) in (foreign.TYPES2 if fmu.fmi == 2 else foreign.TYPES3) and not variable.shape
+
+
+def inputs_of(fmu: Fmu) -> list[str]:
+    return [name for name, v in fmu.variables.items() if v.causality == "input" and is_number(fmu, name)]
+
+
+def recordable(fmu: Fmu) -> list[str]:
+    """What is recorded unless something else is asked for: inputs, derivatives of states, outputs."""
+    derivatives = [str(u.variable.name) for u in fmu.description.derivatives if u.variable]
+    names = [n for n, v in fmu.variables.items() if v.causality == "output" and n not in derivatives]
+    return [name for name in (*inputs_of(fmu), *derivatives, *names) if is_number(fmu, name)]
+
+
+def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:
+    for name in names:
+        if name not in fmu.variables:
+            hint = nearest(name, fmu.variables)
+            raise StickslipError(f"'{fmu.description.modelName}' has no variable '{name}' to record.{hint}")
+        if not is_number(fmu, name):
+            raise StickslipError(f"'{name}' cannot be recorded: it is an array or of type {fmu.variables[name].type}.")
+
+
+def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, float]) -> dict[str, float]:
+    """Checked values to write before initialization.
+
+    Raises:
+        StickslipError: unknown name, a value out of its range, a variable that cannot be set.
+    """
+    if not parameters and not start:
+        return {}
+    model, variables = fmu.description.modelName, fmu.variables
+    for name in parameters:
+        if name not in variables or variables[name].causality != "parameter":
+            has = [name for name, v in variables.items() if v.causality == "parameter" and is_number(fmu, name)]
+            hint = nearest(name, has) if has else " It has no parameters."
+            raise StickslipError(f"'{model}' has no parameter '{name}'.{hint}")
+    for name in start:
+        if name not in variables:
+            settable = [n for n, v in variables.items() if _has_start(v)]
+            raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
+        if not _has_start(variables[name]):
+            raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
+    given = {**parameters, **start}
+    for name, value in given.items():
+        if fmu.variables[name].variability == "constant":
+            raise StickslipError(f"'{name}' of '{model}' is a constant and cannot be set.")
+        if not is_number(fmu, name):
+            raise StickslipError(f"'{name}' cannot be set: it is an array or of type {fmu.variables[name].type}.")
+        check_value(fmu, name, value)
+    return {name: float(value) for name, value in given.items()}
+
+
+def _has_start(variable: ModelVariable) -> bool:
+    return variable.initial in ("exact", "approx") and variable.causality != "input"
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Inputs over time: values and slopes (k, n) just after each of ``times`` (k,), and whether it is an event (k,)."""
+
+    inputs: Selection
+    times: NDArray[np.float64]
+    values: NDArray[np.float64]
+    slopes: NDArray[np.float64]
+    jumps: NDArray[np.int64]
+
+
+def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: float) -> Table:
+    """The inputs given, as a table over the run.
+
+    Raises:
+        StickslipError: unknown name, a value out of range, a signal that does not cover the run.
+    """
+    if not given:
+        none = np.zeros((1, 0))
+        return Table(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
+    known = inputs_of(fmu)
+    for name, value in given.items():
+        if name not in known:
+            hint = nearest(name, known) if known else " It has no inputs."
+            raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{hint}")
+        if not isinstance(value, Signal):
+            check_value(fmu, name, value)
+    signals = {n: v if isinstance(v, Signal) else Signal.constant(float(v), start, stop) for n, v in given.items()}
+    times, values, slopes = knots(signals, start, stop)
+    for column, (name, signal) in enumerate(signals.items()):
+        if fmu.variables[name].variability == "discrete" or not str(fmu.variables[name].type).startswith(
+            ("Real", "Float")
+        ):
+            # between the knots it keeps the value of the last one
+            last = np.searchsorted(signal.time, times, side="right") - 1
+            values[:, column], slopes[:, column] = signal.value[np.clip(last, 0, None)], 0.0
+    names = list(signals)
+    for column, name in enumerate(list(signals)):
+        # an FMU exported here takes the rate of an input as an input of its own
+        rate = f"{name}_rate"
+        if rate in known and rate not in signals and fmu.inputs.count(name):
+            names.append(rate)
+            values, slopes = (
+                np.column_stack([values, slopes[:, column]]),
+                np.column_stack([slopes, np.zeros(times.size)]),
+            )
+    reached = values[:-1] + slopes[:-1] * np.diff(times)[:, None]
+    size = np.maximum(np.abs(values).max(axis=0, initial=0.0), 1e-300)
+    jumps = np.zeros(times.size, dtype=np.int64)
+    jumps[1:] = JUMP * (np.abs(values[1:] - reached) > 1e-12 * size).any(axis=1)
+    values, slopes = np.ascontiguousarray(values), np.ascontiguousarray(slopes)
+    return Table(Selection.of(fmu, names), times, values, slopes, jumps)
+
+
+def output_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
+    """Checked output times; 1001 equally spaced ones where none are given."""
+    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+        raise StickslipError(f"The run must end after it starts, found start {start:g} s and stop {stop:g} s.")
+    if given is None:
+        return np.linspace(start, stop, 1001)
+    times = np.array(given, dtype=float)
+    if times.ndim != 1 or times.size == 0:
+        raise StickslipError(f"Output times must be a list of numbers, found shape {times.shape}.")
+    if not np.isfinite(times).all() or (np.diff(times) < 0).any():
+        raise StickslipError("Output times must be finite and ascending. Sort them.")
+    if times[0] < start or times[-1] > stop:
+        raise StickslipError(
+            f"Output times from {times[0]:g} s to {times[-1]:g} s leave the run from {start:g} s to {stop:g} s."
+        )
+    return times
+
+
+def communication_step(fmu: Fmu, given: float | None, start: float, stop: float) -> float:
+    """The step asked for, or the one the FMU recommends, or a thousandth of the run."""
+    if given is not None:
+        if not (math.isfinite(given) and given > 0):
+            raise StickslipError(f"The communication step must be a positive number of seconds, found {given:g}.")
+        return float(given)
+    recommended = fmu.description.defaultExperiment and fmu.description.defaultExperiment.stepSize
+    fixed = fmu.description.coSimulation and fmu.description.coSimulation.fixedInternalStepSize
+    for step in (recommended, fixed):
+        if step is not None and float(step) > 0:
+            return float(step)
+    return (stop - start) / 1000
+
+
+def communication_points(
+    fmu: Fmu, step: float, start: float, stop: float, outputs: NDArray[np.float64] | None, inputs: Table
+) -> NDArray[np.float64]:
+    """From start to stop in steps as asked, with output times and jumps of inputs in between.
+
+    Raises:
+        StickslipError: the FMU allows no steps of other lengths, and these need some.
+    """
+    n = max(1, math.floor((stop - start) / step * (1 + 1e-12)))
+    grid = start + step * np.arange(n + 1)
+    others = np.concatenate([[stop], inputs.times[inputs.jumps == JUMP], *([outputs] if outputs is not None else [])])
+    near = 1e-9 * step
+    off = others[np.abs(others - start - step * np.round((others - start) / step)) > near]
+    interface = fmu.description.coSimulation
+    if off.size and interface and str(interface.canHandleVariableCommunicationStepSize).lower() not in ("true", "1"):
+        raise StickslipError(
+            f"'{fmu.description.modelName}' takes communication steps of one length only, and t = {off[0]:g} s (an "
+            f"output time, a jump of an input or the end of the run) is no multiple of {step:g} s. Choose another."
+        )
+    points = np.unique(np.concatenate([grid[grid <= stop + near], others]))
+    # of points that differ by rounding the last stands for all
+    points = points[np.append(np.diff(points) > near, True)]
+    points[0], points[-1] = start, stop
+    return np.asarray(points, dtype=np.float64)

@@ -1,0 +1,262 @@
+"""A trajectory in a file: CSV for a spreadsheet, HDF5 for everything that is known of the run.
+
+    run.h5   attributes: format, version, tool, method, steps, evaluations
+      time                      (n,), unit "s"
+      values/<variable>         (n,), attributes name, unit, description
+      events/<field>            (k,), one column per field, of states (k, n_states); attribute kind
+      provenance                attributes: which FMU by name, token and hash, which tool, method, tolerance, interval
+        parameters, start, inputs   what was set: one number per name, in the unit of the FMU
+
+CSV has the variables and their units alone. The file is written whole or not at all.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.codegen.package import version
+from fmu_models.errors import StickslipError
+from fmu_models.files import write_whole
+from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
+
+if TYPE_CHECKING:
+    import h5py
+
+    from fmu_models.simulation.fmu import Fmu
+
+FORMAT = "stickslip trajectory"
+VERSION = 1
+SUFFIXES = (".csv", ".h5", ".hdf5")
+EVENT_KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Event, ForeignEvent)}
+LONGEST = 8192  # characters of a text: an attribute of HDF5 has room for 64 kB
+SETTINGS = ("parameters", "start", "inputs")
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a trajectory comes from.
+
+    Attributes:
+        fmu, model: name of the file and of the model in it.
+        token: instantiation token (FMI 3) or GUID (FMI 2).
+        sha256: of the file.
+        fmi_version: of the FMU.
+        generation_tool: that made the FMU, as it says.
+        tool: that made the run, with its version.
+        method: of integration, as it was asked for.
+        tolerance: relative; nan where none applies.
+        step: communication step of a co-simulation, s; nan where none applies.
+        start_time, stop_time: s.
+        parameters, start, inputs: what was set, in the units of the FMU.
+    """
+
+    fmu: str
+    model: str
+    token: str
+    sha256: str
+    fmi_version: str
+    generation_tool: str
+    method: str
+    start_time: float
+    stop_time: float
+    tolerance: float = float("nan")
+    step: float = float("nan")
+    tool: str = field(default_factory=lambda: f"stickslip {version()}")
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, fmu: Fmu, method: str, start_time: float, stop_time: float, **others: Any) -> Provenance:
+        """That of a run of ``fmu``; ``others`` are attributes by name."""
+        description = fmu.description
+        return cls(
+            fmu=fmu.path.name,
+            model=description.modelName or "",
+            token=description.instantiationToken or "",
+            sha256=fmu.sha256,
+            fmi_version=description.fmiVersion or "",
+            generation_tool=description.generationTool or "",
+            method=method,
+            start_time=start_time,
+            stop_time=stop_time,
+            **others,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A trajectory, a description per variable that has one, and where it comes from."""
+
+    trajectory: Trajectory
+    descriptions: Mapping[str, str]
+    provenance: Provenance | None
+
+    def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write it as CSV or HDF5; errors as for ``write_trajectory``."""
+        write_trajectory(
+            self.trajectory, path, provenance=self.provenance, descriptions=self.descriptions, overwrite=overwrite
+        )
+
+
+def check_suffix(path: str | os.PathLike[str] | None) -> None:
+    """Refuse before the run what could not be written after it. None stands for a file that is not asked for.
+
+    Raises:
+        StickslipError: the suffix says neither CSV nor HDF5.
+    """
+    if path is not None and Path(path).suffix.lower() not in SUFFIXES:
+        raise StickslipError(f"'{path}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen.")
+
+
+def write_trajectory(
+    trajectory: Trajectory,
+    path: str | os.PathLike[str],
+    *,
+    provenance: Provenance | None = None,
+    descriptions: Mapping[str, str] | None = None,
+    overwrite: bool = False,
+) -> None:
+    """Write ``trajectory`` as CSV or HDF5, by the suffix of ``path``; texts are cut after 8192 characters.
+
+    Raises:
+        StickslipError: another suffix, ``path`` exists and ``overwrite`` is false, or cannot be written.
+    """
+    check_suffix(path)
+    try:
+        if Path(path).suffix.lower() == ".csv":
+            trajectory.write_csv(path, overwrite=overwrite)
+            return
+        import h5py
+
+        with write_whole(path, overwrite=overwrite) as temporary, h5py.File(temporary, "w") as file:
+            _write(file, trajectory, provenance, descriptions or {})
+    except OSError as error:
+        reason = error.strerror or error
+        raise StickslipError(f"'{path}' cannot be written: {reason}. Is the disk full?") from error
+
+
+def _write(
+    file: h5py.File, trajectory: Trajectory, provenance: Provenance | None, descriptions: Mapping[str, str]
+) -> None:
+    file.attrs.update(
+        format=FORMAT,
+        version=VERSION,
+        tool=f"stickslip {version()}",
+        method=trajectory.method[:LONGEST],
+        steps=trajectory.steps,
+        evaluations=trajectory.evaluations,
+    )
+    _column(file, "time", trajectory.time).attrs["unit"] = "s"
+    values = file.create_group("values", track_order=True)
+    for name, data in trajectory.values.items():
+        attributes = _column(values, _key(name), data).attrs
+        attributes["name"] = name
+        attributes["unit"] = trajectory.units[name]
+        if name in descriptions:
+            attributes["description"] = descriptions[name][:LONGEST]
+    events = file.create_group("events", track_order=True)
+    kind = type(trajectory.events[0]) if trajectory.events else Event
+    events.attrs["kind"] = kind.__name__
+    for name in (f.name for f in fields(kind)):
+        _column(events, name, _array([getattr(event, name) for event in trajectory.events]))
+    if provenance:
+        _write_provenance(file.create_group("provenance"), provenance)
+
+
+def _write_provenance(group: h5py.Group, provenance: Provenance) -> None:
+    for name in (f.name for f in fields(provenance)):
+        value = getattr(provenance, name)
+        if name in SETTINGS:
+            part = group.create_group(name, track_order=True)
+            for key, number in value.items():
+                part.create_dataset(_key(key), data=float(number)).attrs["name"] = key
+        else:
+            group.attrs[name] = value[:LONGEST] if isinstance(value, str) else value
+
+
+def _column(group: h5py.Group, name: str, data: np.ndarray) -> h5py.Dataset:
+    # a chunk needs a length; deflate after shuffle halves smooth curves and all but removes constant ones
+    packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if data.size else {}
+    if data.dtype.kind == "O":
+        import h5py
+
+        return group.create_dataset(name, data=data, dtype=h5py.string_dtype())
+    return group.create_dataset(name, data=data, **packed)
+
+
+def _array(values: list[Any]) -> np.ndarray:
+    """A column of numbers, or of texts as objects."""
+    made = np.array(values)
+    return np.array(values, dtype=object) if made.dtype.kind == "U" else made
+
+
+def _key(name: str) -> str:
+    """A name as HDF5 takes it: there '/' leads to a subgroup and '.' is the group itself."""
+    key = name.replace("%", "%25").replace("/", "%2F")
+    return {"": "%", ".": "%2E"}.get(key, key)
+
+
+def read_trajectory(path: str | os.PathLike[str]) -> Recording:
+    """Read what ``write_trajectory`` wrote as HDF5.
+
+    Raises:
+        StickslipError: no such file, or not a trajectory.
+    """
+    import h5py
+
+    if not Path(path).is_file():
+        raise StickslipError(f"There is no file '{path}'.")
+    if Path(path).suffix.lower() == ".csv":
+        raise StickslipError(f"'{path}': CSV holds neither events nor origin; write the run as .h5 to read it again.")
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise StickslipError(f"'{path}' is an HDF5 file, but not a trajectory written by stickslip.")
+            if file.attrs.get("version") != VERSION:
+                raise StickslipError(f"'{path}' was written by another version of stickslip. Run the simulation again.")
+            return _read(file)
+    except (OSError, KeyError, TypeError, AttributeError, RuntimeError, ValueError) as error:
+        raise StickslipError(f"'{path}' cannot be read as a trajectory: {error}. Run the simulation again.") from error
+
+
+def _read(file: Any) -> Recording:
+    values, units, descriptions = {}, {}, {}
+    for _, data in _datasets(file["values"]):
+        name = str(data.attrs["name"])
+        values[name] = data[()]
+        units[name] = str(data.attrs["unit"])
+        if "description" in data.attrs:
+            descriptions[name] = str(data.attrs["description"])
+    stored = file["events"]
+    kind = EVENT_KINDS[stored.attrs["kind"]]
+    columns = [stored[f.name] for f in fields(kind)]
+    lists = [(c.asstr()[()] if c.dtype.kind == "O" else c[()]).tolist() for c in columns]
+    events = tuple(
+        kind(*(tuple(cell) if isinstance(cell, list) else cell for cell in row)) for row in zip(*lists, strict=True)
+    )
+    steps, evaluations = int(file.attrs["steps"]), int(file.attrs["evaluations"])
+    method = str(file.attrs["method"])
+    trajectory = Trajectory(file["time"][()], values, units, events, steps, evaluations, method)
+    return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
+
+
+def _read_provenance(group: Any) -> Provenance:
+    found: dict[str, Any] = {}
+    for name in (f.name for f in fields(Provenance)):
+        if name in SETTINGS:
+            found[name] = {str(data.attrs["name"]): float(data[()]) for _, data in _datasets(group[name])}
+        else:
+            value = group.attrs[name]
+            found[name] = value if isinstance(value, str) else float(value)
+    return Provenance(**found)
+
+
+def _datasets(group: Any) -> Iterable[tuple[str, Any]]:
+    return group.items()

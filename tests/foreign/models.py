@@ -1,0 +1,158 @@
+"""Small FMUs written by hand, as somebody else would; ``models/`` has one C file for each. FMI 2 and FMI 3 of all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from build import build
+
+from fmu_models.simulation.fmu import Fmu
+
+Models = Callable[[str], Fmu]
+FOLDER = Path(__file__).parent / "models"
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """What the description of a model says: names of states, parameters and whole numbers with their start values."""
+
+    states: Sequence[str]
+    starts: Sequence[float]
+    parameters: Sequence[tuple[str, float]] = ()
+    numbers: Sequence[str] = ()
+    indicators: int = 0
+    inputs: Sequence[str] = ()  # of the parameters: these are inputs
+    depends: Sequence[int] = (1,)  # state on which each indicator depends, from 1
+    completes: bool = False
+    directional: bool = False
+    co_simulation: bool = False  # and no Model Exchange
+    any_step: bool = True
+
+
+INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
+MODELS = {
+    "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
+    "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
+    "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    # ball.c as tools write it: an edge of h < 0, remembered between events
+    "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
+    # an indicator that is +1 or -1
+    "ball_sign": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
+    "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),
+    "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
+    "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
+    "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),
+    "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
+    "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
+    "clock": Foreign(("x",), (0.0,), (("period", 0.1),), ("ticks", "late")),
+    "ticker": Foreign((), (), (("period", 0.25),), ("ticks",)),
+    "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
+    "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
+    "grumble": Foreign(("x",), (1.0,)),
+    "integers": INTEGERS,
+    "integers_fixed": replace(INTEGERS, any_step=False),
+    "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
+}
+
+
+def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
+    """The FMU ``name`` in ``folder``."""
+    description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
+    options = (f"-DFMI={fmi}", "-Wno-unused-function")
+    source = FOLDER / f"{name.removesuffix('_fixed')}.c"
+    return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
+
+
+def _two(name: str, m: Foreign) -> str:
+    n = len(m.states)
+    lines = [
+        f'<ScalarVariable name="{s}" valueReference="{i + 1}" causality="output" initial="exact"><Real start="{v}"/>'
+        for i, (s, v) in enumerate(zip(m.states, m.starts, strict=True))
+    ]
+    lines += [
+        f'<ScalarVariable name="der({s})" valueReference="{101 + i}"><Real derivative="{i + 1}"/>'
+        for i, s in enumerate(m.states)
+    ]
+    lines += [
+        f'<ScalarVariable name="{p}" valueReference="{201 + i}" {_kind(m, p)}><Real start="{v}"/>'
+        for i, (p, v) in enumerate(m.parameters)
+    ]
+    lines += [
+        f'<ScalarVariable name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"><Integer/>'
+        for i, w in enumerate(m.numbers)
+    ]
+    outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(len(m.numbers)))]
+    unknown = "".join(f'<Unknown index="{i}"/>' for i in range(n + 1, 2 * n + 1))
+    computed = "".join(f'<Unknown index="{i}"/>' for i in [*range(n + 1, 2 * n + 1), *outputs[n:]])
+    variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}" numberOfEventIndicators="{m.indicators}">
+{_interface(name, m, f'completedIntegratorStepNotNeeded="{_word(not m.completes)}" providesDirectionalDerivative', "")}
+<ModelVariables>
+{variables}
+</ModelVariables>
+<ModelStructure><Outputs>{"".join(f'<Unknown index="{i}"/>' for i in outputs)}</Outputs>
+<Derivatives>{unknown}</Derivatives><InitialUnknowns>{computed}</InitialUnknowns></ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def _three(name: str, m: Foreign) -> str:
+    states = range(len(m.states))
+    lines = ['<Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>']
+    lines += [
+        f'<Float64 name="{s}" valueReference="{i + 1}" causality="output" initial="exact" start="{m.starts[i]}"/>'
+        for i, s in enumerate(m.states)
+    ]
+    lines += [
+        f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)
+    ]
+    lines += [
+        f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)} start="{v}"/>'
+        for i, (p, v) in enumerate(m.parameters)
+    ]
+    lines += [f'<Float64 name="z{i}" valueReference="{301 + i}"/>' for i in range(m.indicators)]
+    lines += [
+        f'<Int32 name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"/>'
+        for i, w in enumerate(m.numbers)
+    ]
+    structure = [f'<Output valueReference="{i + 1}"/>' for i in states]
+    structure += [f'<Output valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
+    structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
+    structure += [f'<InitialUnknown valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
+    structure += [
+        f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)
+    ]
+    exchange = f'needsCompletedIntegratorStep="{_word(m.completes)}" providesDirectionalDerivatives'
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
+{_interface(name, m, exchange, 'hasEventMode="true"')}
+<ModelVariables>
+{chr(10).join(lines)}
+</ModelVariables>
+<ModelStructure>
+{chr(10).join(structure)}
+</ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
+    if not m.co_simulation:
+        return f'<ModelExchange modelIdentifier="{name}" {exchange}="{_word(m.directional)}"/>'
+    any_step = f'canHandleVariableCommunicationStepSize="{_word(m.any_step)}"'
+    return f'<CoSimulation modelIdentifier="{name}" {any_step} {events}/>'
+
+
+def _kind(m: Foreign, name: str) -> str:
+    return 'causality="input"' if name in m.inputs else 'causality="parameter" variability="fixed"'
+
+
+def _word(value: bool) -> str:
+    return str(value).lower()

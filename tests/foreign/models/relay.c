@@ -1,0 +1,16 @@
+/* x' = -sgn(x) + a cos t, the sign held between events */
+#define NX 1
+#define NZ 1
+#define NP 1
+#define PARAMETERS 0.3
+#define STARTS 1.0
+#include "model.h"
+
+static void derivatives(Model *m, double *dx) { dx[0] = -m->mode[0] + m->p[0] * cos(m->t); }
+static void indicators(Model *m, double *z) { z[0] = m->x[0]; }
+static int update(Model *m)
+{
+    m->mode[0] = m->x[0] > 0.0 ? 1 : -1;
+    return 0;
+}
+static void after_step(Model *m) {}

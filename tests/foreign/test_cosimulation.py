@@ -1,0 +1,61 @@
+"""Co-Simulation of foreign FMUs: communication points as asked, event mode and early return."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from models import Models
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation.master import simulate_any
+from fmu_models.simulation.signal import Signal
+
+
+def test_the_communication_step_is_the_one_asked_for(model: Models) -> None:
+    run = simulate_any(model("integers"), 5.0, communication_step=0.5)
+    assert run.time == pytest.approx(np.arange(11) * 0.5)
+    assert run["x"] == pytest.approx(0.25 + run.time, abs=1e-12)
+    assert run["count"][-1] == 5
+    assert run["steps"][-1] == 10
+    assert run.method == "co-simulation"
+
+
+def test_early_returns_are_events(model: Models, fmi: int) -> None:
+    run = simulate_any(model("integers"), 5.0, communication_step=0.5)
+    events = [(event.kind, event.time) for event in run.events]
+    # FMI 2 has no events in a co-simulation
+    assert events == ([("state", 0.75 + k) for k in range(5)] if fmi == 3 else [])
+
+
+def test_inputs_jump_at_a_communication_point(model: Models) -> None:
+    u = Signal([0.0, 1.25, 1.25, 5.0], [1.0, 1.0, 3.0, 3.0])
+    times = [0.0, 1.25, 2.6, 5.0]
+    run = simulate_any(model("integers"), 5.0, communication_step=0.5, inputs={"u": u}, output_times=times)
+    assert run["x"] == pytest.approx([0.25, 1.5, 1.5 + 3 * 1.35, 1.5 + 3 * 3.75], abs=1e-9)
+    assert run["u"].tolist() == [1.0, 3.0, 3.0, 3.0]
+
+
+def test_a_run_that_the_fmu_ends(model: Models) -> None:
+    run = simulate_any(model("integers"), 5.0, communication_step=0.4, parameters={"last": 2.0})
+    assert run.time[-1] == 2.0
+    assert "the FMU ended the run at t = 2 s" in run.method
+
+
+def test_an_fmu_with_steps_of_one_length_only(model: Models) -> None:
+    run = simulate_any(model("integers_fixed"), 5.0, communication_step=0.5)
+    assert run["count"][-1] == 5
+    with pytest.raises(StickslipError, match=r"one length only, and t = 5 s .* no multiple of 0\.4 s"):
+        simulate_any(model("integers_fixed"), 5.0, communication_step=0.4)
+
+
+def test_an_fmu_without_model_exchange_asked_for_a_method(model: Models) -> None:
+    with pytest.raises(StickslipError, match=r"offers Co-Simulation, but no Model Exchange.*'co-simulation'"):
+        simulate_any(model("integers"), 5.0, method="stiff")
+    with pytest.raises(StickslipError, match="offers Model Exchange, but no Co-Simulation"):
+        simulate_any(model("ball"), 5.0, method="co-simulation")
+
+
+@pytest.mark.parametrize("step", [0.0, -1.0, float("nan")])
+def test_a_communication_step_that_is_none(model: Models, step: float) -> None:
+    with pytest.raises(StickslipError, match="must be a positive number of seconds"):
+        simulate_any(model("integers"), 5.0, communication_step=step)

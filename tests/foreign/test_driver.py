@@ -1,0 +1,129 @@
+"""An FMU loaded once and run many times, and what is refused before or during a run."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hostile_models import hostile
+from models import Models
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation.master import Driver, simulate_any
+from fmu_models.simulation.motion_error import MotionError
+
+
+def test_runs_of_one_driver_are_the_same_as_runs_of_new_ones(model: Models) -> None:
+    with Driver(model("ball")) as driver:
+        driver.run(2.0, parameters={"e": 0.9})
+        with pytest.raises(MotionError):
+            driver.run(5.0)
+        again = driver.run(2.0)
+    new = simulate_any(model("ball"), 2.0)
+    assert all(np.array_equal(again[name], new[name]) for name in new.values)
+    assert again.events == new.events
+
+
+def test_a_sweep_is_the_runs_one_by_one(model: Models) -> None:
+    e = np.array([0.3, 0.9, 0.5])
+    with Driver(model("ball")) as driver:
+        sweep = driver.sweep(2.0, {"e": e, "h": [1.0, 2.0, 0.5]}, output_times=[1.0, 2.0])
+        single = driver.run(2.0, parameters={"e": 0.9}, start={"h": 2.0}, output_times=[1.0, 2.0])
+    assert np.array_equal(sweep["h"][1], single["h"])
+    assert np.array_equal(sweep["bounces"][1], single["bounces"])
+    # with 0.3 and 0.5 it would have come to rest before the end
+    assert sorted(sweep.failures) == [0, 2]
+    assert "accumulate" in sweep.failures[0]
+    assert np.isnan(sweep["h"][0, -1])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="resident memory is read from /proc")
+def test_many_runs_take_no_memory(model: Models) -> None:
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+    def loop(n: int) -> None:
+        for _ in range(n):
+            driver.run(1.0, output_times=[1.0])
+
+    with Driver(model("ball")) as driver:
+        loop(1000)
+        before = resident()
+        loop(10_000)
+        # Python takes memory by the megabyte; one event kept of each run would make three
+        assert resident() - before < 3 << 19
+
+
+def test_drivers_side_by_side(model: Models) -> None:
+    with Driver(model("ball")) as one, Driver(model("ball")) as other:
+        a = one.run(1.0, parameters={"e": 0.6})
+        b = other.run(1.0)
+        assert a["v"][-1] != b["v"][-1]
+        assert one.run(1.0)["v"][-1] == b["v"][-1]
+
+
+def test_a_closed_driver(model: Models) -> None:
+    driver = Driver(model("ball"))
+    driver.close()
+    driver.close()
+    with pytest.raises(StickslipError, match="closed"):
+        driver.run(1.0)
+
+
+def test_what_is_recorded(model: Models) -> None:
+    run = simulate_any(model("ball"), 1.0, record=["bounces", "g"])
+    assert list(run.values) == ["h", "v", "bounces", "g"]
+    assert run["g"].tolist() == [9.81] * 1001
+    assert run["bounces"].dtype == np.int64
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"method": "dop835"}, "no method 'dop835'. Did you mean 'dop853'"),
+        ({"tolerance": -1e-6}, "tolerance must lie between"),
+        ({"tolerance": math.nan}, "tolerance must lie between"),
+        ({"parameters": {"ee": 0.5}}, "no parameter 'ee'"),
+        ({"parameters": {"h": 0.5}}, "no parameter 'h'"),
+        ({"parameters": {"e": math.inf}}, "must be a finite number"),
+        ({"start": {"hh": 0.5}}, "no variable 'hh' to start from. Did you mean 'h'"),
+        ({"start": {"der(h)": 0.5}}, "computed by the FMU"),
+        ({"inputs": {"u": 1.0}}, "no input 'u'. It has no inputs"),
+        ({"output_times": [0.5, 0.2]}, "ascending"),
+        ({"output_times": [0.5, 5.0]}, "leave the run"),
+        ({"record": ["hh"]}, "no variable 'hh' to record. Did you mean 'h'"),
+        ({"longest_step": -1.0}, "longest step must be a positive number"),
+        ({"communication_step": 0.1}, "belongs to the method 'co-simulation'"),
+        ({"start_time": 3.0}, "must end after it starts"),
+    ],
+)
+def test_bad_requests_are_refused_in_words(model: Models, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(StickslipError, match=message.replace("(", r"\(")):
+        simulate_any(model("ball"), 1.0, **options)
+
+
+@pytest.mark.parametrize("values", [{}, {"e": 0.5}, {"e": [0.5], "g": [1.0, 2.0]}, {"e": []}])
+def test_columns_of_a_sweep(model: Models, values: dict[str, Any]) -> None:
+    with Driver(model("ball")) as driver, pytest.raises(StickslipError, match="one list of numbers per name"):
+        driver.sweep(1.0, values)
+
+
+def test_derivatives_that_are_no_numbers(tmp_path: Path) -> None:
+    with pytest.raises(MotionError, match=r"derivative of the state 'x' is not a finite number at t = (1|0\.99999)"):
+        simulate_any(hostile("not_a_number", tmp_path), 2.0)
+
+
+def test_an_error_of_the_fmu_comes_with_what_it_said(model: Models, fmi: int) -> None:
+    function = "fmi2GetDerivatives" if fmi == 2 else "fmi3GetContinuousStateDerivatives"
+    with pytest.raises(MotionError, match=rf"{function} fails at t = .*The FMU says: no rates beyond t = 1"):
+        simulate_any(model("grumble"), 2.0)
+
+
+def test_a_run_ends_with_its_time(model: Models) -> None:
+    run = simulate_any(model("ball"), 1.0, start_time=0.25)
+    assert (run.time[0], run.time[-1]) == (0.25, 1.0)
+    assert run.events[0].time == pytest.approx(0.25 + math.sqrt(2 / 9.81), abs=1e-12)

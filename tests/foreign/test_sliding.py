@@ -1,0 +1,87 @@
+"""Motions along the surface of an indicator for which the FMU has no state: the mean of the fields on both sides."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from models import Models
+from scipy.optimize import root_scalar
+
+from fmu_models.simulation.master import simulate_any
+from fmu_models.simulation.motion_error import MotionError
+
+METHODS = ("dopri5", "dop853", "stiff", "auto")
+
+
+def arrival(a: float) -> float:
+    """Of x' = -1 + a cos t at zero, from 1."""
+    return root_scalar(lambda t: 1 - t + a * math.sin(t), bracket=(0.5, 3.0), xtol=1e-14).root
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_relay_slides_for_good(model: Models, method: str) -> None:
+    run = simulate_any(model("relay"), 20.0, method=method)
+    (event,) = run.events
+    assert event.kind == "slide"
+    assert event.time == pytest.approx(arrival(0.3), abs=1e-7)
+    assert np.abs(run["x"][run.time > event.time]).max() < 1e-9
+    # the derivative recorded is that of the motion, not of one side
+    assert np.abs(run["der(x)"][run.time > event.time]).max() < 1e-9
+    assert "1 sliding motion" in run.method
+
+
+def test_relay_leaves_the_surface_where_one_side_turns_away(model: Models) -> None:
+    run = simulate_any(model("relay"), 5.4, tolerance=1e-10, parameters={"a": 1.5})
+    kinds = [event.kind for event in run.events]
+    assert kinds == ["slide", "leave", "slide"]
+    # 1.5 |cos t| reaches 1 downwards
+    leave = math.acos(-2 / 3)
+    assert run.events[1].time == pytest.approx(leave, abs=1e-8)
+    back = root_scalar(lambda t: t - leave + 1.5 * (math.sin(t) - math.sin(leave)), bracket=(4.0, 5.4)).root
+    assert run.events[2].time == pytest.approx(back, abs=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_sliding_along_a_curve(model: Models, method: str) -> None:
+    run = simulate_any(model("circle"), 5.0, method=method, tolerance=1e-9)
+    after = run.time > run.events[0].time
+    assert run.events[0].time == pytest.approx(math.log(2), abs=1e-7)
+    assert np.abs(np.hypot(run["x"], run["y"])[after] - 1).max() < 1e-8
+    # angle 2 t from the start, before and on the circle
+    assert np.abs(run["x"] - np.cos(2 * run.time) * np.maximum(1.0, 2 * np.exp(-run.time))).max() < 1e-6
+
+
+def test_a_block_sticks_to_its_belt_until_the_spring_pulls_it_off(model: Models) -> None:
+    run = simulate_any(model("block"), 4.0, tolerance=1e-10)
+    stick, leave = run.events
+    assert (stick.kind, leave.kind) == ("slide", "leave")
+    # from rest: x = 1 - cos t reaches the belt's speed 1/2 at pi/6; then it is carried to x = 1
+    assert stick.time == pytest.approx(math.pi / 6, abs=1e-8)
+    assert leave.time == pytest.approx(math.pi / 6 + 2 * math.cos(math.pi / 6), abs=1e-8)
+    on_belt = (run.time > stick.time) & (run.time < leave.time)
+    assert np.abs(run["v"][on_belt] - 0.5).max() < 1e-10
+    late = run.time[-1] - leave.time
+    assert run["x"][-1] == pytest.approx(1 + 0.5 * math.sin(late), abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["toggle", "nudge"])
+def test_chattering_that_is_no_sliding_is_told(model: Models, name: str) -> None:
+    with pytest.raises(MotionError, match=r"indicator 0.*depends on x.* at t = 1 s \(chattering\)") as caught:
+        simulate_any(model(name), 5.0)
+    assert caught.value.kind == "chattering"
+    assert caught.value.time == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["stiff", "auto"])
+def test_a_jump_that_nobody_announces_is_no_hang(model: Models, method: str) -> None:
+    with pytest.raises(MotionError, match=r"event indicator.*[Ll]oosen the tolerance"):
+        simulate_any(model("silent_relay"), 20.0, method=method, tolerance=1e-9)
+
+
+def test_two_surfaces_at_once_are_told(model: Models) -> None:
+    with pytest.raises(
+        MotionError, match=r"indicator 1.*depends on y.*chatters at t = 2 s.*surface of event indicator 0"
+    ):
+        simulate_any(model("corner"), 5.0)

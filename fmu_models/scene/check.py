@@ -292,6 +292,7 @@ class _Check:
             follow=doc.flag("follow", "compute"),
             period=period,
             forcing=forcing,
+            angular=forcing is not None and self.parameters[forcing].unit == "rad/s",
             periods=doc.count("periods", 1, 1, "compute"),
             autonomous=doc.flag("autonomous", "compute"),
         )

@@ -36,7 +36,7 @@ class Compute:
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.
         period: s, of a strobe or an orbit; None if ``forcing`` says it.
-        forcing: the parameter that is the frequency of the forcing: 2 pi/value if it is in rad/s, else 1/value.
+        forcing: the parameter that is the frequency of the forcing, in rad/s if ``angular``, else in cycles.
         periods: of the forcing in one period of the motion.
         autonomous: nothing forces the orbit, ``period`` is a guess.
     """
@@ -48,6 +48,7 @@ class Compute:
     follow: bool = False
     period: float | None = None
     forcing: str | None = None
+    angular: bool = False
     periods: int = 1
     autonomous: bool = False
 

@@ -44,7 +44,7 @@ STATES = {
     "stop": "2 away, 3 touching, 4 released while still inside",
     "switch": "-1 negative side, 0 sliding, 1 positive side",
     "impact": "2 open, 3 closed, 5 chattering (closed while infinitely many small bounces die out)",
-    "impact_friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away (the contact is open)",
+    "impact_friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away (open)",
 }
 
 

@@ -41,6 +41,7 @@ ENGINE = (
     "impact",
     "placing",
     "events",
+    "section",
     "run",
     "tangent",
     "instance",

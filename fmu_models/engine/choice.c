@@ -52,6 +52,12 @@ static int first_sign(const double *c, int order, double length, double floor, i
     return 0;
 }
 
+/* the zeros of a series that has just fallen to zero: two if it comes back before it is below -floor, else one */
+static int zeros_at_fall(const double *c, double floor)
+{
+    return c[1] < 0.0 && c[2] > 0.0 && c[1] * c[1] <= 4.0 * c[2] * floor ? 2 : 1;
+}
+
 /* the trial's series to a few orders, for ties */
 static void expand(Run *r, Trial *trial)
 {
@@ -145,7 +151,7 @@ static int stick_holds(Run *r, Trial *trial, int c)
     for (int k = 0; k < TIE_ORDER; k++) {
         series[k] = j->capacity[c][k] - side * j->force[c][k];
     }
-    int zeros = 1;
+    int zeros = zeros_at_fall(series, r->tolerances.slip * capacity);
     const int sign = first_sign(series, TIE_ORDER - 1, trial->length, r->tolerances.slip * capacity, &zeros);
     trial->zeros[c] = (signed char)zeros;
     /* a margin that stays at zero: one that was seen to fall has let go, one that started there holds */
@@ -166,7 +172,7 @@ static int closed_holds(Run *r, Trial *trial, int c)
         return j->force[c][0] > 0.0;
     }
     expand(r, trial);
-    int zeros = 1;
+    int zeros = zeros_at_fall(j->force[c], r->tolerances.slip * scale);
     const int sign = first_sign(j->force[c], TIE_ORDER - 1, trial->length, r->tolerances.slip * scale, &zeros);
     trial->zeros[c] = (signed char)(sign == 0 ? ALL_ZERO : zeros);
     /* a force that stays at zero: one that was seen to fall has let go, one that started there holds */
@@ -179,11 +185,16 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     Jets *j = &r->scratch;
     double magnitude;
     const double rate = sign * slip_acceleration(r, j, c, &magnitude);
+    const int decides = fabs(rate) > r->tolerances.margin * magnitude;
     trial->zeros[c] = 1;
-    if (fabs(rate) > r->tolerances.margin * magnitude) {
+    if (decides && !(trial->at_limit[c] && model_contact_is_impact[c])) {
         return rate > 0.0;
     }
     expand(r, trial);
+    /* the force of a rigid contact has just fallen to zero, and a single term can do that: what it leaves is rounding */
+    if (decides && fabs(rate) * trial->length > r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)) {
+        return rate > 0.0;
+    }
     double series[TIE_ORDER + 1];
     for (int k = 0; k <= TIE_ORDER; k++) {
         series[k] = sign * j->slip[c][k];

@@ -77,6 +77,10 @@ RunStatus events_transit(Run *r, int *moved);
 /* resolve the event that waits at r's instant */
 RunStatus events_resolve(Run *r, EventSink sink, void *context);
 
+/* section.c */
+/* where the step in use next crosses the section, up to a place, in the variable of its series; -1 if it does not */
+double section_next(Run *r, double to);
+
 /* run.c */
 RunStatus run_fail(Run *r, const char *format, ...);
 /* their names in quotes, as a list, cut where it does not fit */

@@ -128,6 +128,8 @@ Status instance_set(Instance *m, const char *function, const uint32_t *vr, size_
 Status instance_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value);
 /* reference of the rate of an input, 0 for the reference of anything else */
 uint32_t instance_rate_of(uint32_t vr);
+/* index of the state with this reference, -1 for the reference of anything else */
+int instance_state_of(uint32_t vr);
 /* whether it is the reference of an input or of the rate of one */
 int instance_is_input(uint32_t vr);
 /* refuse any reference: the model has no variables of that type (or none that can be set) */

@@ -4,10 +4,11 @@
  *
  *     repeat   at a knot: set the inputs and their rates, choose contact states again
  *              advance to the next knot or output time, note every change of contact state
- *              at an output time: record the values asked for (after the changes at that very time)
- *     until    all output times are done, the event buffer could overflow, or the allowance of steps is used up
+ *              at an output time, or where a state crosses the level watched: record the values asked for
+ *              (after the changes at that very time)
+ *     until    all output times are done; a buffer is or could become too full, or the allowance of steps is used up
  *
- * In the last two cases it returns NATIVE_MORE; the caller empties the event buffer and calls again with the same request.
+ * In the last cases it returns NATIVE_MORE; the caller empties the buffers and calls again with the same request.
  */
 #include <math.h>
 
@@ -25,7 +26,7 @@
 enum { NATIVE_DONE = 0, NATIVE_MORE = 1, NATIVE_ERROR = 2 };
 
 /* mirrored by simulation/native.py; NATIVE_VERSION changes with it */
-enum { NATIVE_VERSION = 2 };
+enum { NATIVE_VERSION = 3 };
 
 typedef struct {
     /* what to record: value references, ascending times, and values[row * n_values + column] */
@@ -41,6 +42,12 @@ typedef struct {
     /* buffer of changes of contact state */
     int64_t event_capacity, n_events;
     ContactEvent *events;
+    /* the state whose crossings of a level are recorded, and rows of n_values for them; watches nothing if there is no room */
+    int64_t crossing_capacity, n_crossings;
+    double *crossings;
+    double level;
+    int32_t direction;
+    uint32_t crossing_state;
     /* steps of the engine after which to return for a while */
     int64_t allowance;
     /* progress, zero at the first call */
@@ -70,14 +77,20 @@ static Status pass_knot(Instance *m, NativeRun *run) {
     return STATUS_OK;
 }
 
-static Status record(Instance *m, NativeRun *run) {
+static Status record(Instance *m, const NativeRun *run, double *row) {
     Evaluation e = {0};
-    double *row = run->values + run->next_time * run->n_values;
     for (int64_t k = 0; k < run->n_values; k++)
         if (!instance_value(m, run->references[k], &e, &row[k]))
             return instance_refuse(m, "%s: value reference %u cannot be read at time %g", __func__,
                                    (unsigned)run->references[k], m->core.run.at.time);
-    run->next_time++;
+    return STATUS_OK;
+}
+
+static Status watch(Instance *m, const NativeRun *run) {
+    int state = instance_state_of(run->crossing_state);
+    if (state < 0)
+        return instance_refuse(m, "%s: value reference %u is not a state", __func__, (unsigned)run->crossing_state);
+    section_watch(&m->core.run, state, run->level, run->direction);
     return STATUS_OK;
 }
 
@@ -91,11 +104,14 @@ static int proceed(Instance *m, NativeRun *run) {
                         (long long)reserve + 1);
         return NATIVE_ERROR;
     }
+    int watches = run->crossing_capacity > 0;
     while (run->next_time < run->n_times) {
         if (run->n_events >= run->event_capacity - reserve || r->steps > last_step) return NATIVE_MORE;
+        if (watches && run->n_crossings == run->crossing_capacity) return NATIVE_MORE;
         while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
             if (pass_knot(m, run)) return NATIVE_ERROR;
         if (instance_settle(m, __func__, NULL)) return NATIVE_ERROR;
+        if (watches && !r->section.watched && watch(m, run)) return NATIVE_ERROR;
         double end = run->times[run->next_time];
         int knot_first = run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= end;
         if (knot_first) end = run->knot_times[run->next_knot];
@@ -106,9 +122,16 @@ static int proceed(Instance *m, NativeRun *run) {
                 instance_refuse(m, "at time %.10g: %s", r->at.time, r->message);
                 return NATIVE_ERROR;
             }
+            if (status == RUN_CROSSING) {
+                if (record(m, run, run->crossings + run->n_crossings * run->n_values)) return NATIVE_ERROR;
+                run->n_crossings++;
+                continue;
+            }
             if (status == RUN_EVENT && r->at.time < end) continue;
         }
-        if (!knot_first && record(m, run)) return NATIVE_ERROR;
+        if (knot_first) continue;
+        if (record(m, run, run->values + run->next_time * run->n_values)) return NATIVE_ERROR;
+        run->next_time++;
     }
     return NATIVE_DONE;
 }
@@ -122,6 +145,7 @@ int stickslip_simulate(void *instance, NativeRun *run) {
     Instance *m = instance;
     if (!run || instance_enter(m, PHASE_STEP, __func__)) return NATIVE_ERROR;
     int status = proceed(m, run);
+    if (status != NATIVE_MORE) m->core.run.section.watched = 0;
     run->steps = m->core.run.steps;
     run->n_changes = m->core.run.events;
     run->evaluations = m->core.run.evaluations;

@@ -152,15 +152,42 @@ static void keep_on_walls(Run *r)
     }
 }
 
-/* go to the end of the segment; what rounding takes from the sum of lengths is kept */
+/* a + b, and what rounding took from it */
+static double exact_sum(double a, double b, double *rest)
+{
+    const double sum = a + b;
+    const double bb = sum - a;
+    *rest = (a - (sum - bb)) + (b - bb);
+    return sum;
+}
+
+/* the time at the end of the segment, and what rounding takes from it, never more than half its last digit */
+static double segment_end(const Run *r, double *rest)
+{
+    double of_length;
+    const double length = exact_sum(r->segment_length, r->jets.time_rest, &of_length);
+    const double end = exact_sum(r->segment_start, length, rest);
+    *rest += of_length;
+    return end;
+}
+
+/* go to the end of the segment */
 static void finish_segment(Run *r)
 {
-    const double start = r->segment_start;
-    const double end = start + r->segment_length;
-    const double rest = r->jets.time_rest + (r->segment_length - (end - start));
-    evaluate_segment(r, end, r->segment_length);
+    double rest;
+    evaluate_segment(r, segment_end(r, &rest), r->segment_length);
     r->at.time_rest = rest;
     r->segment_valid = 0;
+    if (MODEL_IMPACTS > 0) {
+        keep_on_walls(r);
+    }
+}
+
+/* go to a time inside the segment */
+static void move_inside(Run *r, double time, double since_start)
+{
+    evaluate_segment(r, time, since_start);
+    r->at.time_rest = 0.0;
     if (MODEL_IMPACTS > 0) {
         keep_on_walls(r);
     }
@@ -172,22 +199,38 @@ static double step_limit(const Run *r, double end)
     return fmin(LOOK_AHEAD * (end - r->at.time), r->horizon - r->at.time);
 }
 
+/* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
+static int reach_crossing(Run *r, double until)
+{
+    const double s = section_next(r, r->segment_rooted ? sqrt(until) : until);
+    if (s < 0.0) {
+        return 0;
+    }
+    const double since = r->segment_rooted ? s * s : s;
+    move_inside(r, r->segment_start + since, since);
+    return 1;
+}
+
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
     if (!(t >= r->at.time)) {
         return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
     }
-    while (r->at.time < t || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= t)) {
-        if (!r->segment_valid && taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
-        const double end = r->segment_start + r->segment_length;
-        if (end > t) {
-            evaluate_segment(r, t, (t - r->segment_start) - r->jets.time_rest);
-            r->at.time_rest = 0.0;
-            if (MODEL_IMPACTS > 0) {
-                keep_on_walls(r);
+    double rest;
+    while (r->at.time < t || (r->segment_valid && r->segment_event && segment_end(r, &rest) <= t)) {
+        if (!r->segment_valid) {
+            if (taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
+                return RUN_ERROR;
             }
+            r->section.searched = 0.0;
+        }
+        const double end = segment_end(r, &rest);
+        const double since = (t - r->segment_start) - r->jets.time_rest;
+        if (r->section.watched && reach_crossing(r, end > t ? since : r->segment_length)) {
+            return RUN_CROSSING;
+        }
+        if (end > t) {
+            move_inside(r, t, since);
             break;
         }
         if (end > r->at.time) {

@@ -22,7 +22,7 @@ typedef struct {
     int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
 } Tolerances;
 
-typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2 } RunStatus;
+typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2, RUN_CROSSING = 3 } RunStatus;
 
 /* a change of contact state, or an impact, after which a rigid contact may be open as before */
 typedef struct {
@@ -31,6 +31,16 @@ typedef struct {
     int before, after; /* ContactState */
     double work;       /* of the impulses on the bodies in contact, J; negative where energy is lost, 0 without an impulse */
 } ContactEvent;
+
+/* a level of a state, at whose crossings a run pauses */
+typedef struct {
+    int watched;
+    int state;       /* index */
+    double level;
+    int direction;   /* 1 upward, -1 downward, 0 both */
+    int side;        /* of the level on which the state was last seen; 0 not yet known */
+    double searched; /* variable of the series up to which the step in use has been searched */
+} Section;
 
 typedef struct {
     Tolerances tolerances;
@@ -49,6 +59,7 @@ typedef struct {
     double impact_work;
     int segment_rooted;                                 /* its series run in the square root of time */
     double segment_start, segment_length;
+    Section section;
     Jets jets;                                          /* of the step */
     Jets scratch;                                       /* of evaluations at one instant */
     long steps, events, evaluations;                    /* evaluations: orders of the series computed, plus single evaluations */
@@ -74,10 +85,13 @@ RunStatus run_reconsider(Run *r, int *changed);
 
 /*
  * Move to time t with events handled inside. With stop_at_event, return RUN_EVENT right after the first change of a
- * contact state; r->time says where. sink (may be NULL) gets every change of contact state.
+ * contact state; r->time says where. sink (may be NULL) gets every change of contact state. With a section watched, return
+ * RUN_CROSSING at each of its crossings.
  */
 typedef void (*EventSink)(void *context, const ContactEvent *event);
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context);
+/* pause at the crossings of a level from now on; one at this very instant is none */
+void section_watch(Run *r, int state, double level, int direction);
 
 /* Model Exchange face, at (r->time, r->u, r->x) in the present contact states */
 RunStatus run_derivatives(Run *r, double *dx);              /* MODEL_NX */

@@ -241,12 +241,13 @@ static void repeat_event(const Run *r, Tangents *t)
 
 RunStatus tangent_advance(Run *r, double end, Tangents *tangents, int n)
 {
-    while (r->at.time < end || (r->segment_valid && r->segment_event && r->segment_start + r->segment_length <= end)) {
+    double rest;
+    while (r->at.time < end || (r->segment_valid && r->segment_event && segment_end(r, &rest) <= end)) {
         if (!r->segment_valid
             && taylor_step(r, fmin(step_limit(r, end), shortest_length(r, tangents, n))) == RUN_ERROR) {
             return RUN_ERROR;
         }
-        const int inside = r->segment_start + r->segment_length > end;
+        const int inside = segment_end(r, &rest) > end;
         const int at_event = !inside && r->segment_event;
         const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
         for (int i = 0; i < n; i++) {

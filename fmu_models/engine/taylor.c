@@ -157,7 +157,14 @@ double taylor_series_length(const double *x, int order, double tolerance)
 
 double taylor_time_scale(const Run *r, const Jets *j, int order)
 {
-    const double length = exp2(state_length(j, order, log2(r->tolerances.step)));
+    const double log_tolerance = log2(r->tolerances.step);
+    double length = state_length(j, order, log_tolerance);
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        if (model_contact_is_impact[c]) {
+            length = shorter_length(length, j->slip[c], 0, order, log_tolerance); /* walls that move change faster than states */
+        }
+    }
+    length = exp2(length);
     return isfinite(length) ? length : 1.0;
 }
 

@@ -39,6 +39,11 @@ uint32_t instance_rate_of(uint32_t vr) {
     return locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
 }
 
+int instance_state_of(uint32_t vr) {
+    int i;
+    return locate(vr, &i) == STATE ? i : -1;
+}
+
 int instance_is_input(uint32_t vr) {
     int i;
     Kind kind = locate(vr, &i);

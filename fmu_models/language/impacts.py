@@ -92,15 +92,15 @@ class Impact:
         self._check_coefficients()
 
     def _check_coefficients(self) -> None:
-        for what, value in self._coefficients:
+        coefficients = {"restitution": self.e} | ({} if self.mu is None else {"mu": self.friction})
+        for (what, value), requirement in zip(coefficients.items(), self.requirements, strict=True):
             for symbol in sorted(value.free_symbols, key=str):
                 if not isinstance(symbol, Parameter):
                     raise StickslipError(
                         f"contact '{self.name}': {what} = {value} depends on {symbol}; it may use parameters only."
                     )
-        for requirement in self.requirements:
-            if requirement.expression.is_negative and not requirement.expression.free_symbols:
-                raise StickslipError(f"{requirement.sentence}, found {dict(self._coefficients)}.")
+            if not value.free_symbols and not requirement.expression.is_nonnegative:
+                raise StickslipError(f"{requirement.sentence}, found {float(value):g}.")
 
     @property
     def e(self) -> sympy.Expr:
@@ -113,12 +113,8 @@ class Impact:
         return sympy.S.Zero if self.mu is None else sympy.sympify(self.mu)
 
     @property
-    def _coefficients(self) -> tuple[tuple[str, sympy.Expr], ...]:
-        return ("restitution", self.e), ("mu", self.friction)
-
-    @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """A restitution that gives no more back than was put in, and a friction that brakes."""
+        """A restitution that gives no more back than was put in, and a mu that brakes."""
         sentence = f"restitution of contact '{self.name}' must lie between 0 and 1"
         found = [Requirement(self.e * (1 - self.e), sentence)]
         if self.mu is not None:

@@ -28,7 +28,7 @@ def inertia_requirements(mechanism: Mechanism) -> tuple[Requirement, ...]:
     for n, determinant in enumerate(_minors(mass_matrix(mechanism)), start=1):
         minor: Any = sympy.expand(determinant)
         if not minor.is_positive and all(isinstance(symbol, Parameter) for symbol in minor.free_symbols):
-            sentence = f"{mechanism.name}: the mass matrix must be positive definite; {_determinant(n)} is not positive"
+            sentence = f"the mass matrix must be positive definite; {_determinant(n)} is not positive"
             found.append(Requirement(minor, sentence, strict=True))
     return tuple(found)
 

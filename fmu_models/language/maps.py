@@ -13,6 +13,7 @@ import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import sympy
 
@@ -145,9 +146,9 @@ def _check_inverse(declared: Map, inverse: Mapping[State, sympy.Expr]) -> None:
     chance = random.Random(0)
     for _ in range(_INVERSE_TRIALS):
         before = {x: sympy.Float(chance.uniform(*declared.box[x])) for x in declared.states}
-        after = {x: sympy.sympify(e.xreplace(values | before)).evalf() for x, e in declared.rule.items()}
+        after = {x: _number(e, values | before) for x, e in declared.rule.items()}
         for state in declared.states:
-            back = inverse[state].xreplace(values | after).evalf()
+            back = _number(inverse[state], values | after)
             miss = float(back - before[state]) if back.is_real else math.nan
             if state in declared.modulus:
                 miss = math.remainder(miss, float(declared.modulus[state]))
@@ -158,6 +159,10 @@ def _check_inverse(declared: Map, inverse: Mapping[State, sympy.Expr]) -> None:
                     f"{declared.name}: the inverse does not undo the rule: from {place} it leads back to {state.name} "
                     f"= {back}. Solve the rule for its states; leave the inverse out if there are several solutions."
                 )
+
+
+def _number(expression: sympy.Expr, values: Mapping[Any, Any]) -> sympy.Expr:
+    return sympy.N(expression.xreplace(dict(values)))
 
 
 def _names(declared: Map) -> Iterator[tuple[str, str]]:

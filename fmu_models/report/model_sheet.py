@@ -147,17 +147,16 @@ def _equations(mechanism: Mechanism, system: HybridSystem) -> list[str]:
     return lines
 
 
-def _coupled(mechanism: Mechanism, system: HybridSystem, forces: sympy.Matrix) -> list[str]:
+def _coupled(mechanism: Mechanism, system: HybridSystem, forces: Any) -> list[str]:
     """Mass matrix times accelerations = forces: solved, these would fill pages."""
     rates = sympy.Matrix([sympy.Symbol(f"{q.v.name}'") for q in mechanism.coordinates])
     inertia: Any = mass_matrix(mechanism) * rates
     free: Any = generalised_forces(mechanism)
     lines = []
     for i, q in enumerate(mechanism.coordinates):
-        right = sum(
-            (sympy.diff(c.slip, q.v) * force for c, force in zip(system.contacts, forces, strict=True)),
-            sympy.expand(free[i]),
-        )
+        right: Any = sympy.expand(free[i])
+        for c, contact in enumerate(system.contacts):
+            right += sympy.diff(contact.slip, q.v) * forces[c]
         lines.append(f"{readable(inertia[i])} = {readable(right)}")
     return lines
 

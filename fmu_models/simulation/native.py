@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable
-from ctypes import POINTER, c_int, c_int64, c_void_p
+from collections.abc import Callable, Iterator
+from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_uint32, c_void_p
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fmu_models.errors import StickslipError
 
-VERSION = 2
+VERSION = 3
 DONE, MORE = 0, 1
 EVENT_CAPACITY = 65536
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -23,6 +23,8 @@ EVENT = np.dtype([("time", "f8"), ("contact", "i4"), ("before", "i4"), ("after",
 
 
 class _NativeRun(ctypes.Structure):
+    keep: tuple[object, ...]
+
     _fields_ = (
         ("n_times", c_int64),
         ("n_values", c_int64),
@@ -38,6 +40,12 @@ class _NativeRun(ctypes.Structure):
         ("event_capacity", c_int64),
         ("n_events", c_int64),
         ("events", c_void_p),
+        ("crossing_capacity", c_int64),
+        ("n_crossings", c_int64),
+        ("crossings", c_void_p),
+        ("level", c_double),
+        ("direction", c_int32),
+        ("crossing_state", c_uint32),
         ("allowance", c_int64),
         ("next_time", c_int64),
         ("next_knot", c_int64),
@@ -57,6 +65,15 @@ class Request:
     knot_times: NDArray[np.float64]
     knot_values: NDArray[np.float64]
     knot_rates: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A level of the state ``reference`` and the direction of its crossings: 1 upward, -1 downward, 0 both."""
+
+    reference: int
+    level: float
+    direction: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,26 +111,9 @@ def run(
     simulate: Callable[..., int], instance: int, request: Request, progress: Callable[[float], None] | None = None
 ) -> Result | None:
     """Make the run; None if the engine failed (it has logged why)."""
-    references = np.array(request.references, dtype=np.uint32)
-    inputs = np.array(request.inputs, dtype=np.uint32)
-    values = np.empty((request.times.size, references.size))
+    values = np.empty((request.times.size, len(request.references)))
     buffer = np.empty(EVENT_CAPACITY, dtype=EVENT)
-    c = _NativeRun(
-        n_times=request.times.size,
-        n_values=references.size,
-        times=request.times.ctypes.data,
-        references=references.ctypes.data,
-        values=values.ctypes.data,
-        n_knots=request.knot_times.size if inputs.size else 0,
-        n_inputs=inputs.size,
-        knot_times=request.knot_times.ctypes.data,
-        inputs=inputs.ctypes.data,
-        knot_values=request.knot_values.ctypes.data,
-        knot_rates=request.knot_rates.ctypes.data,
-        event_capacity=EVENT_CAPACITY,
-        events=buffer.ctypes.data,
-        allowance=ALLOWANCE,
-    )
+    c = _structure(request, values, buffer)
     chunks = []
     status = MORE
     seconds = 0.0
@@ -130,3 +130,51 @@ def run(
         return None
     events = np.concatenate(chunks) if chunks else buffer[:0]
     return Result(values, events, c.steps, c.evaluations, seconds)
+
+
+def crossings(
+    simulate: Callable[..., int], instance: int, request: Request, section: Section
+) -> Iterator[NDArray[np.float64] | None]:
+    """Rows (m,) of the values recorded at one crossing after the other; None if the engine failed.
+
+    The run goes on only as far as it is iterated.
+    """
+    values = np.empty((request.times.size, len(request.references)))
+    row = np.empty(len(request.references))
+    buffer = np.empty(EVENT_CAPACITY, dtype=EVENT)
+    c = _structure(request, values, buffer)
+    c.crossings = row.ctypes.data
+    c.crossing_capacity = 1
+    c.crossing_state, c.level, c.direction = section.reference, section.level, section.direction
+    status = MORE
+    while status == MORE:
+        c.n_events = c.n_crossings = 0
+        status = simulate(instance, ctypes.byref(c))
+        if c.n_crossings:
+            yield row.copy()
+    if status != DONE:
+        yield None
+
+
+def _structure(request: Request, values: NDArray[np.float64], buffer: NDArray) -> _NativeRun:
+    """The request as the engine reads it; it keeps the arrays alive that it points into."""
+    references = np.array(request.references, dtype=np.uint32)
+    inputs = np.array(request.inputs, dtype=np.uint32)
+    c = _NativeRun(
+        n_times=request.times.size,
+        n_values=references.size,
+        times=request.times.ctypes.data,
+        references=references.ctypes.data,
+        values=values.ctypes.data,
+        n_knots=request.knot_times.size if inputs.size else 0,
+        n_inputs=inputs.size,
+        knot_times=request.knot_times.ctypes.data,
+        inputs=inputs.ctypes.data,
+        knot_values=request.knot_values.ctypes.data,
+        knot_rates=request.knot_rates.ctypes.data,
+        event_capacity=EVENT_CAPACITY,
+        events=buffer.ctypes.data,
+        allowance=ALLOWANCE,
+    )
+    c.keep = (request, references, inputs, values, buffer)  # the structure points into them
+    return c

@@ -131,23 +131,9 @@ def instance(
     """A Co-Simulation instance past its initialization, and what makes an error of the last message it logged."""
     from fmpy.fmi1 import FMICallException
 
-    messages: list[str] = []
-
-    def failure() -> StickslipError:
-        text = messages[-1] if messages else "the FMU failed without a message."
-        return StickslipError(f"{fmu.description.modelName}: {text}")
-
-    slave = _slave(fmu, messages)
+    slave, failure = new_instance(fmu)
     try:
-        references = [fmu.variables[name].valueReference for name in initial]
-        write = slave.setReal if fmu.fmi == 2 else slave.setFloat64
-        write(references, [float(value) for value in initial.values()])
-        if fmu.fmi == 2:
-            slave.setupExperiment(tolerance=tolerance, startTime=start_time)
-            slave.enterInitializationMode()
-        else:
-            slave.enterInitializationMode(tolerance=tolerance, startTime=start_time)
-        slave.exitInitializationMode()
+        begin(fmu, slave, initial, start_time, tolerance)
         yield slave, failure
     except FMICallException as error:
         raise failure() from error
@@ -155,9 +141,28 @@ def instance(
         slave.freeInstance()
 
 
-def _slave(fmu: Fmu, messages: list[str]) -> Any:
-    """An fmpy instance that puts the text of what it logs into ``messages``."""
+def begin(fmu: Fmu, slave: Any, initial: Mapping[str, float], start_time: float, tolerance: float) -> None:
+    """Take a new or a reset instance past its initialization; fmpy's FMICallException if it refuses."""
+    references = [fmu.variables[name].valueReference for name in initial]
+    write = slave.setReal if fmu.fmi == 2 else slave.setFloat64
+    write(references, [float(value) for value in initial.values()])
+    if fmu.fmi == 2:
+        slave.setupExperiment(tolerance=tolerance, startTime=start_time)
+        slave.enterInitializationMode()
+    else:
+        slave.enterInitializationMode(tolerance=tolerance, startTime=start_time)
+    slave.exitInitializationMode()
+
+
+def new_instance(fmu: Fmu) -> tuple[Any, Callable[[], StickslipError]]:
+    """An fmpy instance, to be freed by the caller, and what makes an error of the last message it logged."""
     from fmpy import fmi2, fmi3
+
+    messages: list[str] = []
+
+    def failure() -> StickslipError:
+        text = messages[-1] if messages else "the FMU failed without a message."
+        return StickslipError(f"{fmu.description.modelName}: {text}")
 
     description = fmu.description
     if description.coSimulation is None:
@@ -186,7 +191,7 @@ def _slave(fmu: Fmu, messages: list[str]) -> Any:
             slave.instantiate(loggingOn=True, logMessage=lambda _e, _s, _c, message: keep(message))
     except Exception as error:  # fmpy raises plain exceptions
         raise StickslipError(f"'{fmu.path}' cannot be loaded: {messages[-1] if messages else error}") from error
-    return slave
+    return slave, failure
 
 
 def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], result: native.Result) -> Trajectory:

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 # what the number in a variable "<contact>_state" says
 CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away", 3: "touching", 4: "released", 5: "chattering"}
-RIGID_STATES = CONTACT_STATES | {2: "open", 3: "closed"}
+OPEN = 2
+RIGID_STATES = CONTACT_STATES | {OPEN: "open", 3: "closed"}
 
 # of the largest energy: by so much rounding can make an elastic impact seem to raise it
 ROUNDING = 1e-12

@@ -260,3 +260,22 @@ def test_spoilt_logs_are_refused(stickslip, tmp_path, fault, said):
     answer = stickslip("fit", tmp_path / "logs" / "paper-rubber-0.83.csv")
     assert answer.code == 2
     assert said in answer.err
+
+
+GAINING = {"phi_S": -0.23692, "phi_M": 0.022625, "v": 0.377643, "w_M": 0.168194, "w_S": -2.417046}
+
+
+def test_simulate_says_which_impacts_raised_the_energy(stickslip):
+    start = [part for name, value in GAINING.items() for part in ("--start", f"{name}={value}")]
+    run = ("simulate", "woodpecker", "--until", "0.05", *start)
+    gaining = stickslip(*run, "--set", "eN1=0.9", "--json").json["impacts"]
+    assert gaining["raised_energy"] == 1
+    assert gaining["raised_by"] == gaining["largest_raise"] == pytest.approx(8.80e-6, rel=1e-2)
+    assert gaining["work"] < gaining["largest_raise"]
+    said = " ".join(stickslip(*run, "--set", "eN1=0.9").out.split())
+    assert f"1 of {gaining['count']} impacts raised the energy (largest 8.8e-06 J): Newton's restitution" in said
+    losing = stickslip(*run, "--json").json
+    assert losing["impacts"]["raised_energy"] == 0 and losing["impacts"]["work"] < 0
+    assert "raised the energy" not in stickslip(*run).out
+    assert "open" in losing["contacts"]["beak"]["shares"] and "away" in losing["contacts"]["beak_friction"]["shares"]
+    assert "impacts" not in stickslip("simulate", "block_on_belt", "--until", "1", "--json").json

@@ -1,0 +1,193 @@
+"""Parameter values at which an eigenvalue of a periodic motion of a map reaches +1 or -1.
+
+    det(DP^n - 1) = 0   saddle-node: two motions meet and are gone beyond (or exchange their stability)
+    det(DP^n + 1) = 0   flip: a motion of twice the period branches off
+
+A motion is followed along the parameter. Where a determinant changes its sign, the value is found on the branch; where
+the branch ends, it is found together with the points, from the equations of the motion and of the determinant. A motion
+that has branched off in a flip is not followed back through it: the flip belongs to the shorter motion.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq, root
+
+from fmu_models.analyses.maps import Iteration, PeriodicMotion, Vector, find_periodic, motion_at, newton
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.language.maps import Map
+
+# a point that moves by more than this share of the box in one step of the parameter may be of another branch
+NEAR = 0.03
+# shortest step of the parameter, as a share of the first one
+SHORTEST = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Bifurcation:
+    """A value of a parameter, and the motion there.
+
+    Attributes:
+        parameter: its name.
+        value: in its unit.
+        kind: "saddle-node" or "flip".
+        motion: with an eigenvalue at +1 or -1.
+    """
+
+    parameter: str
+    value: float
+    kind: str
+    motion: PeriodicMotion
+
+
+def find_bifurcations(
+    declared: Map,
+    parameter: str,
+    begin: float,
+    end: float,
+    *,
+    period: int = 1,
+    values: Mapping[str, float] | None = None,
+    steps: int = 100,
+) -> tuple[Bifurcation, ...]:
+    """What the motions of one period that exist at ``begin`` meet on the way to ``end``, by parameter value.
+
+    Args:
+        declared: the map.
+        parameter: name of the one that changes.
+        begin, end: its values, in its unit; ``end`` may be the smaller one.
+        period: number of points of the motions.
+        values: the other parameters.
+        steps: number of steps from ``begin`` to ``end``, at least.
+
+    Raises:
+        StickslipError: an unknown parameter, values that the map cannot have, or no motion at ``begin``.
+    """
+    names = [p.name for p in declared.parameters]
+    if parameter not in names:
+        raise StickslipError(f"{declared.name} has no parameter '{parameter}'.{nearest(parameter, names)}")
+    if begin == end or period < 1:
+        raise StickslipError(f"Nothing changes: {parameter} goes from {begin:g} to {end:g}, with period {period}.")
+    Iteration.of(declared, {**(values or {}), parameter: end})
+    branch = _Branch(Iteration.of(declared, {**(values or {}), parameter: begin}), names.index(parameter))
+    motions = find_periodic(branch.iteration, period)
+    if not motions:
+        raise StickslipError(
+            f"{declared.name} has no motion of period {period} at {parameter} = {begin:g}, so there is none to follow. "
+            "Begin where it exists; 'find_periodic' and 'stickslip map' show what there is."
+        )
+    found: list[Bifurcation] = []
+    for motion in motions:
+        for value, kind, points in branch.follow(motion.points, begin, end, steps):
+            one = Bifurcation(parameter, value, kind, motion_at(branch.at(value), points))
+            if not any(_equal(branch, one, other) for other in found):
+                found.append(one)
+    return tuple(sorted(found, key=lambda one: one.value))
+
+
+def _equal(branch: _Branch, one: Bifurcation, other: Bifurcation) -> bool:
+    """Both motions of a saddle-node come upon it, each to the root of rounding that a double zero allows."""
+    if one.kind != other.kind or abs(one.value - other.value) > 1e-9 * max(1.0, abs(one.value)):
+        return False
+    shifts = range(one.motion.period)
+    return any(branch.near(one.motion.points, np.roll(other.motion.points, k, axis=0), 1e-4) for k in shifts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Branch:
+    """The motions of a map along one of its parameters."""
+
+    iteration: Iteration
+    which: int
+
+    def at(self, value: float) -> Iteration:
+        """The map at a value of the parameter."""
+        parameters = list(self.iteration.parameters)
+        parameters[self.which] = float(value)
+        return dataclasses.replace(self.iteration, parameters=tuple(parameters))
+
+    def near(self, points: Vector, others: Vector, share: float) -> bool:
+        """Whether no point differs by more than a share of the box."""
+        size = self.iteration.box[:, 1] - self.iteration.box[:, 0]
+        return bool((np.abs(self.iteration.difference(points - others)) <= share * size).all())
+
+    def corrected(self, value: float, guess: Vector) -> Vector | None:
+        """The motion at a value near a guess; None if there is none, or one of a shorter period."""
+        found = newton(self.at(value), guess[None])
+        if not len(found) or not self.near(found[0], guess, NEAR):
+            return None
+        return None if self.repeats(found[0], 1e-6) else found[0]
+
+    def repeats(self, points: Vector, share: float) -> bool:
+        """Whether the points are those of a shorter motion, up to a share of the box."""
+        parts = [n for n in range(1, len(points)) if len(points) % n == 0]
+        return any(self.near(points, np.roll(points, n, axis=0), share) for n in parts)
+
+    def test(self, kind: str, value: float, points: Vector) -> float:
+        """det(DP^n - 1) for a saddle-node, det(DP^n + 1) for a flip."""
+        derivative = np.eye(points.shape[1])
+        for jacobian in self.at(value).jacobian(points):
+            derivative = jacobian @ derivative
+        sign = 1.0 if kind == "flip" else -1.0
+        return float(np.linalg.det(derivative + sign * np.eye(points.shape[1])))
+
+    def follow(self, points: Vector, begin: float, end: float, steps: int) -> Iterator[tuple[float, str, Vector]]:
+        """Values, kinds and points of what a motion meets on the way."""
+        value, step = begin, (end - begin) / steps
+        rate = np.zeros_like(points)  # of the points along the parameter: where two branches cross, it tells them apart
+        while abs(end - value) > 1e-12 * abs(end - begin):
+            reach = value + np.sign(step) * min(abs(step), abs(end - value))
+            after = self.corrected(reach, points + (reach - value) * rate)
+            if after is None:
+                step /= 2
+                if abs(step) < SHORTEST * abs(end - begin) / steps:
+                    yield from self._fold(value, points)
+                    return
+                continue
+            for kind in ("saddle-node", "flip"):
+                before, behind = self.test(kind, value, points), self.test(kind, reach, after)
+                if before * behind < 0.0 or behind == 0.0:
+                    yield from self._crossing(kind, (value, points), (reach, after))
+            rate = self.iteration.difference(after - points) / (reach - value)
+            value, points = reach, after
+            step = np.sign(step) * min(1.5 * abs(step), abs(end - begin) / steps)
+
+    def _crossing(
+        self, kind: str, before: tuple[float, Vector], behind: tuple[float, Vector]
+    ) -> Iterator[tuple[float, str, Vector]]:
+        (low, first), (high, last) = before, behind
+        turn = self.iteration.difference(last - first)
+
+        def points(value: float) -> Vector:
+            guess = first + (value - low) / (high - low) * turn
+            found = newton(self.at(value), guess[None])
+            return found[0] if len(found) else guess
+
+        place = brentq(lambda value: self.test(kind, value, points(value)), low, high, xtol=1e-15)
+        value = float(np.asarray(place))
+        # where two branches cross Newton's method may change over, and the sign with it
+        largest = max(abs(self.test(kind, low, first)), abs(self.test(kind, high, last)))
+        if abs(self.test(kind, value, points(value))) <= 1e-6 * largest:
+            yield value, kind, points(value)
+
+    def _fold(self, value: float, points: Vector) -> Iterator[tuple[float, str, Vector]]:
+        """The end of a branch at a saddle-node; nothing if it ends at a jump of the map or in a shorter motion."""
+        shape = points.shape
+
+        def equations(unknown: Vector) -> Vector:
+            cycle, at = unknown[:-1].reshape(shape), float(unknown[-1])
+            iteration = self.at(at)
+            miss = iteration.difference(iteration.lifted(cycle) - np.roll(cycle, -1, axis=0))
+            return np.append(miss.ravel(), self.test("saddle-node", at, cycle))
+
+        with np.errstate(all="ignore"):
+            found = root(equations, np.append(points.ravel(), value), method="hybr", options={"xtol": 1e-15})
+        cycle, at = found.x[:-1].reshape(shape), float(found.x[-1])
+        solved = np.abs(equations(found.x)).max() <= 1e-10
+        close = self.near(cycle, points, NEAR) and abs(at - value) <= 1e-2 * max(1.0, abs(value))
+        if solved and close and not self.repeats(cycle, 1e-3):
+            yield at, "saddle-node", self.iteration.wrapped(cycle)

@@ -1,0 +1,113 @@
+"""Return maps: where a motion that starts on a section meets it again, as a function of one number.
+
+    x -> start(x) -> motion -> first accepted crossing of the section -> value of the state x there
+
+The map of a mechanism with impacts jumps where two events change their order, and has no value where the motion does
+not return; ``maps.find_crossings`` tells its fixed points and jumps apart. Its slope is exact: with D the derivative of
+the flow up to the time of the crossing, s the direction of the start and q the state that names the section,
+
+    slope = (D s)_x - x' (D s)_q / q'
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.sections import Crossing, Follower, Section
+from fmu_models.simulation.system import check_names
+from fmu_models.simulation.tangent import flow_derivative
+
+Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
+
+
+class ReturnMap:
+    """A function of the value of one state, nan where the motion does not return in time.
+
+    Attributes:
+        fmu: the model; one instance of it makes all the motions.
+        state: name of the state that is mapped.
+        section: where the motion returns.
+        cap: s, the time after which a motion counts as one that does not return.
+    """
+
+    def __init__(
+        self,
+        fmu: Fmu,
+        state: str,
+        *,
+        section: Section,
+        cap: float,
+        start: Start | None = None,
+        accept: Callable[[Crossing], bool] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        inputs: Mapping[str, float] | None = None,
+        tolerance: float = 1e-14,
+    ) -> None:
+        """Define the map.
+
+        Args:
+            start: the other states at the start; or all that differ from the defaults as a function of the state.
+            accept: whether a crossing belongs to the map; the motion goes on from one that does not.
+            parameters, inputs, tolerance: as for ``sections.crossings``.
+
+        Raises:
+            StickslipError: an unknown name, a value out of its range, a cap that is no time.
+        """
+        if not (math.isfinite(cap) and cap > 0):
+            raise StickslipError(f"The cap on the time of return must be a positive number of seconds, found {cap:g}.")
+        check_names(fmu, "state", {state: None}, fmu.states)
+        self.fmu, self.state, self.section, self.cap = fmu, state, section, cap
+        self._start = {} if start is None else start
+        self._accept = accept
+        self._run = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {}), "tolerance": tolerance}
+        self._follower = Follower(fmu, section, **self._run)
+
+    def __call__(self, x: float) -> float:
+        """The value of the state at the return, in its unit; nan if there is none within the cap.
+
+        Raises:
+            StickslipError: a start out of its range, or a motion that the engine cannot continue.
+        """
+        found = self.crossing(x)
+        return math.nan if found is None else found.states[self.state]
+
+    def start(self, x: float) -> dict[str, float]:
+        """The states at the start for a value of the state; those left out have their defaults."""
+        if callable(self._start):
+            return dict(self._start(float(x)))
+        return {**self._start, self.state: float(x)}
+
+    def crossing(self, x: float) -> Crossing | None:
+        """The return itself, or None."""
+        for one in self._follower.follow(self.start(x), self.cap):
+            if self._accept is None or self._accept(one):
+                return one
+        return None
+
+    def slope(self, x: float) -> float:
+        """Derivative of the map, through all events; nan where there is no return.
+
+        Raises:
+            StickslipError: as for a value; or the motion touches the bound of a contact without crossing it.
+        """
+        back = self.crossing(x)
+        if back is None:
+            return math.nan
+        found = flow_derivative(self.fmu, back.time, start=self.start(x), **self._run)
+        change = dict(zip(found.states, (found.by_start @ self._direction(x)).tolist(), strict=True))
+        later = change[self.section.state] / back.rates[self.section.state]
+        return change[self.state] - back.rates[self.state] * later
+
+    def _direction(self, x: float) -> np.ndarray:
+        """(n,) derivative of the start states by x; exact where they are linear in it."""
+        h = 1e-5 * max(1.0, abs(x))
+        over, below = self.start(x + h), self.start(x - h)
+        unknown = set(over) - set(self.fmu.states)
+        if unknown & set(self.fmu.memories):
+            raise StickslipError(f"A slope by '{min(unknown)}' is not known: start outside that stop.")
+        return np.array([(over[name] - below[name]) / (2 * h) if name in over else 0.0 for name in self.fmu.states])

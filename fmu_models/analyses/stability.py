@@ -1,0 +1,89 @@
+"""What the eigenvalues of the derivative of a map say about a fixed point of it.
+
+    eigenvalue        inside the unit circle        on it            outside
+    real, positive    monotonic, stable             1: saddle-node   monotonic, unstable
+    real, negative    oscillatory, stable           -1: flip         oscillatory, unstable
+    zero              degenerate
+    complex           spiral, stable                Neimark          spiral, unstable
+
+On the circle the names are those of the bifurcations that may happen there. The negative map has the inverse
+eigenvalues, so that stable and unstable change places.
+
+Source: Luo and Guo, Vibro-impact Dynamics (2013), definitions 2.7 to 2.9; there the oscillatory unstable space of
+equation (2.24) is printed with -1 < lambda, where lambda < -1 is meant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+# distance from the unit circle, from zero and from the real line that counts as none
+ON_CIRCLE = 1e-7
+DEGENERATE = 1e-12
+
+
+def eigenvalue_class(eigenvalue: complex) -> str:
+    """Class of one eigenvalue, as in the table of the module.
+
+    >>> eigenvalue_class(0.5), eigenvalue_class(-1.0), eigenvalue_class(-1.9), eigenvalue_class(0.5 + 0.5j)
+    ('monotonic, stable', 'flip', 'oscillatory, unstable', 'spiral, stable')
+    """
+    size = abs(eigenvalue)
+    if size <= DEGENERATE:
+        return "degenerate"
+    is_real = abs(eigenvalue.imag) <= DEGENERATE * size
+    if abs(size - 1.0) <= ON_CIRCLE:
+        if not is_real:
+            return "Neimark"
+        return "saddle-node" if eigenvalue.real > 0 else "flip"
+    kind = ("monotonic" if eigenvalue.real > 0 else "oscillatory") if is_real else "spiral"
+    return f"{kind}, {'stable' if size < 1.0 else 'unstable'}"
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Eigenvalues at a fixed point.
+
+    Attributes:
+        eigenvalues: (n,) largest modulus first.
+    """
+
+    eigenvalues: NDArray[np.complex128]
+
+    @classmethod
+    def of(cls, derivative: Any) -> Stability:
+        """From the derivative (n, n) of the map."""
+        found: NDArray[np.complex128] = np.linalg.eigvals(np.asarray(derivative, dtype=float)).astype(complex)
+        return cls(found[np.lexsort((-np.real(found), -np.abs(found)))])
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Class of every eigenvalue."""
+        return tuple(eigenvalue_class(complex(one)) for one in self.eigenvalues)
+
+    @property
+    def hyperbolic(self) -> bool:
+        """No eigenvalue lies on the unit circle."""
+        return bool((np.abs(np.abs(self.eigenvalues) - 1.0) > ON_CIRCLE).all())
+
+    @property
+    def stable(self) -> bool:
+        """All eigenvalues lie inside the unit circle."""
+        return bool((np.abs(self.eigenvalues) < 1.0 - ON_CIRCLE).all())
+
+    @property
+    def saddle(self) -> bool:
+        """Some eigenvalues lie inside the unit circle, some outside, none on it."""
+        inside = np.abs(self.eigenvalues) < 1.0
+        return self.hyperbolic and bool(inside.any() and not inside.all())
+
+    @property
+    def negative(self) -> Stability:
+        """That of the negative map: the inverse eigenvalues; infinite for a degenerate one, which has no inverse."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = np.where(np.abs(self.eigenvalues) > 0, 1.0 / self.eigenvalues, np.inf)
+        return Stability(inverse[::-1])

@@ -1,0 +1,28 @@
+"""The maps of the suite: one file each, named like its map, with the declaration as ``MAP``."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fmu_models.errors import StickslipError, nearest
+
+if TYPE_CHECKING:
+    from fmu_models.language.maps import Map
+
+
+def names() -> list[str]:
+    """Names of all maps."""
+    return sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem != "__init__")
+
+
+def load(name: str) -> Map:
+    """The map of that name.
+
+    Raises:
+        StickslipError: there is none; names the nearest.
+    """
+    if name not in names():
+        raise StickslipError(f"No map is called '{name}'.{nearest(name, names())}")
+    return importlib.import_module(f"{__name__}.{name}").MAP

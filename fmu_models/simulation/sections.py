@@ -1,0 +1,199 @@
+"""Sections: the states of a motion at the instants at which one of them crosses a level.
+
+The engine locates a crossing to rounding on the polynomial of its step (engine/section.c). A crossing exactly at the
+start does not count; neither does a level that is touched only. Where an impact or another event makes the state jump
+across, the crossing is the event, and the states are those after it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import weakref
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation import native
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.system import begin, check_names, check_value, new_instance
+
+DIRECTIONS = (1, -1, 0)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Where a state crosses a level.
+
+    Attributes:
+        state: name of a state, a coordinate or a velocity.
+        level: in the unit of the state.
+        direction: 1 upward, -1 downward, 0 both.
+    """
+
+    state: str
+    level: float = 0.0
+    direction: int = 1
+
+    def check(self, fmu: Fmu) -> None:
+        """Raises StickslipError: the FMU has no such state, or level or direction are none."""
+        check_names(fmu, "state", {self.state: None}, fmu.states)
+        if not math.isfinite(self.level) or self.direction not in DIRECTIONS:
+            raise StickslipError(
+                f"A section is a finite level crossed in the direction 1 (upward), -1 (downward) or 0 (both), found "
+                f"the level {self.level} in the direction {self.direction}."
+            )
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """One of them.
+
+    Attributes:
+        time: s.
+        states: values of the states by name.
+        rates: their rates by name.
+        contacts: state of each contact by name (keys of ``trajectory.CONTACT_STATES``).
+    """
+
+    time: float
+    states: Mapping[str, float]
+    rates: Mapping[str, float]
+    contacts: Mapping[str, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """All of a motion, in order.
+
+    Attributes:
+        times: (n,) s.
+        states: per state (n,) in its unit.
+        contacts: per contact (n,) integers (keys of ``trajectory.CONTACT_STATES``).
+    """
+
+    times: NDArray[np.float64]
+    states: Mapping[str, NDArray[np.float64]]
+    contacts: Mapping[str, NDArray[np.int8]]
+
+    def __len__(self) -> int:
+        return self.times.size
+
+
+def crossings(
+    fmu: Fmu,
+    state: str,
+    *,
+    level: float = 0.0,
+    direction: int = 1,
+    stop_time: float,
+    most: int | None = None,
+    start_time: float = 0.0,
+    start: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, float] | None = None,
+    tolerance: float = 1e-14,
+) -> Crossings:
+    """The crossings of a level by a state, from ``start_time`` to ``stop_time``, or the first ``most`` of them.
+
+    Args:
+        state, level, direction: as in ``Section``.
+        start, parameters, tolerance: as for ``simulate``; inputs are constant.
+
+    Raises:
+        StickslipError: as for ``simulate``; a level or direction that is none, fewer than one crossing asked for.
+    """
+    if most is not None and most < 1:
+        raise StickslipError(f"At most {most} crossings are asked for. Ask for one at least, or leave it open.")
+    follower = Follower(
+        fmu, Section(state, level, direction), parameters=parameters, inputs=inputs, tolerance=tolerance
+    )
+    found = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
+    return Crossings(
+        np.array([one.time for one in found]),
+        {name: np.array([one.states[name] for one in found]) for name in fmu.states},
+        {name: np.array([one.contacts[name] for one in found], dtype=np.int8) for name in fmu.contacts},
+    )
+
+
+class Follower:
+    """Follows one motion after the other to a section, with a single instance of the FMU."""
+
+    def __init__(
+        self,
+        fmu: Fmu,
+        section: Section,
+        *,
+        parameters: Mapping[str, float] | None = None,
+        inputs: Mapping[str, float] | None = None,
+        tolerance: float = 1e-14,
+    ) -> None:
+        """Arguments as for ``crossings``, and as there is raised."""
+        section.check(fmu)
+        if not (math.isfinite(tolerance) and tolerance > 0):
+            raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
+        parameters, inputs = dict(parameters or {}), dict(inputs or {})
+        check_names(fmu, "parameter", parameters, fmu.parameters)
+        check_names(fmu, "input", inputs, fmu.inputs)
+        self.fmu, self.section, self.tolerance = fmu, section, tolerance
+        self.constants = MappingProxyType({**parameters, **inputs})
+        for name, value in self.constants.items():
+            check_value(fmu, name, value)
+        self._slave, self._failure = new_instance(fmu)
+        weakref.finalize(self, self._slave.freeInstance)
+        self._simulate = native.library_of(self._slave.dll, fmu.path.name)
+        self._motions = 0
+        rates = [f"der({name})" for name in fmu.states]
+        contacts = [f"{name}_state" for name in fmu.contacts]
+        self._recorded = [fmu.variables[name].valueReference for name in ["time", *fmu.states, *rates, *contacts]]
+        self._section = native.Section(
+            fmu.variables[section.state].valueReference, float(section.level), section.direction
+        )
+
+    def follow(self, start: Mapping[str, float], stop_time: float, *, start_time: float = 0.0) -> Iterator[Crossing]:
+        """The crossings up to ``stop_time``, one after the other; the motion goes on only as far as they are asked for.
+
+        Raises:
+            StickslipError: unknown state, value out of its range, a stop that is not after the start, a motion that the
+                engine cannot continue, or one that is asked for more after another one has begun.
+        """
+        from fmpy.fmi1 import FMICallException
+
+        fmu = self.fmu
+        if not (math.isfinite(start_time) and math.isfinite(stop_time) and stop_time > start_time):
+            raise StickslipError(
+                f"The run must end after it starts, found start {start_time:g} s and stop {stop_time:g} s."
+            )
+        check_names(fmu, "state", start, [*fmu.states, *fmu.memories])
+        for name, value in start.items():
+            check_value(fmu, name, value)
+        self._motions += 1
+        try:
+            if self._motions > 1:
+                self._slave.reset()
+            begin(fmu, self._slave, {**self.constants, **start}, start_time, self.tolerance)
+        except FMICallException as error:
+            raise self._failure() from error
+        request = native.Request(np.array([stop_time]), self._recorded, [], *(np.empty(0) for _ in range(3)))
+        return self._each(request, self._motions)
+
+    def _each(self, request: native.Request, motion: int) -> Iterator[Crossing]:
+        n = len(self.fmu.states)
+        for row in native.crossings(self._simulate, self._slave.component, request, self._section):
+            if row is None:
+                raise self._failure()
+            time, *values = row.tolist()
+            yield Crossing(
+                time,
+                dict(zip(self.fmu.states, values[:n], strict=True)),
+                dict(zip(self.fmu.states, values[n : 2 * n], strict=True)),
+                {name: round(value) for name, value in zip(self.fmu.contacts, values[2 * n :], strict=True)},
+            )
+            if motion != self._motions:
+                raise StickslipError(
+                    "Another motion has begun since; this one cannot go on. Follow each with a Follower of its own."
+                )

@@ -202,7 +202,10 @@ class _Check:
             times = [doc.value(raw[key], "s", *place, key) for key in ("begin", "end")]
             values = [doc.value(raw[key], unit, *place, key) for key in ("from", "to")]
         else:
-            times, values = self._list(raw["times"], "s", *place, "times"), self._list(raw["values"], unit, *place, "values")
+            times, values = (
+                self._list(raw["times"], "s", *place, "times"),
+                self._list(raw["values"], unit, *place, "values"),
+            )
         if len(times) != len(values) or len(times) < 2 or any(b < a for a, b in zip(times, times[1:], strict=False)):
             raise doc.fault(
                 f"drive '{name}' needs ascending times, at least two, and a value for each; found {len(times)} times and "
@@ -241,14 +244,16 @@ class _Check:
             if name not in known:
                 states = {state.name for state in self.system.states}
                 if name in states:
-                    raise self.doc.fault(f"'{name}' is a state, and states are always shown. Remove it.", "outputs", name)
+                    raise self.doc.fault(
+                        f"'{name}' is a state, and states are always shown. Remove it.", "outputs", name
+                    )
                 raise self._stranger("output", name, known, "outputs", name)
         return asked
 
     def _stop_time(self) -> float:
         raw = self.doc.table().get("stop_time")
         if raw is None:
-            raise self.doc.fault('\'stop_time\' is missing. Add when the run ends: stop_time = "20 s"')
+            raise self.doc.fault("'stop_time' is missing. Add when the run ends: stop_time = \"20 s\"")
         found = self.doc.value(raw, "s", "stop_time")
         if found <= 0.0:
             raise self.doc.fault(f"the run must end after it starts, found stop_time = {found:g} s.", "stop_time")
@@ -267,7 +272,9 @@ class _Check:
         if over is not None:
             over = doc.text("over", "compute")
             if over not in free and over not in drives:
-                hint = " It is fixed: move it to [free]." if over in self.parameters else nearest(over, (*free, *drives))
+                hint = (
+                    " It is fixed: move it to [free]." if over in self.parameters else nearest(over, (*free, *drives))
+                )
                 raise doc.fault(f"'{over}' is neither a drive nor free.{hint}", "compute", "over")
             unit = {**self.parameters, **self.inputs}[over].unit
         if (over is None) != ("values" not in table):

@@ -18,7 +18,12 @@ if TYPE_CHECKING:
 
 
 def reduced(scene: Scene) -> HybridSystem:
-    """The system of a scene: what its FMU is made from."""
+    """The system of a scene: what its FMU is made from.
+
+    Raises:
+        StickslipError: a free parameter has a value that the model cannot have.
+    """
+    from fmu_models.language.values import check_values
     from fmu_models.lowering.fold import fold
     from fmu_models.lowering.lower import lower
 
@@ -29,6 +34,7 @@ def reduced(scene: Scene) -> HybridSystem:
         start=scene.start,
         outputs=scene.outputs,
     )
+    check_values(system, scene.free)
     return dataclasses.replace(system, name=scene.name, title=scene.title, source=scene.source)
 
 

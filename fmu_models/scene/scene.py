@@ -121,9 +121,7 @@ class Scene:
     def from_json(cls, text: str) -> Scene:
         """The scene that ``to_json`` wrote."""
         data = json.loads(text)
-        drives = {
-            name: Drive(times=tuple(d["times"]), values=tuple(d["values"])) for name, d in data["drives"].items()
-        }
+        drives = {name: Drive(times=tuple(d["times"]), values=tuple(d["values"])) for name, d in data["drives"].items()}
         compute = Compute(**{**data["compute"], "values": tuple(data["compute"]["values"])})
         contacts = None if data["contacts"] is None else tuple(data["contacts"])
         changed: dict[str, Any] = {

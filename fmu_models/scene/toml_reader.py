@@ -92,7 +92,7 @@ class Document:
         if found is None:
             return None
         if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
-            raise self.fault(f'\'{key}\' must be a list of names, such as ["disc0"], found {found!r}.', *place, key)
+            raise self.fault(f"'{key}' must be a list of names, such as [\"disc0\"], found {found!r}.", *place, key)
         for i, name in enumerate(found):
             if name in found[:i]:
                 raise self.fault(f"'{name}' stands twice in '{key}'. Name it once.", *place, key)
@@ -120,7 +120,9 @@ class Document:
         """
         what = str(place[-1] if isinstance(place[-1], str) else place[-2])
         if isinstance(raw, bool) or not isinstance(raw, int | float | str):
-            raise self.fault(f"'{what}' must be a number in {unit}, or a text such as \"1 {unit}\", found {raw!r}.", *place)
+            raise self.fault(
+                f"'{what}' must be a number in {unit}, or a text such as \"1 {unit}\", found {raw!r}.", *place
+            )
         if isinstance(raw, str):
             raw = self._converted(raw, unit, what, place)
         if not math.isfinite(raw):
@@ -134,14 +136,16 @@ class Document:
 
         match = _NUMBER.match(text)
         if not match:
-            raise self.fault(f"'{what}' must be a number with a unit, such as \"1 {unit}\", found \"{text}\".", *place)
+            raise self.fault(f'\'{what}\' must be a number with a unit, such as "1 {unit}", found "{text}".', *place)
         number, given = float(match[1]), match[2]
         if not given or given == unit:
             return number
         try:
             scale = parse_unit(given).to(parse_unit(unit).units)
         except DimensionalityError as error:
-            raise self.fault(f"'{what}' = \"{text}\" cannot be converted to {unit}, the unit of {what}.", *place) from error
+            raise self.fault(
+                f"'{what}' = \"{text}\" cannot be converted to {unit}, the unit of {what}.", *place
+            ) from error
         except (PintError, AttributeError, ValueError, TypeError, SyntaxError) as error:
             unknown = _unknown(given)
             close = difflib.get_close_matches(unknown, known_units(), n=1, cutoff=0.6)

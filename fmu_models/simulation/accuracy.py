@@ -1,8 +1,8 @@
 """How far a run can be trusted: the same run again, four times otherwise, and the largest difference.
 
     tolerance/10, tolerance/100    higher orders and other steps: what truncation and the rounding in each step leave
-    data up, data down             every start value, parameter and constant input moved by one rounding, 2^-52 of itself
-                                   to either side: what rounding once becomes on the way, in the constants too
+    data up, data down             every start value, parameter and constant input moved by 2^-52 of itself to either
+                                   side: what one rounding becomes on the way, in the constants too
 
 At the default tolerance, 1e-14, truncation is near rounding, so a run at a tolerance a hundred times coarser, scaled,
 would say nothing of the error and the engine has none; and a single finer run shares what rounding the data does. The
@@ -31,7 +31,7 @@ from fmu_models.simulation.trajectory import Trajectory
 
 _ROUNDING = 2.0**-52
 APART = 1e-3  # of the size of a state: two runs that differ by more are different motions
-_COMPANIONS = ("tolerance/10", "tolerance/100", "data up", "data down")
+COMPANIONS = ("tolerance/10", "tolerance/100", "data up", "data down")
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def simulate_with_error(
     Raises:
         StickslipError: as for ``simulate``.
     """
-    stages = len(_COMPANIONS) + 1
+    stages = len(COMPANIONS) + 1
 
     def stage(i: int) -> Callable[[float], None] | None:
         return None if progress is None else lambda fraction: progress((i + fraction) / stages)
@@ -85,7 +85,7 @@ def simulate_with_error(
     given = {"parameters": dict(parameters or {}), "start": dict(start or {}), "inputs": dict(inputs or {})}
     trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **run)
     found, refused = {}, {}
-    for i, name in enumerate(_COMPANIONS, 1):
+    for i, name in enumerate(COMPANIONS, 1):
         factor = {"tolerance/10": 0.1, "tolerance/100": 0.01}.get(name, 1.0)
         moved = given if factor < 1.0 else _moved(fmu, given, +1 if name == "data up" else -1)
         try:

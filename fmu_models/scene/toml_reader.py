@@ -124,34 +124,41 @@ class Document:
                 f"'{what}' must be a number in {unit}, or a text such as \"1 {unit}\", found {raw!r}.", *place
             )
         if isinstance(raw, str):
-            raw = self._converted(raw, unit, what, place)
+            try:
+                raw = converted(raw, unit, f"'{what}'")
+            except StickslipError as error:
+                raise self.fault(str(error), *place) from error
         if not math.isfinite(raw):
             raise self.fault(f"'{what}' must be a finite number, found {raw}.", *place)
         return float(raw)
 
-    def _converted(self, text: str, unit: str, what: str, place: tuple[str | int, ...]) -> float:
-        from pint import DimensionalityError, PintError
 
-        from fmu_models.language.units import known_units, parse_unit
+def converted(text: str, unit: str, what: str) -> float:
+    """A text of number and unit, as a number in ``unit``.
 
-        match = _NUMBER.match(text)
-        if not match:
-            raise self.fault(f'\'{what}\' must be a number with a unit, such as "1 {unit}", found "{text}".', *place)
-        number, given = float(match[1]), match[2]
-        if not given or given == unit:
-            return number
-        try:
-            scale = parse_unit(given).to(parse_unit(unit).units)
-        except DimensionalityError as error:
-            raise self.fault(
-                f"'{what}' = \"{text}\" cannot be converted to {unit}, the unit of {what}.", *place
-            ) from error
-        except (PintError, AttributeError, ValueError, TypeError, SyntaxError) as error:
-            unknown = _unknown(given)
-            close = difflib.get_close_matches(unknown, known_units(), n=1, cutoff=0.6)
-            hint = f"Did you mean '{close[0]}'?" if close else f"{what} is in {unit}."
-            raise self.fault(f"'{what}' = \"{text}\": '{unknown}' is not a unit. {hint}", *place) from error
-        return number * float(scale.magnitude)
+    Raises:
+        StickslipError: no number, an unknown unit, or a unit of something else; begins with ``what``.
+    """
+    from pint import DimensionalityError, PintError
+
+    from fmu_models.language.units import known_units, parse_unit
+
+    match = _NUMBER.match(text)
+    if not match:
+        raise StickslipError(f'{what} must be a number with a unit, such as "1 {unit}", found "{text}".')
+    number, given = float(match[1]), match[2]
+    if not given or given == unit:
+        return number
+    try:
+        scale = parse_unit(given).to(parse_unit(unit).units)
+    except DimensionalityError as error:
+        raise StickslipError(f'{what} = "{text}" cannot be converted to {unit}, its unit.') from error
+    except (PintError, AttributeError, ValueError, TypeError, SyntaxError) as error:
+        unknown = _unknown(given)
+        close = difflib.get_close_matches(unknown, known_units(), n=1, cutoff=0.6)
+        hint = f"Did you mean '{close[0]}'?" if close else f"Its unit is {unit}."
+        raise StickslipError(f"{what} = \"{text}\": '{unknown}' is not a unit. {hint}") from error
+    return number * float(scale.magnitude)
 
 
 def _unknown(unit: str) -> str:

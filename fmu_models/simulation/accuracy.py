@@ -79,8 +79,8 @@ def simulate_with_error(
     """
     stages = len(COMPANIONS) + 1
 
-    def stage(i: int) -> Callable[[float], None] | None:
-        return None if progress is None else lambda fraction: progress((i + fraction) / stages)
+    def stage(i: int) -> Callable[[float], None]:
+        return lambda fraction: progress((i + fraction) / stages) if progress else None
 
     given = {"parameters": dict(parameters or {}), "start": dict(start or {}), "inputs": dict(inputs or {})}
     trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **run)

@@ -96,7 +96,7 @@ def test_free_parameters_stay_parameters(tmp_path: Path) -> None:
         inputs={"w0": 0.83},
     )
     assert run["theta"] == pytest.approx(whole["theta"], abs=1e-13)
-    with pytest.raises(StickslipError, match="constant of scene 'given'. Move it to \\[free\\]"):
+    with pytest.raises(StickslipError, match=r"constant of scene 'given'\. Move it to \[free\]"):
         arguments(scene, parameters={"N0": 5.0})
     with pytest.raises(StickslipError, match="mu_k0 exceeds mu_s0"):
         simulate(fmu, **arguments(scene, parameters={"mu_s0": 0.1}))
@@ -136,7 +136,7 @@ def test_what_is_left_out_says_why(tmp_path: Path) -> None:
 def test_folding_leaves_no_symbol_of_what_is_fixed(tmp_path: Path) -> None:
     system = reduced(scene_of(tmp_path, CLASS_A.replace("[drives]\n", "")))
     contact = system.contacts[0]
-    names = {s.name for e in (*system.acceleration, contact.slip, contact.capacity) for s in e.free_symbols}
+    names = {str(s).strip("_") for e in (*system.acceleration, contact.slip, contact.capacity) for s in e.free_symbols}
     assert names == {"theta", "omega"}
     assert system.all_requirements == ()
 

@@ -41,7 +41,7 @@ class ErrorEstimate:
     Attributes:
         states: per state over all output times before ``apart``, in its unit; times at events are left out, since
             velocities may jump there.
-        end: per state at the last output time.
+        end: per state at the last output time, even if an event is there.
         relative: the largest of ``states`` in fractions of the largest magnitude of each.
         event_time: s, by which an event before ``apart`` moved.
         apart: s, from where on a companion is another motion: its states differ by more than a thousandth of their
@@ -164,6 +164,12 @@ def _shared_events(one: Trajectory, other: Trajectory) -> tuple[_Events, float]:
     else:
         longer = max(one.events, other.events, key=len)
         until = longer[len(times)].time if len(longer) > len(times) else math.inf
+    # an event at the very end of the run may come after it in the other one
+    last = max(moved, default=0.0)
+    if one.time[-1] - until <= 10.0 * last:
+        times.append(until)
+        moved.append(last)
+        until = math.inf
     return (np.array(times), np.array(moved)), until
 
 

@@ -57,6 +57,16 @@ def test_the_fmu_holds_only_what_the_scene_uses(tmp_path: Path) -> None:
     assert small.variables["w0"].start == "0.83"
 
 
+def test_the_fmu_alone_does_what_the_scene_says(tmp_path: Path) -> None:
+    """Start values, drives and free parameters are those of the scene, for other tools."""
+    text = CLASS_A + '\n[start]\ntheta = "5 deg"\nomega = 0.3\n[free]\nmu_s0 = 0.6\n'
+    scene = scene_of(tmp_path, text)
+    fmu = Fmu.open(built_scene(scene))
+    alone, told = simulate(fmu, 5.0), simulate(fmu, **arguments(scene))
+    assert alone["theta"][0] == math.radians(5.0)
+    assert np.array_equal(alone["theta"], told["theta"])
+
+
 def test_internal_states_go_with_their_contacts(tmp_path: Path) -> None:
     elastic = '\n[laws]\ndisc0 = "lugre"\n'
     one = Fmu.open(built_scene(scene_of(tmp_path, CLASS_A + elastic)))

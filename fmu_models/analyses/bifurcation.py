@@ -162,17 +162,18 @@ class _Branch:
         (low, first), (high, last) = before, behind
         turn = self.iteration.difference(last - first)
 
-        def points(value: float) -> Vector:
+        def points(value: float) -> tuple[Vector, bool]:
             guess = first + (value - low) / (high - low) * turn
             found = newton(self.at(value), guess[None])
-            return found[0] if len(found) else guess
+            return (found[0], True) if len(found) else (guess, False)
 
-        place = brentq(lambda value: self.test(kind, value, points(value)), low, high, xtol=1e-15)
+        place = brentq(lambda value: self.test(kind, value, points(value)[0]), low, high, xtol=1e-15)
         value = float(np.asarray(place))
-        # where two branches cross Newton's method may change over, and the sign with it
+        cycle, solved = points(value)
+        # where two branches cross Newton's method may fail or change over, and the sign with it
         largest = max(abs(self.test(kind, low, first)), abs(self.test(kind, high, last)))
-        if abs(self.test(kind, value, points(value))) <= 1e-6 * largest:
-            yield value, kind, points(value)
+        if solved and abs(self.test(kind, value, cycle)) <= 1e-6 * largest:
+            yield value, kind, cycle
 
     def _fold(self, value: float, points: Vector) -> Iterator[tuple[float, str, Vector]]:
         """The end of a branch at a saddle-node; nothing if it ends at a jump of the map or in a shorter motion."""

@@ -155,6 +155,8 @@ class _Scan:
         self.resolution, self.accuracy, self.noise = resolution, accuracy, noise
         # a dip that comes no nearer to the diagonal than this, between samples that the line joins, does not reach it
         self.near = 4.0 * resolution * (high - low)
+        # a jump whose place is known to the accuracy starts from the diagonal, or ends on it, up to this distance
+        self.touch = 4.0 * self.accuracy + noise
         self.value: dict[float, float] = {}
         self.places: list[float] = []
         self.gaps: set[tuple[float, float]] = set()
@@ -238,7 +240,7 @@ class _Scan:
         for (a, m), (other, b) in itertools.pairwise(self.cells()):
             ga, gm, gb = abs(self.above(a)), abs(self.above(m)), abs(self.above(b))
             same = self.above(a) * self.above(m) > 0 and self.above(m) * self.above(b) > 0
-            if m == other and same and gm <= min(ga, gb, self.near):
+            if m == other and same and self.noise < gm <= min(ga, gb, self.near):
                 sign = math.copysign(1.0, self.above(m))
                 self._bottom(lambda x, sign=sign: sign * self.above(x), a, b)
 
@@ -277,7 +279,7 @@ class _Scan:
         found = []
         for end in (a, b):
             near = x + 1e-3 * (end - x)
-            if abs(near - x) <= self.accuracy:
+            if abs(near - x) <= self.accuracy or min(abs(self.above(end)), abs(self.above(near))) <= self.noise:
                 continue
             sign = math.copysign(1.0, self.above(end))
             if sign * self.above(near) < 0.0:
@@ -296,7 +298,7 @@ class _Scan:
         return float(lowest.x)
 
     def _touching(self, zeros: list[float]) -> list[float]:
-        """The zeros, and places where the distance to the diagonal is no more than the noise and least."""
+        """The zeros, and where the distance to the diagonal is least and no more than the noise, or ends so."""
         rest = [
             m
             for a, m, b in zip(self.places, self.places[1:], self.places[2:], strict=False)
@@ -304,7 +306,9 @@ class _Scan:
             and abs(self.above(m)) <= min(abs(self.above(a)), abs(self.above(b)))
             and self.above(a) * self.above(b) > 0.0
         ]
-        return sorted({*zeros, *rest})
+        ends = [x for x in (self.low, self.high) if abs(self.above(x)) <= self.noise]
+        beside_jumps = [x for gap in self.gaps for x in gap if abs(self.above(x)) <= self.touch]
+        return sorted({*zeros, *rest, *ends, *beside_jumps})
 
     def stretches(self) -> tuple[tuple[float, float], ...]:
         """Where every sample is a fixed point, up to the noise; the ends are bisected."""
@@ -332,20 +336,26 @@ class _Scan:
     def merged(self, crossed: list[Jump]) -> list[Jump]:
         """All jumps in order; two with less between them than the accuracy are one, with a lone value inside."""
         jumps: list[Jump] = []
-        found = [Jump((a + b) / 2, self(a), self(b)) for a, b in self.gaps] + crossed
-        for jump in sorted(found, key=lambda jump: jump.x):
+        for jump in sorted([self._jump(a, b) for a, b in self.gaps] + crossed, key=lambda jump: jump.x):
             if jumps and jump.x - jumps[-1].x <= 2 * self.accuracy:
                 jump = Jump((jumps[-1].x + jump.x) / 2, jumps.pop().left, jump.right)
             jumps.append(jump)
         return jumps
 
+    def _jump(self, a: float, b: float) -> Jump:
+        x = (a + b) / 2
+        left, right = (x if abs(self.above(end)) <= self.touch else self(end) for end in (a, b))
+        return Jump(x, left, right)
+
     def fixed_point(self, x: float, jumps: list[Jump], slope: Function | None) -> FixedPoint:
         """The fixed point at x, its slope taken on the piece that it lies on."""
         if slope is not None:
             return FixedPoint(x, float(slope(x)))
-        ends = [self.low, self.high, *(jump.x for jump in jumps), *itertools.chain(*self.undefined())]
-        below = x - max((end for end in ends if end <= x), default=x)
-        over = min((end for end in ends if end > x), default=x) - x
+        holes = self.undefined()
+        lower = [self.low, *(jump.x for jump in jumps), *(end for _, end in holes)]
+        upper = [self.high, *(jump.x for jump in jumps), *(end for end, _ in holes)]
+        below = x - max((end for end in lower if end <= x), default=x)
+        over = min((end for end in upper if end >= x), default=x) - x
         reach = 0.01 * (self.high - self.low)
         side = 0 if min(below, over) > 100 * self.accuracy else (1 if over > below else -1)
         room = max(below, over) if side else min(below, over)

@@ -28,6 +28,8 @@ from fmu_models.language.values import check_values
 Vector = NDArray[np.float64]
 
 NEWTON_STEPS = 40
+# relative size of a step, and of a miss, at which Newton's method has arrived
+SETTLED = 1e-9
 # motions nearer to each other than this share of the box are one
 SAME = 1e-8
 
@@ -60,7 +62,14 @@ class Iteration:
                 f"{declared.name} has no inverse: several states lead to the same one, or the declaration does not say "
                 "which does. Only the positive map can be followed."
             )
-        return cls(declared, tuple(float(given.get(p.name, p.value)) for p in declared.parameters), backward)
+        made = cls(declared, tuple(float(given.get(p.name, p.value)) for p in declared.parameters), backward)
+        if backward and np.isnan(made(np.array([state.start for state in declared.states]))).any():
+            found = ", ".join(f"{p.name} = {v:g}" for p, v in zip(declared.parameters, made.parameters, strict=True))
+            raise StickslipError(
+                f"{declared.name} has no inverse at {found}: its formula has no value there. Choose other parameters, "
+                "or follow the positive map."
+            )
+        return made
 
     @property
     def states(self) -> list[str]:
@@ -134,7 +143,7 @@ def find_periodic(
     period: int = 1,
     *,
     box: Any = None,
-    starts: int = 1500,
+    starts: int = 5000,
 ) -> tuple[PeriodicMotion, ...]:
     """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
 
@@ -154,11 +163,13 @@ def find_periodic(
     if len(bounds) == 1 and not iteration.map.modulus:
         seeds = [point.x for point in find_iterate_crossings(iteration, period, box=bounds).fixed_points]
         if seeds:
-            found = iterate(iteration, np.array(seeds)[:, None], period - 1)
-            guesses = np.concatenate([np.moveaxis(found, 0, 1), guesses])
+            cycles = iterate(iteration, np.array(seeds)[:, None], period - 1)
+            guesses = np.concatenate([np.moveaxis(cycles, 0, 1), guesses])
     motions: list[Vector] = []
     size = bounds[:, 1] - bounds[:, 0]
-    for points in newton(iteration, guesses):
+    found = newton(iteration, guesses)
+    _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
+    for points in found[np.sort(distinct)]:
         inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
         if inside.all() and _least_period(iteration, points, size) == period:
             points = _from_least(points, size)
@@ -180,18 +191,21 @@ def newton(iteration: Iteration, guesses: Vector) -> Vector:
     points = guesses[np.isfinite(guesses).all(axis=(1, 2))]
     _, period, n = points.shape
     step = np.zeros_like(points)
+    done = False
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
             step = _newton_step(iteration, points)
             points = points - step
             sound = np.isfinite(points).all(axis=(1, 2)) & (np.abs(points).max(axis=(1, 2)) < 1e12)
             points, step = points[sound], step[sound]
-            if not len(points):
+            if done or not len(points):
                 break
+            # the step after one this small brings the points to rounding
+            done = bool((np.abs(step).max(axis=(1, 2)) < SETTLED * (1.0 + np.abs(points).max(axis=(1, 2)))).all())
         miss = iteration.difference(iteration.lifted(points) - np.roll(points, -1, axis=1))
         scale = 1.0 + np.abs(points).max(axis=(1, 2))
-        settled = np.abs(step).max(axis=(1, 2), initial=0.0) < 1e-9 * scale
-        exact = np.abs(miss).max(axis=(1, 2), initial=0.0) < 1e-9 * scale
+        settled = np.abs(step).max(axis=(1, 2), initial=0.0) < SETTLED * scale
+        exact = np.abs(miss).max(axis=(1, 2), initial=0.0) < SETTLED * scale
     return iteration.wrapped(points[settled & exact]).reshape(-1, period, n)
 
 

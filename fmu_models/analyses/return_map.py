@@ -3,7 +3,7 @@
     x -> start(x) -> motion -> first accepted crossing of the section -> value of the state x there
 
 The map of a mechanism with impacts jumps where two events change their order, and has no value where the motion does
-not return; ``maps.find_crossings`` tells its fixed points and jumps apart. Its slope is exact: with D the derivative of
+not return; ``crossings.find_crossings`` tells its fixed points and jumps apart. Its slope is exact: with D the derivative of
 the flow up to the time of the crossing, s the direction of the start and q the state that names the section,
 
     slope = (D s)_x - x' (D s)_q / q'
@@ -104,7 +104,9 @@ class ReturnMap:
         return change[self.state] - back.rates[self.state] * later
 
     def _direction(self, x: float) -> np.ndarray:
-        """(n,) derivative of the start states by x; exact where they are linear in it."""
+        """(n,) derivative of the start states by x; from differences where they are a function."""
+        if not callable(self._start):
+            return np.array([float(name == self.state) for name in self.fmu.states])
         h = 1e-5 * max(1.0, abs(x))
         over, below = self.start(x + h), self.start(x - h)
         unknown = set(over) - set(self.fmu.states)

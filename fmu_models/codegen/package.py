@@ -42,6 +42,7 @@ ENGINE = (
     "placing",
     "events",
     "section",
+    "exchange",
     "run",
     "tangent",
     "instance",

@@ -81,7 +81,17 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context);
 /* where the step in use next crosses the section, up to a place, in the variable of its series; -1 if it does not */
 double section_next(Run *r, double to);
 
+/* exchange.c */
+/* the gaps that nominal values of the coordinates make, where an importer integrates */
+void exchange_measure_gaps(Run *r);
+/* by how much the indicator of the depth of contact c is shifted for an importer */
+double exchange_shift(const Run *r, const Jets *j, int c);
+/* the gap of rigid contact c that an importer may mistake for zero */
+double exchange_resolution(const Run *r, const Jets *j, int c);
+
 /* run.c */
+/* RUN_ERROR with a message if a value is not finite */
+RunStatus run_check_finite(Run *r, const char *what, const double *values, int n);
 RunStatus run_fail(Run *r, const char *format, ...);
 /* their names in quotes, as a list, cut where it does not fit */
 void run_name_contacts(const int *contact, int count, char *names, size_t size);

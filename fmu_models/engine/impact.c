@@ -200,13 +200,18 @@ int impact_settles(Run *r, int c, double *wait, int *other)
     taylor_load(r, j);
     model_slip(r->at.p, r->at.d, j, 0);
     const double speed = j->slip[c][0];
-    if (!(e < 1.0) || !(speed <= r->tolerances.chatter * r->at.memory[c])) {
+    const int slow = speed <= r->tolerances.chatter * r->at.memory[c];
+    if (!(e < 1.0) || !(slow || r->tolerances.drift > 0.0)) {
         return 0;
     }
     taylor_series(r, j, ORDER, INFINITY);
     const double P = 2.0 * j->depth[c][2];
     const double rate = 6.0 * j->depth[c][3];
     const double u = speed / (1.0 - e);
+    /* an importer cannot follow bounces lower than its own errors */
+    if (!slow && !(speed * speed <= 2.0 * P * exchange_resolution(r, j, c))) {
+        return 0;
+    }
     if (!(P > 0.0) || !(u * fabs(rate) <= SLOW * P * P)) {
         return 0;
     }

@@ -123,7 +123,7 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
         return instance_refuse(m, "%s: tolerance %g is not positive", function, tolerance);
     /* the default is so cheap that a looser request would save nothing, and sharp events need it */
     core->run.tolerances = run_default_tolerances;
-    core->run.tolerances.drift = core->co_simulation ? 0.0 : 1e-6;
+    core->run.tolerances.drift = core->co_simulation ? 0.0 : tolerance_defined ? tolerance : 1e-6;
     if (tolerance_defined && tolerance < core->run.tolerances.step) core->run.tolerances.step = tolerance;
     core->run.at.time = core->start_time = start_time;
     core->stop_defined = stop_defined;

@@ -77,9 +77,6 @@ typedef struct {
     double indicators[MODEL_ROOM(MODEL_NI)];
 } Evaluation;
 
-/* typical magnitudes of the states (generated, in all.c) */
-extern const double instance_nominal_states[MODEL_ROOM(MODEL_NX)];
-
 /* NULL without memory or with a token of another model; token errors are said through the instance's logger */
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
                        void *environment, int logging, int quiet);

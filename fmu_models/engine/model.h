@@ -69,6 +69,7 @@ typedef struct {
 extern const double model_start_parameters[MODEL_ROOM(MODEL_NP)];
 extern const double model_start_inputs[MODEL_ROOM(MODEL_NU)];
 extern const double model_start_states[MODEL_ROOM(MODEL_NX)];
+extern const double instance_nominal_states[MODEL_ROOM(MODEL_NX)]; /* typical magnitudes (in all.c) */
 extern const char *const model_contact_names[MODEL_ROOM(MODEL_NC)];
 extern const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)];   /* 0: the law is continuous at zero slip */
 extern const unsigned char model_contact_is_stop[MODEL_ROOM(MODEL_NC)];

@@ -62,10 +62,12 @@ static double depth_rate(Run *r, int c)
     return j->depth[c][1];
 }
 
-/* whether the gap of a rigid contact is zero, but for rounding */
+/* whether the gap of a rigid contact is zero, but for rounding and for where an importer lands */
 int place_at_wall(const Run *r, int c)
 {
-    return fabs(r->scratch.depth[c][0]) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    const double rounding = r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    const double located = r->tolerances.drift > 0.0 && !r->starting ? exchange_shift(r, &r->scratch, c) : 0.0;
+    return fabs(r->scratch.depth[c][0]) <= fmax(rounding, located);
 }
 
 /* the friction of a rigid contact that is closed; marks it if it is at zero slip */
@@ -94,7 +96,7 @@ int place_rigid(Run *r, int c, signed char *candidate)
     const int starts = r->starting;
     const int held = contact_is_held(r->at.state, c);
     candidate[c] = 0;
-    if (!place_at_wall(r, c) && (starts || fabs(depth) > r->tolerances.drift)) {
+    if (!place_at_wall(r, c) && (starts || fabs(depth) > exchange_resolution(r, &r->scratch, c))) {
         if (depth > 0.0) {
             return run_fail(r, "the wall of the rigid contact '%s' is penetrated by %.6g at t = %.17g: %s", model_contact_names[c], depth,
                             r->at.time, starts ? "start with a gap of zero or more" : "an input moved it through the body");

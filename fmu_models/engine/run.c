@@ -1,6 +1,5 @@
 /*
- * A run: advance from event to event on Taylor segments, and evaluate single instants for importers that integrate
- * by themselves.
+ * A run: advance from event to event on Taylor segments. What importers need that integrate by themselves is in exchange.c.
  *
  *     advance(t):  until the present segment covers t: go to its end; resolve the event that waits there; next segment
  *                  then evaluate the segment at t and keep it, so that many short calls cost no more than one long one
@@ -70,7 +69,7 @@ void run_reset(Run *r)
     run_parameters_changed(r);
 }
 
-static RunStatus check_finite(Run *r, const char *what, const double *values, int n)
+RunStatus run_check_finite(Run *r, const char *what, const double *values, int n)
 {
     for (int i = 0; i < n; i++) {
         if (!isfinite(values[i])) {
@@ -88,8 +87,8 @@ RunStatus run_initialize(Run *r)
     if (violation) {
         return run_fail(r, "%s", violation);
     }
-    if (check_finite(r, "start value of state", r->at.x, MODEL_NX) || check_finite(r, "input", r->at.u, MODEL_NU)
-        || check_finite(r, "rate of input", r->at.du, MODEL_NU)) {
+    if (run_check_finite(r, "start value of state", r->at.x, MODEL_NX) || run_check_finite(r, "input", r->at.u, MODEL_NU)
+        || run_check_finite(r, "rate of input", r->at.du, MODEL_NU)) {
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
@@ -99,6 +98,8 @@ RunStatus run_initialize(Run *r)
     r->crowded = 0;
     r->longest_pause = 0.0;
     memset(r->at.settles, 0, sizeof r->at.settles);
+    memset(r->leeway, 0, sizeof r->leeway);
+    exchange_measure_gaps(r);
     r->starting = 1;
     const RunStatus status = run_reconsider(r, NULL);
     r->starting = 0;
@@ -250,111 +251,7 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
             return RUN_EVENT;
         }
     }
-    return check_finite(r, "state", r->at.x, MODEL_NX);
-}
-
-RunStatus run_derivatives(Run *r, double *dx)
-{
-    Jets *j = &r->scratch;
-    taylor_load(r, j);
-    taylor_field(r, j, 0);
-    for (int i = 0; i < MODEL_NQ; i++) {
-        dx[i] = j->x[MODEL_NQ + i][0];
-    }
-    for (int i = 0; i < MODEL_NV; i++) {
-        dx[MODEL_NQ + i] = contact_rate(j, i, 0);
-    }
-    for (int i = 0; i < MODEL_NZ; i++) {
-        dx[MODEL_NQ + MODEL_NV + i] = j->zrate[i][0];
-    }
-    return check_finite(r, "derivative of state", dx, MODEL_NX);
-}
-
-/* what an importer watches in a slot of contact c: positive while the contact keeps its state; scratch holds order 0 */
-static double watched(Run *r, int c, Slot slot)
-{
-    const Jets *j = &r->scratch;
-    const int sign = taylor_indicator(r, c, slot);
-    const double shift = r->tolerances.importer;
-    if (sign == 0) {
-        return 1.0;
-    }
-    if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
-        return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time : j->force[c][0];
-    }
-    if (slot == SLOT_NORMAL) {
-        return sign * j->depth[c][0] + shift * model_depth_magnitude(r->at.p, r->at.d, j, c);
-    }
-    if (model_contact_is_stop[c]) {
-        return sign * j->release[c][0];
-    }
-    if (r->at.state[c] == CONTACT_STICK) {
-        return j->capacity[c][0] * (1.0 + shift) - fabs(j->force[c][0]);
-    }
-    return sign * j->slip[c][0] + shift * model_slip_magnitude(r->at.p, r->at.d, j, c);
-}
-
-/* order 0 of all that indicators read, in scratch */
-static void load_indicators(Run *r)
-{
-    taylor_load(r, &r->scratch);
-    taylor_field(r, &r->scratch, 0);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_releases[c]) {
-            model_release(r->at.p, r->at.d, &r->scratch, 0, c);
-        }
-    }
-}
-
-RunStatus run_indicators(Run *r, double *z)
-{
-    int i = 0;
-    load_indicators(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_bounded[c]) {
-            z[i++] = watched(r, c, SLOT_NORMAL);
-        }
-        if (!model_contact_is_impact[c] && (!model_contact_is_stop[c] || model_contact_releases[c])) {
-            z[i++] = watched(r, c, SLOT_TANGENTIAL);
-        }
-    }
-    return check_finite(r, "event indicator", z, MODEL_NI);
-}
-
-/* whether the importer has located a fall of the indicator in a slot */
-static int has_fallen(Run *r, int c, Slot slot)
-{
-    const Jets *j = &r->scratch;
-    const double shift = r->tolerances.importer;
-    const double value = watched(r, c, slot);
-    if (model_contact_is_impact[c] && slot == SLOT_NORMAL) {
-        /* a closed contact is a candidate anyway; one that leaves its wall has not reached it */
-        return r->at.state[c] == CONTACT_CHATTERING ? value <= 0.0
-               : r->at.state[c] == CONTACT_AWAY     ? j->depth[c][0] >= 0.0 && j->slip[c][0] < 0.0
-                                                    : 0;
-    }
-    if (slot == SLOT_NORMAL) {
-        return value <= shift * model_depth_magnitude(r->at.p, r->at.d, j, c);
-    }
-    if (r->at.state[c] == CONTACT_STICK) {
-        return 0; /* a candidate anyway; whether it holds is for its force to say */
-    }
-    return value <= (model_contact_is_stop[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
-}
-
-RunStatus run_event(Run *r, int *changed)
-{
-    int moved = 0;
-    run_touched(r);
-    load_indicators(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
-            r->falling[c][slot] = (signed char)has_fallen(r, c, (Slot)slot);
-        }
-    }
-    const RunStatus status = events_transit(r, &moved);
-    *changed = moved;
-    return status;
+    return run_check_finite(r, "state", r->at.x, MODEL_NX);
 }
 
 RunStatus run_outputs(Run *r, double *y)

@@ -14,8 +14,8 @@ typedef struct {
     double margin;      /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
     double importer;    /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
                            positive right after an event and an importer that lands on zero does not see a second one */
-    double drift;       /* Model Exchange only: by so much an importer's own integration may miss the wall of a closed contact, in the
-                           unit of the gap; importers keep tolerances relative to nominal values, which are 1 */
+    double drift;       /* Model Exchange only: by so much an importer's own integration may miss the wall of a closed contact, relative
+                           to the gap that nominal values of the coordinates make */
     double chatter;     /* a bounce off a rigid contact slower than this fraction of its fastest impact since it was last closed is the
                            tail of a chatter, which is completed in closed form: heights are its square, below rounding */
     double crowd;       /* so many events as max_iterations allows within this fraction of the longest time without any: none will end it */
@@ -57,6 +57,8 @@ typedef struct {
     ImpactPhase impact[2];
     signed char struck[MODEL_ROOM(MODEL_NC)];
     double impact_work;
+    double nominal_gap[MODEL_ROOM(MODEL_NC)];           /* Model Exchange only: of rigid contacts, from nominal coordinates */
+    double leeway[MODEL_ROOM(MODEL_NC)];                /* Model Exchange only: added to the indicator of a gap that opens slowly */
     int segment_rooted;                                 /* its series run in the square root of time */
     double segment_start, segment_length;
     Section section;

@@ -95,7 +95,8 @@ static double next_crossing(const Run *r, const double *p, double from, int at_l
     for (int touches = 0; root >= 0.0 && touches <= order; touches++) {
         const double back = fall_beyond(p, order, -side, root, to);
         const double seen = back < 0.0 ? to : 0.5 * (root + back);
-        if (-side * polynomial_value(p, order, seen) > rounding(r, seen)) {
+        /* where it turns back at once rounding decides, and would do so for ever */
+        if (back != root && -side * polynomial_value(p, order, seen) > rounding(r, seen)) {
             return root;
         }
         if (back < 0.0) {
@@ -115,11 +116,11 @@ double section_next(Run *r, double to)
     double from = q->searched;
     while (to > from) {
         const double here = polynomial_value(p, r->segment_order, from);
-        const int at_level = fabs(here) <= rounding(r, from);
+        const int jumped = from == 0.0 && q->side * here < 0.0 && fabs(here) > rounding(r, from);
+        const int at_level = fabs(here) <= rounding(r, from) || q->side * here < 0.0;
         if (q->side == 0) {
             q->side = at_level ? side_beyond(r, p, from, to) : here > 0.0 ? 1 : -1;
         }
-        const int jumped = !at_level && q->side * here < 0.0;
         const double root = q->side == 0 ? -1.0 : jumped ? from : next_crossing(r, p, from, at_level, to);
         if (root < 0.0) {
             break;

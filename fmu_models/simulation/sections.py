@@ -178,7 +178,8 @@ class Follower:
             begin(fmu, self._slave, {**self.constants, **start}, start_time, self.tolerance)
         except FMICallException as error:
             raise self._failure() from error
-        request = native.Request(np.array([stop_time]), self._recorded, [], *(np.empty(0) for _ in range(3)))
+        no_inputs = (np.empty(0), np.empty(0), np.empty(0))
+        request = native.Request(np.array([stop_time], dtype=float), self._recorded, [], *no_inputs)
         return self._each(request, self._motions)
 
     def _each(self, request: native.Request, motion: int) -> Iterator[Crossing]:

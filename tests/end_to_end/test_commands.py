@@ -53,7 +53,7 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    for command in ("models", "show", "export", "simulate", "emulate", "fit", "compare", "demo"):
+    for command in ("models", "show", "export", "simulate", "maps", "map", "emulate", "fit", "compare", "demo"):
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 
@@ -78,6 +78,32 @@ def test_models_and_show(stickslip):
     assert [contact["name"] for contact in shown["contacts"]] == ["disc0"]
     assert {"J", "mu_s0"} <= {row["name"] for row in shown["parameters"]}
     assert "N0*mu_s0" in stickslip("show", "disc_rig").out
+
+
+def test_maps_and_map(stickslip):
+    assert {"henon", "high_bounce"} <= {row["name"] for row in stickslip("maps", "--json").json["maps"]}
+    told = stickslip("map", "henon", "--set", "a=1.2", "--period", "2", "--lyapunov", "--start", "x=0.2", "--json").json
+    (motion,) = told["motions"]
+    assert [point["x"] for point in motion["points"]] == pytest.approx([-0.4686786496, 1.0520119829], abs=1e-9)
+    assert motion["classes"] == ["oscillatory, unstable", "oscillatory, stable"]
+    assert sum(told["lyapunov"]["exponents"]) == pytest.approx(np.log(0.3))
+    shown = stickslip("map", "henon", "--set", "a=1.2", "--period", "2").out
+    assert "-0.4686786496" in shown
+    assert "oscillatory, unstable" in shown
+
+
+def test_map_tells_jumps_bifurcations_and_the_negative_map(stickslip):
+    (jump,) = stickslip("map", "piecewise_linear", "--json").json["jumps"]
+    assert jump["crosses_diagonal"]
+    assert "no fixed point" in stickslip("map", "piecewise_linear").out
+    (flip,) = stickslip("map", "logistic", "--set", "r=2.9", "--vary", "r=3.3", "--json").json["bifurcations"]
+    assert (flip["kind"], flip["value"]) == ("flip", pytest.approx(3.0, abs=1e-12))
+    assert "flip" in stickslip("map", "logistic", "--set", "r=2.9", "--vary", "r=3.3").out
+    assert "neither a saddle-node nor a flip" in stickslip("map", "logistic", "--vary", "r=3.21").out
+    assert "6.4124629" in stickslip("map", "henon", "--negative").out  # 1 over 0.15594632
+    calm = stickslip("map", "logistic", "--set", "r=2", "--lyapunov")
+    assert "Lyapunov exponents: -inf" in calm.out
+    assert "none found" in stickslip("map", "henon", "--period", "3").out
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
@@ -149,6 +175,18 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
     ("arguments", "said"),
     [
         (["show", "disc_rgi"], "Did you mean 'disc_rig'"),
+        (["map", "henn"], "Did you mean 'henon'"),
+        (["map", "henon", "--set", "c=1"], "henon has no parameter 'c'"),
+        (["map", "henon", "--set", "b=0", "--negative"], "b = 0"),
+        (["map", "piecewise_linear", "--set", "a=0.5"], "must exceed 1"),
+        (["map", "henon", "--start", "x=1"], "Add --lyapunov"),
+        (["map", "henon", "--lyapunov", "--start", "z=1"], "henon has no state 'z'"),
+        (["map", "henon", "--lyapunov", "--start", "x=9"], "leaves every bound"),
+        (["map", "logistic", "--negative"], "logistic has no inverse"),
+        (["map", "logistic", "--vary", "r"], "NAME=VALUE"),
+        (["map", "logistic", "--vary", "q=3"], "logistic has no parameter 'q'"),
+        (["map", "logistic", "--set", "r=2", "--period", "2", "--vary", "r=4"], "no motion of period 2"),
+        (["map", "logistic", "--period", "0"], "--period"),
         (["export", "disc_rig", "--contacts", "disk0"], "Did you mean 'disc0'"),
         (["export", "disc_rig", "--fmi", "1.0"], "There is no FMI 1.0"),
         (["export", "disc_rig", "-o", "rig.zip"], "must end in .fmu"),

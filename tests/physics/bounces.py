@@ -62,7 +62,8 @@ def fly(
     """
     wall_speed, speed = speeds
     begin_at: dict[str, Any] = {"start_time": time, "start": {"x": place, "v": speed}, **run}
-    first, second, *_ = simulate(fmu, time + 400.0, **begin_at).impacts
+    spans = (simulate(fmu, time + span, output_times=[time + span], **begin_at).impacts for span in (10.0, 1000.0))
+    first, second, *_ = next(impacts for impacts in spans if len(impacts) > 1)
     hit, pause = first.time, second.time - first.time
     if min(pause, hit - time) < 1e-2:
         return None

@@ -124,7 +124,7 @@ def test_period_2_doubles():
 def test_every_impact_map(gamma, e):
     """Along chaotic motions: [[q, -D/w], ...] of each impact, and its determinant e^2 in (theta, w^2/2)."""
     time, v = 0.3, gamma * math.cos(0.3) + 3.0
-    for _ in range(25):
+    for _ in range(12):
         speed = gamma * math.cos(time)
         flight = fly(
             BALL,
@@ -143,7 +143,7 @@ def test_every_impact_map(gamma, e):
         ratio = (flight.after - hit_speed) / (v - speed)
         assert np.linalg.det(flight.derivative) * ratio == pytest.approx(e**2, abs=1e-10)
         time, v = flight.hit, flight.after
-    assert time > 2 * T
+    assert time > T
 
 
 @pytest.mark.parametrize(("gamma", "e", "periods"), [(3.0, 0.9, 20), (1.2, 0.5, 3)])

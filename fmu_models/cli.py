@@ -10,12 +10,13 @@ import typer
 
 from fmu_models import console
 from fmu_models.console import Contacts, Json, Overwrite, Settings
-from fmu_models.errors import StickslipError
+from fmu_models.errors import StickslipError, nearest
 from fmu_models.files import refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.scene.scene import Scene
     from fmu_models.simulation.experiment import Experiment
     from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.isolation import Limits
@@ -27,6 +28,7 @@ SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on
 METHODS = "auto, dopri5, dop853, stiff, co-simulation"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
+ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or a scene (.toml).")]
 
 
 @app.command()
@@ -77,7 +79,7 @@ def show(model: Model, contacts: Contacts = None, json: Json = False) -> None:
 
 @app.command()
 def export(
-    model: Model,
+    model: ModelOrScene,
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
     fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
     contacts: Contacts = None,
@@ -85,7 +87,7 @@ def export(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Export a model as an FMU with Model Exchange, Co-Simulation and sources.
+    """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
 
     Parameters that are set become the start values of the FMU.
 
@@ -94,9 +96,15 @@ def export(
     from fmu_models.codegen.package import export_built
     from fmu_models.simulation.fmu import Fmu
 
-    path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
     values = console.assignments(settings, "parameter")
-    export_built(model, path, contacts=console.chosen(contacts), values=values, fmi_version=fmi, overwrite=overwrite)
+    if is_scene(model):
+        scene = _scene(model, contacts)
+        path = path or Path(f"{scene.name}.fmu")
+        _export_scene(scene, path, values, fmi, overwrite)
+    else:
+        path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
+        kept = console.chosen(contacts)
+        export_built(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),
@@ -120,9 +128,12 @@ def export(
 
 @app.command()
 def simulate(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or the .fmu file of anybody.")],
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="Name of a model, a scene (.toml), or the .fmu file of anybody.")
+    ],
     until: Annotated[
-        float | None, typer.Option(help="End of the run, s (default: 20, or what the FMU of somebody else suggests).")
+        float | None,
+        typer.Option(help="End of the run, s (default: 20, or what the scene or the FMU of somebody else says)."),
     ] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
@@ -141,6 +152,9 @@ def simulate(
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
+    error: Annotated[
+        bool, typer.Option("--error", help="Run again four times otherwise, and estimate the error.")
+    ] = False,
     isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
     time_limit: Annotated[
         float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s (default: 600).")
@@ -160,7 +174,7 @@ def simulate(
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
     from fmu_models.report import run_summary
-    from fmu_models.simulation.experiment import perform
+    from fmu_models.simulation.experiment import perform, perform_with_error
     from fmu_models.simulation.results import check_suffix
 
     refuse_existing(output, figure, overwrite=overwrite)
@@ -170,31 +184,74 @@ def simulate(
 
         check_format(figure)
     limits = _limits(isolate, time_limit, memory_limit)
-    fmu = _opened(model, contacts)
+    changed = {
+        "parameters": console.assignments(settings, "parameter"),
+        "start": console.assignments(start, "start value"),
+        "inputs": console.assignments(inputs, "input"),
+    }
+    fmu, given = _to_run(model, contacts, until, changed)
     experiment = _experiment(
-        fmu,
-        until,
-        samples,
-        parameters=console.assignments(settings, "parameter"),
-        start=console.assignments(start, "start value"),
-        inputs=console.assignments(inputs, "input"),
-        tolerance=tolerance,
-        method=method,
-        step=step,
+        fmu, given.pop("stop_time"), samples, **given, tolerance=tolerance, method=method, step=step
     )
+    estimate = None
     with console.output_of_libraries(), console.progress("simulating") as advance:
-        recording = perform(fmu, experiment, limits=limits, progress=advance)
+        if error:
+            recording, estimate = perform_with_error(fmu, experiment, limits=limits, progress=advance)
+        else:
+            recording = perform(fmu, experiment, limits=limits, progress=advance)
     if output:
         recording.write(output, overwrite=overwrite)
     if figure:
         from fmu_models.report.trajectory_figure import draw
 
         draw(recording.trajectory, fmu, figure, overwrite=overwrite)
-    content = run_summary.summary(fmu, recording)
+    content = run_summary.summary(fmu, recording, estimate)
     for name, time in content["not_finite"].items():
         console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
     content["files"] = [str(path) for path in (output, figure) if path]
     console.say(json, content, lambda out: run_summary.print_summary(content, out))
+
+
+def is_scene(model: str) -> bool:
+    """Whether what stands for a model is the path of a scene."""
+    return model.endswith(".toml")
+
+
+def _scene(path: str, contacts: str | None) -> Scene:
+    from fmu_models.scene.read import read_scene
+
+    if contacts is not None:
+        raise StickslipError("A scene says itself which contacts are in use: change 'contacts' there.")
+    return read_scene(path)
+
+
+def _to_run(
+    model: str, contacts: str | None, until: float | None, changed: dict[str, dict[str, float]]
+) -> tuple[Fmu, dict[str, Any]]:
+    """The FMU of a model, file or scene, and what is asked of the run."""
+    from fmu_models.simulation.fmu import Fmu
+
+    if is_scene(model):
+        from fmu_models.scene.compute import arguments
+        from fmu_models.scene.reduce import built_scene
+
+        scene = _scene(model, contacts)
+        return Fmu.open(built_scene(scene)), arguments(scene, until, **changed)
+    return _opened(model, contacts), {"stop_time": until, **changed}
+
+
+def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, overwrite: bool) -> None:
+    import dataclasses
+
+    from fmu_models.scene.compute import arguments
+    from fmu_models.scene.reduce import export_scene
+
+    free = arguments(scene, parameters=values)["parameters"]
+    if unknown := [name for name in free if name not in scene.free]:
+        raise StickslipError(
+            f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
+        )
+    export_scene(dataclasses.replace(scene, free=free), path, fmi_version=fmi, overwrite=overwrite)
 
 
 def _opened(model: str, contacts: str | None) -> Fmu:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections import Counter
@@ -10,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models import console
+from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES, Event
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.simulation.accuracy import ErrorEstimate
     from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.results import Recording
     from fmu_models.simulation.trajectory import Trajectory
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
 LISTED = 40  # rows that a person reads; programs get all
 
 
-def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
+def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = None) -> dict[str, Any]:
     """What happened, as plain data, ready for JSON; a number that is not finite is null."""
     trajectory, origin = recording.trajectory, recording.provenance
     rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
@@ -39,7 +42,10 @@ def summary(fmu: Fmu, recording: Recording) -> dict[str, Any]:
         "contacts": {name: _contact(trajectory, name, rigid=name in fmu.impacts) for name in contacts},
         "events": dict(Counter(_kind(event) for event in trajectory.events)),
         "steps": trajectory.steps,
+        "seconds": trajectory.seconds,
     }
+    if estimate:
+        content["error"] = dataclasses.asdict(estimate) | {"companions": COMPANIONS}
     if contacts and fmu.impacts:
         content["impacts"] = _impacts(trajectory)
     return content
@@ -119,6 +125,8 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(f"contact {name}: {row['events']} events; of the time {shares}")
     if "impacts" in content:
         _print_impacts(content["impacts"], out)
+    if "error" in content:
+        _print_error(content, out)
     if not content["contacts"]:
         counts = sorted(content["events"].items(), key=lambda item: -item[1])
         listed = ", ".join(f"{kind}: {count}" for kind, count in counts[:LISTED])
@@ -134,3 +142,26 @@ def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
             f"{impacts['raised_energy']} of {impacts['count']} impacts raised the energy (largest "
             f"{impacts['largest_raise']:.2g} J): Newton's restitution with friction can do that; Poisson's cannot"
         )
+
+
+def _print_error(content: dict[str, Any], out: Console) -> None:
+    error, units = content["error"], {name: row["unit"] for name, row in content["ranges"].items()}
+    own, others = error["seconds"]
+    states = ", ".join(f"{name} {value:.1e} {units[name]}" for name, value in error["states"].items())
+    out.print(
+        f"[bold]error estimate {error['relative']:.1e}[/bold] of the largest value ({states}; events "
+        f"{error['event_time']:.1e} s); [bold]run time {own * 1e3:.3g} ms[/bold], "
+        f"and {others * 1e3:.3g} ms for the estimate"
+    )
+    out.print(
+        "  the largest difference to the same run at a tenth and a hundredth of the tolerance, and with all start\n"
+        "  values, parameters and constant inputs moved by one rounding either way; most by: "
+        f"{error['by']}. No bound."
+    )
+    if error["apart"] is not None:
+        out.print(
+            f"  From t = {error['apart']:.6g} s on these are different motions (chaos, or a grazing contact):\n"
+            "  the states after it mean nothing one by one, the estimate is of what comes before."
+        )
+    for name, reason in error["refused"].items():
+        out.print(f"  left out: {name}, which cannot be run: {reason}", markup=False)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from fmu_models.errors import StickslipError
 from fmu_models.simulation import binary
 from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.results import Provenance, Recording
@@ -19,6 +20,7 @@ from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.system import simulate
 
 if TYPE_CHECKING:
+    from fmu_models.simulation.accuracy import ErrorEstimate
     from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.trajectory import Trajectory
 
@@ -98,6 +100,36 @@ def perform(
         except IsolatedFailure as failure:
             raise IsolatedFailure(f"{fmu.description.modelName}: {failure}") from failure
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
+
+
+def perform_with_error(
+    fmu: Fmu,
+    experiment: Experiment,
+    *,
+    limits: Limits | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Recording, ErrorEstimate]:
+    """Make the run, and four more that say how far it can be trusted.
+
+    Raises:
+        StickslipError: as for ``perform``, or the run is not made by the engine inside the FMU, in this process.
+    """
+    from fmu_models.simulation.accuracy import simulate_with_error
+
+    if not experiment.is_native(fmu) or limits is not None:
+        raise StickslipError(
+            "The error is estimated for runs by the engine inside an FMU of this suite, in this process. Leave out "
+            "--error, or --method, --step and --isolate."
+        )
+    trajectory, estimate = simulate_with_error(
+        fmu,
+        experiment.stop_time,
+        start_time=experiment.start_time,
+        tolerance=experiment.tolerance_for(fmu),
+        progress=progress,
+        **_given(experiment),
+    )
+    return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory)), estimate
 
 
 def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:

@@ -101,6 +101,7 @@ class Trajectory:
             (ForeignEvent), in order of time, whatever the output times.
         steps, evaluations: what the engine did (Taylor steps; orders of series computed).
         method: what made it, in words; empty for the FMU's own engine.
+        seconds: wall time that it took, s.
     """
 
     time: NDArray[np.float64]
@@ -110,6 +111,7 @@ class Trajectory:
     steps: int
     evaluations: int
     method: str = ""
+    seconds: float = 0.0
 
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":
@@ -126,8 +128,10 @@ class Trajectory:
     @property
     def gains(self) -> tuple[Event, ...]:
         """The impacts that raised the energy of the bodies in contact, as friction with Newton's restitution can."""
-        energy = np.abs(self.values.get("energy", np.zeros(1))).max()
-        return tuple(event for event in self.impacts if event.work > ROUNDING * energy)
+        works = [abs(event.work) for event in self.impacts]
+        # a scene may leave out the energy; an elastic impact is then judged by the largest work of all
+        largest = np.abs(self.values["energy"]).max() if "energy" in self.values else max(works, default=0.0)
+        return tuple(event for event in self.impacts if event.work > ROUNDING * largest)
 
     def frame(self) -> pandas.DataFrame:
         """The variables as columns of a table indexed by time (s)."""

@@ -36,6 +36,7 @@ ENGINE = (
     "roots",
     "contact",
     "flow",
+    "falls",
     "taylor",
     "choice",
     "impact",

@@ -17,6 +17,18 @@ enum { NC = MODEL_ROOM(MODEL_NC) };
 /* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
 static inline int time_power(int rooted) { return rooted ? 2 : 1; }
 
+/* a rigid contact whose force decides, and whose gap is zero */
+static inline int contact_is_closed(const Run *r, int c)
+{
+    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+}
+
+/* an open rigid contact: until it closes, its gap does nothing */
+static inline int contact_is_open(const Run *r, int c)
+{
+    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY;
+}
+
 /* taylor.c */
 /* fill order k of all series from orders 0..k of t, u, x */
 void taylor_field(Run *r, Jets *j, int k);
@@ -32,8 +44,12 @@ int taylor_order(const Run *r);
 RunStatus taylor_step(Run *r, double limit);
 /* load r's instant into the first orders of a set of series in time */
 void taylor_load(const Run *r, Jets *j);
+
+/* falls.c */
 /* the indicator in use in a slot: +1 or -1 for a quantity that must stay of that sign, 0 if the slot has none now */
-int taylor_indicator(const Run *r, int c, Slot slot);
+int falls_indicator(const Run *r, int c, Slot slot);
+/* cut a step of length h at the first fall of an indicator and note all that fall there; gaps are exact up to a shorter length */
+double falls_cut(Run *r, int order, double h, double exact);
 
 /* placing.c */
 /* slip speeds and depths at r's instant, and W and G, in scratch; what follows reads them */

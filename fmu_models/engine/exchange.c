@@ -73,7 +73,7 @@ static double force_shift(const Run *r, const Jets *j, int c)
 static double watched(Run *r, int c, Slot slot)
 {
     const Jets *j = &r->scratch;
-    const int sign = taylor_indicator(r, c, slot);
+    const int sign = falls_indicator(r, c, slot);
     if (sign == 0) {
         return 1.0;
     }

@@ -8,7 +8,8 @@
  *               a release they are far smaller than the velocities they come from; so do switching functions
  *     root:     a law with half-integer powers of the depth is not analytic in time where its contact is entered; that
  *               step runs in the square root of time, where it is
- *     events:   first fall of each indicator's own polynomial, its known zeros divided out; the earliest ends the step
+ *     events:   falls.c; the earliest ends the step
+ *     impacts:  far from a wall its gap needs to be known roughly only; near it a short step is exact
  *
  * Sources: Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
  * methods, Experimental Mathematics 14 (2005): order and step from the tolerance.
@@ -53,12 +54,6 @@ static int watches_function(const Run *r, int c)
     return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK;
 }
 
-/* a rigid contact whose force decides, and whose gap is zero */
-static int is_closed(const Run *r, int c)
-{
-    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
-}
-
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
  * for every force in stick, of depths and of switching functions: the states may be polynomials while what decides an
@@ -71,7 +66,7 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
             && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
             return 0;
         }
-        if (is_closed(r, c)) {
+        if (contact_is_closed(r, c)) {
             const double force = fmax(fabs(j->force[c][0]), fabs(j->force[c][1]) * length);
             if (fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * force * length) {
                 return 0;
@@ -98,18 +93,12 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
     return 1;
 }
 
-/* an open rigid contact: until it closes, its gap does nothing */
-static int is_open(const Run *r, int c)
-{
-    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY;
-}
-
 /* about when the first open rigid contact closes, by the parabola that its gap starts with; infinity if that never falls */
 static double likely_impact(const Run *r, const Jets *j)
 {
     double first = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (!is_open(r, c)) {
+        if (!contact_is_open(r, c)) {
             continue;
         }
         const double gap = r->at.known[c][SLOT_NORMAL] > 0 ? 0.0 : -j->depth[c][0];
@@ -239,12 +228,12 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
         if (r->at.state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
         }
-        if (is_closed(r, c)) {
+        if (contact_is_closed(r, c)) {
             length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted), order - 1,
                                     log_tolerance);
         } else if (model_contact_bounded[c]) {
             const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
-            if (is_open(r, c)) {
+            if (contact_is_open(r, c)) {
                 near = shorter_length(near, j->depth[c], known, order, log_tolerance);
                 length = shorter_length(length, j->depth[c], known, order, LOG_FAR);
             } else {
@@ -254,142 +243,6 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
     }
     *exact = exp2(near);
     return exp2(length);
-}
-
-int taylor_indicator(const Run *r, int c, Slot slot)
-{
-    const int state = r->at.state[c];
-    if (slot == SLOT_NORMAL) {
-        if (!model_contact_bounded[c]) {
-            return 0;
-        }
-        return state == CONTACT_AWAY ? -1 : 1;
-    }
-    if (model_contact_is_impact[c]) {
-        return 0;
-    }
-    if (model_contact_is_stop[c]) {
-        return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
-    }
-    return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
-}
-
-/* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none */
-static double fall_of(const double *series, double sign, int known, int order, double h)
-{
-    double indicator[POLYNOMIAL_TERMS];
-    if (known >= order) {
-        return -1.0; /* all its terms vanish over this step */
-    }
-    for (int k = known; k <= order; k++) {
-        indicator[k - known] = sign * series[k];
-    }
-    return first_fall(indicator, order - known, h);
-}
-
-/* the same for a function of a body at a bound: what starts at rest there has more zeros than the event knows */
-static double fall_from_bound(const double *series, double sign, int known, int order, double h)
-{
-    while (known < order && series[known] == 0.0) {
-        known++;
-    }
-    return fall_of(series, sign, known, order, h);
-}
-
-/*
- * the gap of an open rigid contact. Beyond `exact` its series is known roughly only, to within the last two of its terms: where the
- * gap may be that small the step has to end; nothing falls yet.
- */
-static double fall_of_gap(const Jets *j, int c, int known, int order, double h, double exact, double *end)
-{
-    double gap[POLYNOMIAL_TERMS];
-    while (known < order && j->depth[c][known] == 0.0) {
-        known++;
-    }
-    if (h > exact && known < order) {
-        for (int k = known; k <= order; k++) {
-            gap[k - known] = -j->depth[c][k];
-        }
-        /* divided by s^known, like the series */
-        const double error = (fabs(j->depth[c][order]) * h + fabs(j->depth[c][order - 1])) * pow(h, order - 1 - known);
-        const double safe = safe_length(gap, order - known, h, error);
-        if (safe > exact) {
-            *end = fmin(*end, safe);
-            return -1.0;
-        }
-        *end = fmin(*end, exact);
-    }
-    return fall_of(j->depth[c], -1.0, known, order, fmin(h, exact));
-}
-
-/* first fall of the margin of a sticking contact */
-static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int order, double h)
-{
-    /* the load of a rigid contact that is about to push starts at zero, and so do both margins */
-    const int both = model_contact_partner[c] >= 0 && r->at.known[(int)model_contact_partner[c]][SLOT_NORMAL] > 0;
-    double first = -1.0;
-    for (int side = -1; side <= 1; side += 2) {
-        double margin[POLYNOMIAL_TERMS];
-        for (int k = 0; k < order; k++) {
-            margin[k] = j->capacity[c][k] - side * j->force[c][k];
-        }
-        /* a margin that starts at zero does so on one side only */
-        const double fall = fall_of(margin, 1.0, both || side * j->force[c][0] > 0.0 ? known : 0, order - 1, h);
-        if (fall >= 0.0 && (first < 0.0 || fall < first)) {
-            first = fall;
-        }
-    }
-    return first;
-}
-
-static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h, double exact, double *end)
-{
-    const int sign = taylor_indicator(r, c, slot);
-    const int known = r->at.known[c][slot] * time_power(r->segment_rooted);
-    if (sign == 0) {
-        return -1.0;
-    }
-    if (slot == SLOT_NORMAL && is_closed(r, c)) {
-        if (r->at.state[c] == CONTACT_CHATTERING) {
-            const double wait = r->at.settles[c] - r->at.time;
-            const double end = r->segment_rooted ? sqrt(wait) : wait;
-            return end <= h ? end : -1.0;
-        }
-        return fall_from_bound(j->force[c], sign, known, order - 1, h);
-    }
-    if (slot == SLOT_NORMAL) {
-        return is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end) : fall_from_bound(j->depth[c], sign, known, order, h);
-    }
-    if (model_contact_is_stop[c]) {
-        return fall_from_bound(j->release[c], sign, known, order, h);
-    }
-    return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
-                                        : fall_of(j->slip[c], sign, known, order, h);
-}
-
-/* cut a step of length h at the first fall of an indicator and note all that fall there; gaps are exact up to a shorter length */
-static double cut(Run *r, int order, double h, double exact)
-{
-    double falls[MODEL_ROOM(MODEL_NC)][SLOTS];
-    double first = h;
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
-            /* over the whole step: cut at another's fall, one at the same instant could hide behind its rounding */
-            falls[c][slot] = fall_in_slot(r, &r->jets, c, (Slot)slot, order, h, exact, &first);
-            if (falls[c][slot] >= 0.0) {
-                first = fmin(first, falls[c][slot]);
-            }
-        }
-    }
-    h = first;
-    r->segment_event = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
-            r->falling[c][slot] = falls[c][slot] >= 0.0 && falls[c][slot] <= h * (1.0 + 4.0 * DBL_EPSILON);
-            r->segment_event |= r->falling[c][slot];
-        }
-    }
-    return h;
 }
 
 /* a contact just entered whose depth is still lost in the rounding of the position is at zero depth, on its way in */
@@ -442,7 +295,7 @@ RunStatus taylor_step(Run *r, double limit)
         return run_fail(r, "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
                            "(a state that is not finite, or a singular law)", r->at.time);
     }
-    h = cut(r, order, h, exact);
+    h = falls_cut(r, order, h, exact);
     r->segment_order = order;
     r->segment_start = r->at.time;
     r->segment_length = rooted ? h * h : h;

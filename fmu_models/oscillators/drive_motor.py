@@ -1,11 +1,12 @@
-"""Motor of a disc: its speed droops under the friction force on the disc's border.
+"""Regulated drive of a disc: its speed droops under the friction force on the disc's border.
 
-    J_m w' = K (w_set - w) - r F
+    w' = a,    T**2 a' + 2 T a + w = w_set - r F / K
 
-The regulator pulls the speed w back to the speed w_set that is asked for. In rest under a constant force F the speed
-lacks r F / K; an infinite K is a disc of prescribed speed.
+Under a constant force F the speed lacks r F / K, the droop; the drive approaches it with the time T, critically damped. An
+infinite K is a disc of prescribed speed. The rate of the speed is a state: a disc that sticks to a body takes speed and
+rate of the drive for given, so that neither may jump with the force.
 
-Source: standard linear characteristic of a regulated direct-current drive; the inertia and the stiffness are assumed.
+Source: linear characteristic of a regulated drive of second order; its constants are assumed.
 """
 
 from __future__ import annotations
@@ -14,20 +15,20 @@ from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Output
 from fmu_models.language.quantities import Input, Parameter, State
 
-J_m = Parameter("J_m", 1e-3, "kg m2", "moment of inertia of motor and disc", minimum=0.0)
 K = Parameter("K", 1.0, "N m s/rad", "torque per lack of speed", minimum=0.0)
+T = Parameter("T", 0.02, "s", "time in which the drive answers to its load", minimum=0.0)
 r = Parameter("r", 0.06, "m", "radius of the disc", minimum=0.0)
 w_set = Input("w_set", 0.83, "rad/s", "speed asked for")
 F = Input("F", 0.0, "N", "force of the disc on what it drives, opposite to it on the disc")
 w = State("w", "rad/s", "speed of the disc", start=0.83)
-RATE = (K * (w_set - w) - r * F) / J_m
+a = State("a", "rad/s2", "rate of the speed")
 
 MODEL = Automaton(
     name="drive_motor",
-    title="Motor of a disc whose speed droops under load",
-    source="Regulated drive with a linear characteristic",
-    states=[w],
-    flows={w: RATE},
+    title="Drive of a disc whose speed droops under load",
+    source="Regulated drive with a linear characteristic of second order",
+    states=[w, a],
+    flows={w: a, a: (w_set - w - r * F / K - 2 * T * a) / T**2},
     outputs=[
         Output("speed", w, "rad/s", "speed of the disc"),
         Output("acceleration", w.rate, "rad/s2", "rate of the speed"),

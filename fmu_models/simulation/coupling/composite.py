@@ -60,7 +60,7 @@ def library() -> ctypes.CDLL:
         "update": (POINTER(foreign.Face), c_void_p),
         "do_step": (POINTER(foreign.Face), c_double, c_double, c_void_p),
     }.items():
-        function = made[f"coupling_{name}"]
+        function = getattr(made, f"coupling_{name}")
         function.restype, function.argtypes = c_int32, arguments
     return made
 
@@ -76,6 +76,7 @@ class Composite:
         face: of the coupled system.
         states: "unit.state" of all units, in their order.
         ports, wires: outputs and wires in the order of the structure's arrays.
+        arrays: those of the structure by their names there, each one longer.
 
     Raises:
         StickslipError: a unit cannot be loaded.
@@ -95,7 +96,7 @@ class Composite:
         self.log = SimpleNamespace(count=0, message=b"")
         self.face = foreign.Face()
         self.c = Coupling(failed_unit=-1, failed_stage=-1)
-        self._kept: list[np.ndarray] = []
+        self.arrays: dict[str, np.ndarray] = {}
         faces = [one.face for one in self.instances]
         self._pointers = (POINTER(foreign.Face) * len(faces))(*(ctypes.pointer(face) for face in faces))
         self.c.n_units, self.c.faces = len(faces), ctypes.addressof(self._pointers)
@@ -131,13 +132,12 @@ class Composite:
         said = self.instances[self.c.failed_unit].message()
         return f"unit '{self.names[self.c.failed_unit]}'" + (f": {said}" if said else "")
 
-    def _put(self, name: str, values: Any, kind: Any) -> np.ndarray:
+    def _put(self, name: str, values: Any, kind: Any) -> None:
         # one more, so that an empty array has an address too
         array = np.zeros(len(values) + 1, dtype=kind)
         array[: len(values)] = values
         setattr(self.c, name, array.ctypes.data)
-        self._kept.append(array)
-        return array
+        self.arrays[name] = array
 
     def _wire(self, made: Sequence[Stage]) -> None:
         """The arrays of outputs, inputs, groups and stages."""

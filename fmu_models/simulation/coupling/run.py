@@ -15,6 +15,9 @@ from fmu_models.simulation.master import Driver
 from fmu_models.simulation.trajectory import Trajectory
 
 
+MASTER_TOLERANCE = 1e-8
+
+
 class _CoupledDriver(Driver):
     """The master's driver with the coupled system in place of an FMU."""
 
@@ -23,7 +26,7 @@ class _CoupledDriver(Driver):
         super().__init__(
             self.composite.fmu,
             method=system.solver,
-            tolerance=system.tolerance,
+            tolerance=system.tolerance or MASTER_TOLERANCE,
             record=list(system.outputs) or None,
         )
 
@@ -55,7 +58,7 @@ def couple(
     if solver in EXCHANGE_BY_STEPS:
         from fmu_models.simulation.coupling.cosimulation import co_simulate
 
-        return co_simulate(replace_solver(system, solver), output_times=output_times, progress=progress)
+        return co_simulate(system, solver, output_times=output_times, progress=progress)
     if system.step is not None or system.adaptive is not None:
         raise StickslipError(
             f"A communication step belongs to {' and '.join(EXCHANGE_BY_STEPS)}; '{system.solver}' integrates all units "
@@ -86,9 +89,3 @@ def couple(
     if loops:
         note += f", {loops} algebraic loop{'s' if loops > 1 else ''} by Newton's method"
     return replace(made, method=note)
-
-
-def replace_solver(system: CoupledSystem, solver: str) -> CoupledSystem:
-    """The same system with another solver."""
-    names = ("name", "units", "connections", "step", "adaptive", "tolerance", "start_time", "stop_time", "outputs")
-    return CoupledSystem(**{name: getattr(system, name) for name in names}, solver=solver)

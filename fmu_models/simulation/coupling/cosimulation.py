@@ -6,8 +6,8 @@
                   an input whose rate is fed too keeps its value; the unit itself follows the rate
     jacobi:       all units from these inputs
     gauss-seidel: one after another; what earlier ones have reached is known, so that the middle is the mean of both ends
-    event inside: all units are put back and step to the first of the events only, where that is possible
-    control:      one step of h and two of h/2 are compared; needs every unit to put itself back
+    event inside: the unit handles it and goes on; the others learn of it at the next point. The step after holds the inputs
+    control:      one step of h and two of h/2 are compared, so that points gather at events; needs every unit to put itself back
 
 The error of a run falls like h**2 where the motion is smooth.
 """
@@ -15,7 +15,6 @@ The error of a run falls like h**2 where the motion is smooth.
 from __future__ import annotations
 
 import ctypes
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes import byref
@@ -85,7 +84,6 @@ class _Run:
         if system.adaptive and stiff:
             raise StickslipError(f"The unit '{stiff[0]}' takes steps of one length only. Leave 'adaptive' out.")
         self.adaptive = system.adaptive if system.adaptive is not None else not (self.fixed or stiff or system.step)
-        self.cuts = not self.fixed and not stiff
         arrays, wires = self.composite.arrays, self.composite.wires
         n = len(wires)
         self.u, self.y = arrays["inputs"][:n], arrays["outputs"][: len(self.composite.ports)]
@@ -165,18 +163,17 @@ class _Run:
         at = foreign.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
         return call(byref(self.steppers[unit].face), byref(at), values[first:].ctypes.data)
 
-    def _step(self, end: float) -> float:
-        """All units from here to ``end``, with the exchange there; the time of the first event inside, or ``end``."""
+    def _step(self, end: float) -> None:
+        """All units from here to ``end``, with the exchange there."""
         h, start, noted = end - self.time, self.u.copy(), len(self.events)
         slope = (start - self.before) * (0.5 * h / self.last) if self.last > 0.0 else np.zeros_like(start)
         middle = start + np.where(self.extrapolated & ~self._discrete(), slope, 0.0)
         self.u[:] = middle
-        first = end
         for unit, one in enumerate(self.steppers):
             for owner, begin, n, discrete in self.groups:
                 if owner == unit and not discrete:
                     self._checked(self._write(unit, begin, n), f"setting the inputs of unit '{one.name}'")
-            first = min(first, one.step(self.time, end))
+            one.step(self.time, end)
             if self.sequential:
                 for owner, begin, n in self.reads:
                     if owner == unit:
@@ -192,7 +189,6 @@ class _Run:
         if len(self.events) > noted:
             # a slope across an event expects nothing of what follows it
             self.last = 0.0
-        return first
 
     @contextmanager
     def _saved(self) -> Iterator[Callable[[], None]]:
@@ -213,18 +209,6 @@ class _Run:
         finally:
             for one, state in kept:
                 one.free(state)
-
-    def _advance(self, end: float) -> None:
-        """A step of given length, cut at the first event inside where the units can be put back."""
-        if not self.cuts:
-            self._step(end)
-            return
-        with self._saved() as put_back:
-            begin = self.time
-            first = self._step(end)
-            if begin < first < end and not math.isclose(first, end, rel_tol=1e-12):
-                put_back()
-                self._step(first)
 
     def _observed(self) -> NDArray[np.float64]:
         values = np.zeros(len(self.controlled.names))
@@ -287,7 +271,7 @@ class _Run:
                     index += 1
                     grid = system.start_time + index * h
                 near = latest if grid > latest - 1e-9 * h else grid
-                self._advance(near)
+                self._step(near)
             if progress:
                 progress((self.time - system.start_time) / span)
         for one in self.steppers:

@@ -106,15 +106,15 @@ class Stepper:
         if not self.ended:
             self._check(library().coupling_plain(byref(self.face), ENTER_STEP), "entering step mode", time)
 
-    def step(self, time: float, end: float) -> float:
-        """To ``end``, through its own events; the time of the first of them, or ``end``."""
-        first, stalled = end, 0
+    def step(self, time: float, end: float) -> None:
+        """To ``end``, through its own events."""
+        stalled = 0
         while time < end and not self.ended:
             stepped = _Stepped()
             status = library().coupling_do_step(byref(self.face), time, end - time, byref(stepped))
             if status == DISCARD and stepped.terminate:
                 self.ended = True
-                return min(first, stepped.reached)
+                return
             if status == DISCARD:
                 raise self.fail(f"discards the communication step of {end - time:.9g} s", time, "discard")
             self._check(status, "doStep", time)
@@ -127,11 +127,9 @@ class Stepper:
                 raise self.fail("returns from doStep without any progress", time, "stalls")
             time = reached
             if (stepped.event or stepped.early) and self.face.event_mode and not self.ended:
-                first = min(first, reached)
                 self._note(reached, "state", self.name)
                 self._check(library().coupling_plain(byref(self.face), ENTER_EVENT), "entering event mode", time)
                 self._iterate(time)
-        return min(first, time)
 
 
 def _attributes(fmu: Fmu) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from fmu_models.simulation import foreign
 from fmu_models.simulation.coupling.composite import Composite
 from fmu_models.simulation.coupling.scene import EXCHANGE_BY_STEPS, CoupledSystem
 from fmu_models.simulation.master import Driver
+from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.trajectory import Trajectory
 
 
@@ -89,3 +91,38 @@ def couple(
     if loops:
         note += f", {loops} algebraic loop{'s' if loops > 1 else ''} by Newton's method"
     return replace(made, method=note)
+
+
+def recorded(
+    system: CoupledSystem,
+    *,
+    output_times: ArrayLike | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """``couple``, with a description per variable and where all comes from."""
+    trajectory = couple(system, output_times=output_times, progress=progress)
+    descriptions: dict[str, str] = {}
+    for name in trajectory.values:
+        unit = max((u for u in system.units if name.startswith(f"{u}.")), key=len)
+        text = system.units[unit].fmu.variables[name[len(unit) + 1 :]].description
+        descriptions |= {name: str(text)} if text else {}
+    fmus = list(system.fmus.values())
+    given = {
+        part: {f"{u}.{k}": v for u, unit in system.units.items() for k, v in getattr(unit, part).items()}
+        for part in ("parameters", "start", "inputs")
+    }
+    provenance = Provenance(
+        fmu=", ".join(f"{name}: {fmu.path.name}" for name, fmu in system.fmus.items()),
+        model=system.name,
+        token=", ".join(str(fmu.description.guid) for fmu in fmus),
+        sha256=hashlib.sha256("".join(fmu.sha256 for fmu in fmus).encode()).hexdigest(),
+        fmi_version=", ".join(str(fmu.description.fmiVersion) for fmu in fmus),
+        generation_tool=", ".join(str(fmu.description.generationTool or "") for fmu in fmus),
+        method=system.solver,
+        start_time=system.start_time,
+        stop_time=system.stop_time,
+        tolerance=system.tolerance or float("nan"),
+        step=system.step or float("nan"),
+        **given,
+    )
+    return Recording(trajectory, descriptions, provenance)

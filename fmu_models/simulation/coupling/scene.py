@@ -15,7 +15,7 @@ import math
 import os
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +102,11 @@ class CoupledSystem:
             unit, variable = split(self.fmus, output, "outputs")
             if not request.is_number(self.fmus[unit], variable):
                 raise StickslipError(f"outputs: '{output}' cannot be recorded: it is no single number.")
+
+    def changed(self, **settings: Any) -> CoupledSystem:
+        """The same system with other settings; errors as for a new one."""
+        names = (f.name for f in fields(self) if f.init)
+        return CoupledSystem(**{**{name: getattr(self, name) for name in names}, **settings})
 
     @property
     def fmus(self) -> dict[str, Fmu]:

@@ -2,9 +2,9 @@
 
     w' = a,    T**2 a' + 2 T a + w = w_set - r F / K
 
-Under a constant force F the speed lacks r F / K, the droop; the drive approaches it with the time T, critically damped. An
-infinite K is a disc of prescribed speed. The rate of the speed is a state: a disc that sticks to a body takes speed and
-rate of the drive for given, so that neither may jump with the force.
+Under a constant force F the speed lacks r F / K, the droop; the drive approaches it with the time T, critically
+damped. An infinite K is a disc of prescribed speed. The rate of the speed is a state: a disc that sticks to a body
+takes speed and rate of the drive for given, so that neither may jump with the force.
 
 Source: linear characteristic of a regulated drive of second order; its constants are assumed.
 """

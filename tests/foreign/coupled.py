@@ -19,7 +19,11 @@ from fmu_models.simulation.fmu import Fmu
 
 def mass() -> Automaton:
     """A mass between two springs: one to the ground, one to the place ``other``."""
-    m, k, kc = Parameter("m", 1.0, "kg", "mass"), Parameter("k", 4.0, "N/m", "spring"), Parameter("kc", 2.5, "N/m", "link")
+    m, k, kc = (
+        Parameter("m", 1.0, "kg", "mass"),
+        Parameter("k", 4.0, "N/m", "spring"),
+        Parameter("kc", 2.5, "N/m", "link"),
+    )
     x, v = State("x", "m", "place"), State("v", "m/s", "speed")
     other = Input("other", 0.0, "m", "place of the other end")
     return Automaton(
@@ -48,7 +52,7 @@ def link() -> Automaton:
 
 @cache
 def exported(name: str, folder: Path, fmi: str = "3.0") -> Fmu:
-    declared = {"mass": mass, "link": link}[name]()
+    declared: Any = {"mass": mass, "link": link}[name]()
     path = folder / f"{name}{fmi}.fmu"
     export(declared, path, fmi_version=fmi, overwrite=True)
     return Fmu.open(path)
@@ -56,7 +60,8 @@ def exported(name: str, folder: Path, fmi: str = "3.0") -> Fmu:
 
 def wires(*texts: str) -> tuple[Connection, ...]:
     """Connections written as "a.y -> b.u"."""
-    return tuple(Connection(*text.split(" -> ")) for text in texts)
+    ends = [text.split(" -> ") for text in texts]
+    return tuple(Connection(source, target) for source, target in ends)
 
 
 def masses(fmu: Fmu, **settings: Any) -> CoupledSystem:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, exp, sqrt
+from math import cos, exp
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +71,7 @@ def test_a_loop_that_is_not_linear_is_solved_at_every_time(folder):
 def test_a_loop_without_solution_is_told(folder):
     fmu = exported("link", folder)
     units = {"a": Unit(fmu, {"g": 1.0}), "b": Unit(fmu, {"g": 1.0})}
-    with pytest.raises(MotionError, match="algebraic loop .*a.y -> b.u.* has no solution"):
+    with pytest.raises(MotionError, match=r"algebraic loop .*a.y -> b.u.* has no solution"):
         couple(CoupledSystem("loop", units, wires("a.y -> b.u", "b.y -> a.u"), stop_time=1.0))
 
 
@@ -112,7 +112,9 @@ def test_controlled_steps_keep_their_tolerance_and_are_put_back(folder, version,
 
 
 def test_a_first_step_far_too_long_is_taken_back(folder):
-    run = couple(masses(exported("mass", folder), solver="jacobi", step=2.0, adaptive=True, tolerance=1e-6, stop_time=4.0))
+    run = couple(
+        masses(exported("mass", folder), solver="jacobi", step=2.0, adaptive=True, tolerance=1e-6, stop_time=4.0)
+    )
     assert run.evaluations > 0
     assert run["a.x"][-1] == pytest.approx(place(4.0), abs=1e-3)
 
@@ -131,7 +133,12 @@ def rig_at(stiffness: float, **settings: object) -> float:
     """Angle of the disc rig with motors after a second; the first stick has begun."""
     system = read(SCENE)
     units = {
-        name: Unit(unit.fmu, {**unit.parameters, **({"K": stiffness, "T": 1e-3} if name != "rig" else {})}, unit.start, unit.inputs)
+        name: Unit(
+            unit.fmu,
+            {**unit.parameters, **({"K": stiffness, "T": 1e-3} if name != "rig" else {})},
+            unit.start,
+            unit.inputs,
+        )
         for name, unit in system.units.items()
     }
     run = couple(system.changed(units=units, stop_time=1.0, **settings))

@@ -92,7 +92,7 @@ def test_what_is_wrong_in_a_connection_is_named(folder, connection, said):
 
 def test_an_input_has_one_source(folder):
     fmu = exported("mass", folder)
-    with pytest.raises(StickslipError, match="'b.other' is fed by 'a.place' already"):
+    with pytest.raises(StickslipError, match=r"'b.other' is fed by 'a.place' already"):
         CoupledSystem("bad", {"a": Unit(fmu), "b": Unit(fmu)}, wires("a.place -> b.other", "b.place -> b.other"))
 
 
@@ -139,19 +139,28 @@ def test_a_connection_may_have_its_own_factor(folder):
 
 SPACES = " ".join(
     f'xmlns:{key}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
-    for key, name in {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues", "ssm": "ParameterMapping"}.items()
+    for key, name in {
+        "ssd": "Description",
+        "ssc": "Common",
+        "ssv": "ParameterValues",
+        "ssm": "ParameterMapping",
+    }.items()
 )
 INLINE = """<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
-<ssv:Parameters><ssv:Parameter name="x"><ssv:Real value="1000" unit="mm"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>
-</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>"""
-FROM_FILE = '<ssd:ParameterBindings><ssd:ParameterBinding source="b.ssv">%s</ssd:ParameterBinding></ssd:ParameterBindings>'
+<ssv:Parameters><ssv:Parameter name="x"><ssv:Real value="1000" unit="mm"/></ssv:Parameter></ssv:Parameters>
+</ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>"""
+FROM_FILE = (
+    '<ssd:ParameterBindings><ssd:ParameterBinding source="b.ssv">%s</ssd:ParameterBinding></ssd:ParameterBindings>'
+)
 MAPPING = """<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="stiffness" target="k">
 <ssc:LinearTransformation factor="2"/></ssm:MappingEntry></ssm:ParameterMapping></ssd:ParameterMapping>"""
-VALUES = f"""<ssv:ParameterSet {SPACES} version="1.0" name="p"><ssv:Parameters><ssv:Parameter name="stiffness"><ssv:Real value="3"/>
-</ssv:Parameter></ssv:Parameters></ssv:ParameterSet>"""
+VALUES = f"""<ssv:ParameterSet {SPACES} version="1.0" name="p"><ssv:Parameters><ssv:Parameter name="stiffness">
+<ssv:Real value="3"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>"""
 
 
-def structure(first: str = INLINE, second: str = FROM_FILE % MAPPING, *, source: str = "resources/mass.fmu", begin: str = "") -> str:
+def structure(
+    first: str = INLINE, second: str = FROM_FILE % MAPPING, *, source: str = "resources/mass.fmu", begin: str = ""
+) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>{begin}
 <ssd:SystemStructureDescription {SPACES} version="1.0" name="masses"><ssd:System name="masses"><ssd:Elements>
 <ssd:Component name="a" source="{source}" type="application/x-fmu-sharedlibrary">{first}</ssd:Component>

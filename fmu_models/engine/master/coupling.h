@@ -53,4 +53,8 @@ typedef struct {
     int64_t newton_steps;
 } Coupling;
 
+/* exchange.c; event: discrete values too. Status of FMI */
+int32_t coupling_exchange(Coupling *c, int32_t event);
+int coupling_failed(Coupling *c, int64_t unit, int status);     /* notes the unit; returns the status */
+
 #endif

@@ -1,4 +1,4 @@
-"""Units as one FMU: the C structure of the coupled system (engine/master/coupling.h), and its description for the master."""
+"""Units as one FMU: the C structure of the coupled system (engine/master/coupling.h), and its description."""
 
 from __future__ import annotations
 
@@ -124,8 +124,8 @@ class Composite:
             stage = self.stages[self.c.failed_stage]
             ring = ", ".join(f"{w.source[0]}.{w.source[1]} -> {w.target[0]}.{w.target[1]}" for w in stage.wires)
             return (
-                f"the algebraic loop {ring} has no solution that Newton's method finds. Break it by a state between, or "
-                "start nearer to a solution."
+                f"the algebraic loop {ring} has no solution that Newton's method finds. "
+                "Break it by a state between, or start nearer to a solution."
             )
         if self.c.failed_unit < 0:
             return ""
@@ -213,7 +213,11 @@ class Composite:
         description = SimpleNamespace(
             **{"modelName": self.system.name, "fmiVersion": "2.0", "generationTool": "", "guid": ""},
             **{"modelExchange": True, "coSimulation": None, "defaultExperiment": None},
-            **{"derivatives": self._derivatives(variables), "outputs": [], "eventIndicators": self._indicators(variables)},
+            **{
+                "derivatives": self._derivatives(variables),
+                "outputs": [],
+                "eventIndicators": self._indicators(variables),
+            },
         )
         self.fmu = Fmu(Path(self.system.name), Path(), description, variables)  # pyright: ignore[reportArgumentType]
 

@@ -5,16 +5,16 @@
                       u + (u - u_before) h / (2 h_before)
                   an input whose rate is fed too keeps its value; the unit itself follows the rate
     jacobi:       all units from these inputs
-    gauss-seidel: one after another; what earlier ones have reached is known, so that the middle is the mean of both ends
-    event inside: the unit handles it and goes on; the others learn of it at the next point. The step after holds the inputs
-    control:      one step of h and two of h/2 are compared, so that points gather at events; needs every unit to put itself back
+    gauss-seidel: one after another; what earlier ones have reached is known, so that the middle is a mean of two ends
+    event inside: the unit handles it and goes on; the others learn of it at the next point. The step after holds inputs
+    control:      one step of h and two of h/2 are compared, so that points gather at events; every unit must be able
+                  to put itself back
 
 The error of a run falls like h**2 where the motion is smooth.
 """
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes import byref
@@ -59,7 +59,9 @@ def co_simulate(
             )
     run = _Run(system, solver)
     try:
-        times = None if output_times is None else request.output_times(output_times, system.start_time, system.stop_time)
+        times = (
+            None if output_times is None else request.output_times(output_times, system.start_time, system.stop_time)
+        )
         return run.made(times, progress)
     finally:
         run.composite.close()
@@ -89,10 +91,14 @@ class _Run:
         self.u, self.y = arrays["inputs"][:n], arrays["outputs"][: len(self.composite.ports)]
         self.source, self.factor, self.offset = (arrays[name][:n] for name in ("source", "factor", "offset"))
         fed = {wire.target for wire in wires}
-        self.extrapolated = np.array([(unit, f"{name}_rate") not in fed for unit, name in (w.target for w in wires)], bool)
+        self.extrapolated = np.array(
+            [(unit, f"{name}_rate") not in fed for unit, name in (w.target for w in wires)], bool
+        )
         self.unit_of_source = np.array([self.composite.names.index(w.source[0]) for w in wires], int)
         self.before, self.last = self.u.copy(), 0.0
-        self.groups = [(int(g["unit"]), int(g["first"]), int(g["n"]), bool(g["discrete"])) for g in arrays["writes"] if g["n"]]
+        self.groups = [
+            (int(g["unit"]), int(g["first"]), int(g["n"]), bool(g["discrete"])) for g in arrays["writes"] if g["n"]
+        ]
         self.reads = [(int(g["unit"]), int(g["first"]), int(g["n"])) for g in arrays["reads"] if g["n"]]
         fmu = self.composite.fmu
         states = [name for name in self.composite.states if name in fmu.variables]
@@ -114,8 +120,16 @@ class _Run:
     def _initialize(self) -> None:
         system, c = self.system, self.composite.c
         c.tolerance, c.start, c.stop = UNIT_TOLERANCE, system.start_time, system.stop_time
-        given = {f"{name}.{k}": v for name, unit in system.units.items() for part in (unit.parameters, unit.start, unit.inputs) for k, v in part.items()}
-        chosen, values = request.Selection.of(self.composite.fmu, list(given)), np.array(list(given.values()), dtype=float)
+        given = {
+            f"{name}.{k}": v
+            for name, unit in system.units.items()
+            for part in (unit.parameters, unit.start, unit.inputs)
+            for k, v in part.items()
+        }
+        chosen, values = (
+            request.Selection.of(self.composite.fmu, list(given)),
+            np.array(list(given.values()), dtype=float),
+        )
         face = byref(self.composite.face)
         self._checked(library().coupling_write(face, byref(chosen.c()), values.ctypes.data), "setting its values")
         for function in (ENTER_INITIALIZATION, EXIT_INITIALIZATION):
@@ -158,7 +172,9 @@ class _Run:
     def _read(self, unit: int, first: int, n: int) -> None:
         self._checked(self._pass(library().coupling_read, unit, first, n, "output", self.y), "reading outputs")
 
-    def _pass(self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]) -> int:
+    def _pass(
+        self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
+    ) -> int:
         types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
         at = foreign.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
         return call(byref(self.steppers[unit].face), byref(at), values[first:].ctypes.data)

@@ -1,8 +1,8 @@
 """The order in which values pass between units: stages of outputs and the inputs they feed.
 
-An output that depends on an input of its unit without a state between (direct feed-through, as the description of the
-unit tells) belongs to a later stage than that input. Where such dependencies form a ring, its outputs and inputs are one
-stage: an algebraic loop.
+An output that depends on an input of its unit without a state between (direct feed-through, as the unit's description
+tells) belongs to a later stage than that input. Where such dependencies form a ring, its outputs and inputs are
+one stage: an algebraic loop.
 """
 
 from __future__ import annotations

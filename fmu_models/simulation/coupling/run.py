@@ -16,7 +16,6 @@ from fmu_models.simulation.master import Driver
 from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.trajectory import Trajectory
 
-
 MASTER_TOLERANCE = 1e-8
 
 
@@ -63,8 +62,8 @@ def couple(
         return co_simulate(system, solver, output_times=output_times, progress=progress)
     if system.step is not None or system.adaptive is not None:
         raise StickslipError(
-            f"A communication step belongs to {' and '.join(EXCHANGE_BY_STEPS)}; '{system.solver}' integrates all units "
-            "as one and chooses its steps by the tolerance."
+            f"A communication step belongs to {' and '.join(EXCHANGE_BY_STEPS)}; '{system.solver}' integrates all "
+            "units as one and chooses its steps by the tolerance."
         )
     for name, unit in system.units.items():
         if unit.fmu.description.modelExchange is None:
@@ -76,7 +75,8 @@ def couple(
     for name, unit in system.units.items():
         for given, values in ((parameters, unit.parameters), (start, unit.start), (inputs, unit.inputs)):
             given |= {f"{name}.{variable}": value for variable, value in values.items()}
-    with _CoupledDriver(system) as driver:
+    driver = _CoupledDriver(system)
+    with driver:
         made = driver.run(
             system.stop_time,
             start_time=system.start_time,
@@ -123,6 +123,8 @@ def recorded(
         stop_time=system.stop_time,
         tolerance=system.tolerance or float("nan"),
         step=system.step or float("nan"),
-        **given,
+        parameters=given["parameters"],
+        start=given["start"],
+        inputs=given["inputs"],
     )
     return Recording(trajectory, descriptions, provenance)

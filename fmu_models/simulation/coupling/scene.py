@@ -1,12 +1,12 @@
 """A system of several FMUs: its units, connections and how to run it; read from a TOML file.
 
-    connections = [{ from = "rig.F0", to = "motor0.force" }, { from = "motor0.w", to = "rig.w0" }]
-    stop_time = 10.0
+connections = [{ from = "rig.F0", to = "motor0.force" }, { from = "motor0.w", to = "rig.w0" }]
+stop_time = 10.0
 
-    [units.rig]
-    fmu = "rig.fmu"                 # a path from this file on, or: model = "disc_rig", contacts = ["disc0"]
-    parameters = { N0 = 3.0 }
-    start = { theta = 0.1 }
+[units.rig]
+fmu = "rig.fmu"                 # a path from this file on, or: model = "disc_rig", contacts = ["disc0"]
+parameters = { N0 = 3.0 }
+start = { theta = 0.1 }
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def _system(path: Path, content: Mapping[str, Any]) -> CoupledSystem:
 def _unit(path: Path, name: str, table: Any) -> Unit:
     where = f"'{path}': unit '{name}'"
     if not isinstance(table, dict):
-        raise StickslipError(f"{where} must be a table: [units.{name}] with fmu = \"FILE.fmu\".")
+        raise StickslipError(f'{where} must be a table: [units.{name}] with fmu = "FILE.fmu".')
     _known(where, table, UNIT_KEYS)
     if ("fmu" in table) == ("model" in table):
         raise StickslipError(f'{where} needs one of fmu = "FILE.fmu" and model = "NAME".')

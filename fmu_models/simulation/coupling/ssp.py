@@ -24,7 +24,12 @@ from fmu_models.simulation.fmu import Fmu
 DESCRIPTION = "SystemStructure.ssd"
 MAX_XML = 32 << 20
 BASE = "http://ssp-standard.org/SSP1/SystemStructure"
-NAMESPACES = {"ssd": f"{BASE}Description", "ssc": f"{BASE}Common", "ssv": f"{BASE}ParameterValues", "ssm": f"{BASE}ParameterMapping"}
+NAMESPACES = {
+    "ssd": f"{BASE}Description",
+    "ssc": f"{BASE}Common",
+    "ssv": f"{BASE}ParameterValues",
+    "ssm": f"{BASE}ParameterMapping",
+}
 FMU = ("", "application/x-fmu-sharedlibrary")
 NUMBERS = ("Real", "Integer", "Boolean", "Enumeration")
 
@@ -81,7 +86,9 @@ def _system(path: Path, folder: Path, description: Path) -> CoupledSystem:
     if not root.tag.endswith("}SystemStructureDescription") or top is None:
         raise StickslipError(f"'{path}' is not a System Structure Description of SSP 1.0: it has no System.")
     if top.find("ssd:Elements/ssd:System", NAMESPACES) is not None:
-        raise StickslipError(f"'{path}' has systems within the system. Flatten it: components of the top system are read.")
+        raise StickslipError(
+            f"'{path}' has systems within the system. Flatten it: components of the top system are read."
+        )
     fmus: dict[str, Fmu] = {}
     bindings: dict[str, list[_Value]] = {}
     for component in top.iterfind("ssd:Elements/ssd:Component", NAMESPACES):
@@ -155,7 +162,9 @@ def _bound(element: Element, folder: Path, where: str) -> Iterator[_Value]:
     for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMESPACES):
         # a component's own files may be named from its FMU on
         if binding.get("sourceBase", "SSD") != "SSD":
-            raise StickslipError(f"{where}: its parameters lie in its FMU (sourceBase); put the .ssv file beside the .ssd.")
+            raise StickslipError(
+                f"{where}: its parameters lie in its FMU (sourceBase); put the .ssv file beside the .ssd."
+            )
         values = _document(binding, "ParameterValues", "ssv:ParameterSet", folder, where)
         if values is None:
             raise StickslipError(f"{where} has a parameter binding without values.")
@@ -198,7 +207,9 @@ def _mapped(value: _Value, mapping: Element | None, where: str, *, strict: bool)
         factor, offset = 1.0, 0.0
         if linear is not None:
             factor, offset = (_number(linear.get(k, d), about) for k, d in (("factor", "1"), ("offset", "0")))
-        yield _Value(where, entry.get("target", ""), factor * value.value + offset, None if linear is not None else value.unit)
+        yield _Value(
+            where, entry.get("target", ""), factor * value.value + offset, None if linear is not None else value.unit
+        )
 
 
 def _unit(name: str, fmu: Fmu, values: list[_Value]) -> Unit:
@@ -212,7 +223,9 @@ def _unit(name: str, fmu: Fmu, values: list[_Value]) -> Unit:
             try:
                 factor, offset = conversion(one.unit, own)
             except ValueError as error:
-                raise StickslipError(f"{one.where}: '{one.name}' is given in {one.unit}, but is in {own}: {error}") from None
+                raise StickslipError(
+                    f"{one.where}: '{one.name}' is given in {one.unit}, but is in {own}: {error}"
+                ) from None
             number = factor * number + offset
         causality = str(variable.causality) if variable is not None else "parameter"
         parts[causality if causality in ("parameter", "input") else "start"][one.name] = number

@@ -97,7 +97,9 @@ class Stepper:
     def _iterate(self, time: float) -> None:
         update = _Update(again=1)
         for _ in range(ITERATIONS):
-            self._check(library().coupling_update(byref(self.face), byref(update)), "updating its discrete states", time)
+            self._check(
+                library().coupling_update(byref(self.face), byref(update)), "updating its discrete states", time
+            )
             self.ended |= bool(update.terminate)
             if not update.again or self.ended:
                 break

@@ -1,6 +1,6 @@
 """Connections between units, checked: which output feeds which input, with the factor between their units of measure.
 
-    u = factor y + offset
+u = factor y + offset
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ KINDS = {"Real": "a real number", "Boolean": "a boolean", "Enumeration": "an enu
 
 @dataclass(frozen=True)
 class Connection:
-    """As somebody wrote it: ``source`` and ``target`` are "unit.variable"; factor and offset where the file has its own."""
+    """As somebody wrote it: ``source`` and ``target`` are "unit.variable"; factor and offset if it has its own."""
 
     source: str
     target: str
@@ -141,7 +141,8 @@ def _conversion(
         return conversion(str(units[0]), str(units[1]))
     except ValueError as error:
         raise StickslipError(
-            f"Connection '{connection}': '{connection.source}' is in {units[0]}, '{connection.target}' in {units[1]}: {error}"
+            f"Connection '{connection}': '{connection.source}' is in {units[0]}, "
+            f"'{connection.target}' in {units[1]}: {error}"
         ) from None
 
 

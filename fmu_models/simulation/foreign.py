@@ -6,7 +6,7 @@ import ctypes
 import sys
 import tempfile
 import weakref
-from ctypes import POINTER, byref, c_char, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_uint32, c_void_p
+from ctypes import POINTER, byref, c_char, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -158,6 +158,7 @@ class Instance:
         self.fmu = fmu
         self.co_simulation = co_simulation
         self.log = Log()
+        self._callbacks: _Callbacks | None = None
         self.face = Face()
         interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
         if interface is None:
@@ -174,7 +175,7 @@ class Instance:
         self.face.instance = pointer
         free = self._function("FreeInstance")
         free.restype, free.argtypes = None, (c_void_p,)
-        self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log)
+        self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
         self._size()
 
     def close(self) -> None:
@@ -272,8 +273,8 @@ class Instance:
         face.state_references, face.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
 
 
-def _release(free: Any, pointer: int, dll: ctypes.CDLL, log: Log) -> None:
-    """Free an instance; ``log`` is named so that it outlives the last message."""
+def _release(free: Any, pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
+    """Free an instance; what it still uses then (log, callbacks) is named so that it lives so long."""
     free(pointer)
     if sys.platform == "win32":
         ctypes.windll.kernel32.FreeLibrary(c_void_p(dll._handle))

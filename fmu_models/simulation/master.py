@@ -1,4 +1,4 @@
-"""Simulate any FMU 2.0 or 3.0 by the compiled master: methods of integration and events for Model Exchange, or Co-Simulation."""
+"""Simulate any FMU by the compiled master: methods of integration with events for Model Exchange, or Co-Simulation."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ class Driver:
 
     Args:
         fmu: an opened FMU or its file.
-        method: "dopri5", "dop853" (explicit), "stiff", "auto" (begins explicit, changes to stiff where stability limits the
-            steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
+        method: "dopri5", "dop853" (explicit), "stiff", "auto" (begins explicit, changes to stiff where stability limits
+            the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
 
@@ -112,6 +112,20 @@ class Driver:
         self._gradient = np.zeros(max(1, len(self._states)))
         self._events = np.zeros(EVENT_CAPACITY, dtype=foreign.EVENT)
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
+        self._starts: dict[tuple[str, ...], request.Selection] = {}
+        self._units: dict[str, str] = {}
+        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.face.n_indicators)]
+        # what all runs have in common
+        self._blank = foreign.Run(
+            tolerance=self.tolerance,
+            method=METHODS[method],
+            recorded=self._recorded.c(),
+            event_capacity=EVENT_CAPACITY,
+            events=request.address(self._events),
+            event_states=request.address(self._event_states),
+            allowance=ALLOWANCE,
+            report_gradient=request.address(self._gradient),
+        )
 
     def _load(self) -> foreign.Instance:
         return foreign.Instance(self.fmu, co_simulation=self.method == "co-simulation")
@@ -161,7 +175,9 @@ class Driver:
         initial = request.start_values(self.fmu, parameters or {}, start or {})
         table = request.table(self.fmu, inputs or {}, start_time, stop_time)
         if self.method == "co-simulation":
-            times, table = self._communication(times if output_times is not None else None, table, start_time, stop_time, communication_step)
+            times, table = self._communication(
+                times if output_times is not None else None, table, start_time, stop_time, communication_step
+            )
         elif communication_step is not None:
             raise StickslipError(f"A communication step belongs to the method 'co-simulation', not to '{self.method}'.")
         prepared = self._prepare(times, initial, table, start_time, stop_time)
@@ -202,10 +218,16 @@ class Driver:
         columns = {name: np.array(column, dtype=float) for name, column in values.items()}
         sizes = {column.shape for column in columns.values()}
         if len(sizes) != 1 or len(next(iter(sizes))) != 1 or not next(iter(sizes))[0]:
-            raise StickslipError(f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}.")
+            raise StickslipError(
+                f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}."
+            )
         for row in (np.min, np.max):
             bounds = {name: float(row(column)) for name, column in columns.items()}
-            own = {n: v for n, v in bounds.items() if n in self.fmu.variables and self.fmu.variables[n].causality == "parameter"}
+            own = {
+                n: v
+                for n, v in bounds.items()
+                if n in self.fmu.variables and self.fmu.variables[n].causality == "parameter"
+            }
             request.start_values(self.fmu, own, {n: v for n, v in bounds.items() if n not in own})
         table = request.table(self.fmu, inputs or {}, start_time, stop_time)
         rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
@@ -215,11 +237,12 @@ class Driver:
         states = np.full((n, times.size, len(self._states)), np.nan)
         recorded = np.full((n, times.size, len(self._recorded.names)), np.nan)
         failures: dict[int, str] = {}
+        first, of_states, of_values = (request.address(a) for a in (rows, states, recorded))
         for i in range(n):
-            prepared.start_values[:] = rows[i]
             prepared.c.begun = prepared.c.next_time = 0
-            prepared.c.states = states.ctypes.data + i * states[0].nbytes
-            prepared.c.values = recorded.ctypes.data + i * recorded[0].nbytes
+            prepared.c.start_values = first + i * rows.strides[0]
+            prepared.c.states = of_states + i * states.strides[0]
+            prepared.c.values = of_values + i * recorded.strides[0]
             status = self._call(prepared)
             while status == MORE:
                 status = self._call(prepared)
@@ -257,34 +280,20 @@ class Driver:
         start_time: float,
         stop_time: float,
     ) -> _Prepared:
-        starts = request.Selection.of(self.fmu, list(initial))
+        key = tuple(initial)
+        if key not in self._starts:
+            self._starts[key] = request.Selection.of(self.fmu, key)
+        starts = self._starts[key]
         start_values = np.array(list(initial.values()), dtype=float)
-        states = np.zeros((times.size, len(self._states)))
-        values = np.zeros((times.size, len(self._recorded.names)))
-        c = foreign.Run(
-            start=start_time,
-            stop=stop_time,
-            tolerance=self.tolerance,
-            method=METHODS[self.method],
-            starts=starts.c(),
-            start_values=start_values.ctypes.data,
-            recorded=self._recorded.c(),
-            n_times=times.size,
-            times=times.ctypes.data,
-            states=states.ctypes.data,
-            values=values.ctypes.data,
-            inputs=table.inputs.c(),
-            n_knots=table.times.size,
-            knot_times=table.times.ctypes.data,
-            knot_values=table.values.ctypes.data,
-            knot_rates=table.slopes.ctypes.data,
-            knot_jumps=table.jumps.ctypes.data,
-            event_capacity=EVENT_CAPACITY,
-            events=self._events.ctypes.data,
-            event_states=self._event_states.ctypes.data,
-            allowance=ALLOWANCE,
-            report_gradient=self._gradient.ctypes.data,
-        )
+        states = np.empty((times.size, len(self._states)))
+        values = np.empty((times.size, len(self._recorded.names)))
+        c = foreign.Run.from_buffer_copy(self._blank)
+        c.start, c.stop, c.n_times = start_time, stop_time, times.size
+        c.starts, c.start_values = starts.c(), request.address(start_values)
+        c.times, c.states, c.values = map(request.address, (times, states, values))
+        c.inputs, c.n_knots = table.inputs.c(), table.times.size
+        c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
+        c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
         return _Prepared(c, start_values, states, values, (starts, table, times))
 
     def _call(self, prepared: _Prepared) -> int:
@@ -299,10 +308,12 @@ class Driver:
         return status
 
     def _take_events(self, n: int) -> Iterator[ForeignEvent]:
-        for row, states in zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True):
-            time, kind, indicator, before, after = row
-            name = indicator_name(self.fmu, indicator)
-            yield ForeignEvent(time, EVENT_KINDS[kind], indicator, name, before, after, tuple(states[0]), tuple(states[1]))
+        if not n:
+            return
+        rows = zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True)
+        for (time, kind, i, before, after), (old, new) in rows:
+            name = self._indicators[i] if i >= 0 else ""
+            yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
 
     def _error(self, status: int, c: foreign.Run) -> StickslipError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())
@@ -323,11 +334,12 @@ class Driver:
             column = prepared.values[:n, k]
             whole = int(self._recorded.types[k]) not in foreign.FLOATS
             values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
-        units = {name: (variables[name].unit if name in variables else None) or "1" for name in values}
+        if not self._units:
+            self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
         note = _note(self.method, prepared.c)
         if status == TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        return Trajectory(times[:n], values, units, events, prepared.c.steps, prepared.c.evaluations, note)
+        return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,10 +16,19 @@ if TYPE_CHECKING:
 
 # RunStatus of master.h
 DONE, MORE, TERMINATED, FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION = range(7)
-CHATTERING, CHATTERING_TWO, ZENO, EVENTS_PILE_UP, CS_STALLS, CS_DISCARD, BAD_INDICATOR = range(7, 14)
+CHATTERING, CHATTERING_TWO, ZENO, EVENTS_PILE_UP, CS_STALLS, CS_DISCARD, BAD_INDICATOR, TOO_MANY_STEPS = range(7, 15)
 KINDS = (
     *("done", "more", "terminated", "fmi error", "not finite", "step too small", "event iteration"),
-    *("chattering", "chattering of two", "zeno", "events pile up", "stalls", "discard", "bad indicator"),
+    *(
+        "chattering",
+        "chattering of two",
+        "zeno",
+        "events pile up",
+        "stalls",
+        "discard",
+        "bad indicator",
+        "too many steps",
+    ),
 )
 
 
@@ -80,9 +89,7 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
     )
 
 
-def _text(
-    fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64]
-) -> str:
+def _text(fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
     if status == FMI_ERROR:
@@ -96,19 +103,27 @@ def _text(
         )
     if status == STEP_TOO_SMALL:
         return (
-            f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a jump "
-            "that no event indicator announces. Stop the run before it, or loosen the tolerance."
+            f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a "
+            "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
+        )
+    if status == TOO_MANY_STEPS:
+        what = "" if index else ", or it is stiff (try the method 'stiff')"
+        return (
+            f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
+            f"without an event indicator{what}. Loosen the tolerance, or give the model an event there."
         )
     if status == EVENT_ITERATION:
-        return f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
+        return (
+            f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
+        )
     if status == BAD_INDICATOR:
         return f"event indicator {index} is not a finite number at {at}. Check parameters and start values."
     if status == CS_STALLS:
-        return f"doStep returns at {at} without any progress, {value:.0f} times in a row. Choose another communication step."
+        return f"doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step."
     if status == CS_DISCARD:
         return f"doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one."
     if status == EVENTS_PILE_UP:
-        return f"{value:.0f} events follow one another at {at} without progress of time; the FMU does not go on from there."
+        return f"{value:.0f} events follow one another at {at} without progress; the FMU does not go on from there."
     which = _named(fmu, index, states, gradient)
     if status == ZENO:
         return (
@@ -119,11 +134,11 @@ def _text(
     if status == CHATTERING_TWO:
         other = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (
-            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet the "
-            "mean of the fields is not determined: give the model a state of its own (a stick mode) for one of them."
+            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet "
+            "the mean of the fields is not determined: give the model a state of its own for one of them."
         )
     return (
-        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface cannot be "
-        "computed: the FMU does not lead there from both sides, or moves its states, or does not choose its equations by "
-        "the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
+        f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface "
+        "cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not choose its "
+        "equations by the side. Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +16,15 @@ from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.system import check_value
 
+if TYPE_CHECKING:
+    from fmpy.model_description import ModelVariable
+
 JUMP = 2  # in Table.jumps, of an input; 1 is any other knot at which inputs are written in a co-simulation
+
+
+def address(array: NDArray) -> int:
+    """Of the first element; what ``array.ctypes.data`` is, at a tenth of its time."""
+    return array.__array_interface__["data"][0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +43,10 @@ class Selection:
         return cls(tuple(names), types, np.array([v.valueReference for v in variables], dtype=np.uint32))
 
     def c(self) -> foreign.Variables:
-        return foreign.Variables(len(self.names), self.types.ctypes.data, self.references.ctypes.data)
+        return foreign.Variables(len(self.names), address(self.types), address(self.references))
+
+
+NOTHING = Selection((), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.uint32))
 
 
 def is_number(fmu: Fmu, name: str) -> bool:
@@ -69,17 +81,19 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
     Raises:
         StickslipError: unknown name, a value out of its range, a variable that cannot be set.
     """
-    model = fmu.description.modelName
-    has = [name for name, v in fmu.variables.items() if v.causality == "parameter" and is_number(fmu, name)]
+    if not parameters and not start:
+        return {}
+    model, variables = fmu.description.modelName, fmu.variables
     for name in parameters:
-        if name not in has:
+        if name not in variables or variables[name].causality != "parameter":
+            has = [name for name, v in variables.items() if v.causality == "parameter" and is_number(fmu, name)]
             hint = nearest(name, has) if has else " It has no parameters."
             raise StickslipError(f"'{model}' has no parameter '{name}'.{hint}")
-    settable = [n for n, v in fmu.variables.items() if v.initial in ("exact", "approx") and v.causality != "input"]
     for name in start:
-        if name not in fmu.variables:
+        if name not in variables:
+            settable = [n for n, v in variables.items() if _has_start(v)]
             raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
-        if name not in settable:
+        if not _has_start(variables[name]):
             raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
     given = {**parameters, **start}
     for name, value in given.items():
@@ -91,9 +105,13 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
     return {name: float(value) for name, value in given.items()}
 
 
+def _has_start(variable: ModelVariable) -> bool:
+    return variable.initial in ("exact", "approx") and variable.causality != "input"
+
+
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Inputs over time: at each of ``times`` (k,) values and slopes just after it (k, n), and whether it is an event (k,)."""
+    """Inputs over time: values and slopes (k, n) just after each of ``times`` (k,), and whether it is an event (k,)."""
 
     inputs: Selection
     times: NDArray[np.float64]
@@ -108,6 +126,9 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
     Raises:
         StickslipError: unknown name, a value out of range, a signal that does not cover the run.
     """
+    if not given:
+        none = np.zeros((1, 0))
+        return Table(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
     known = inputs_of(fmu)
     for name, value in given.items():
         if name not in known:
@@ -118,7 +139,9 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
     signals = {n: v if isinstance(v, Signal) else Signal.constant(float(v), start, stop) for n, v in given.items()}
     times, values, slopes = knots(signals, start, stop)
     for column, (name, signal) in enumerate(signals.items()):
-        if fmu.variables[name].variability == "discrete" or not str(fmu.variables[name].type).startswith(("Real", "Float")):
+        if fmu.variables[name].variability == "discrete" or not str(fmu.variables[name].type).startswith(
+            ("Real", "Float")
+        ):
             # between the knots it keeps the value of the last one
             last = np.searchsorted(signal.time, times, side="right") - 1
             values[:, column], slopes[:, column] = signal.value[np.clip(last, 0, None)], 0.0
@@ -128,7 +151,10 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
         rate = f"{name}_rate"
         if rate in known and rate not in signals and fmu.inputs.count(name):
             names.append(rate)
-            values, slopes = np.column_stack([values, slopes[:, column]]), np.column_stack([slopes, np.zeros(times.size)])
+            values, slopes = (
+                np.column_stack([values, slopes[:, column]]),
+                np.column_stack([slopes, np.zeros(times.size)]),
+            )
     reached = values[:-1] + slopes[:-1] * np.diff(times)[:, None]
     size = np.maximum(np.abs(values).max(axis=0, initial=0.0), 1e-300)
     jumps = np.zeros(times.size, dtype=np.int64)
@@ -185,11 +211,11 @@ def communication_points(
     interface = fmu.description.coSimulation
     if off.size and interface and str(interface.canHandleVariableCommunicationStepSize).lower() not in ("true", "1"):
         raise StickslipError(
-            f"'{fmu.description.modelName}' takes communication steps of one length only, and t = {off[0]:g} s (an output "
-            f"time, a jump of an input or the end of the run) is no multiple of {step:g} s. Choose them so that it is."
+            f"'{fmu.description.modelName}' takes communication steps of one length only, and t = {off[0]:g} s (an "
+            f"output time, a jump of an input or the end of the run) is no multiple of {step:g} s. Choose another."
         )
     points = np.unique(np.concatenate([grid[grid <= stop + near], others]))
     # of points that differ by rounding the last stands for all
     points = points[np.append(np.diff(points) > near, True)]
     points[0], points[-1] = start, stop
-    return points
+    return np.asarray(points, dtype=np.float64)

@@ -40,8 +40,8 @@ class ForeignEvent:
 
     Attributes:
         time: s.
-        kind: "state" (an indicator changed its sign), "time", "step" (asked for after a step), "input" (an input jumped),
-            "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end" (by the FMU itself).
+        kind: "state" (an indicator changed its sign), "time", "step" (asked for after a step), "input" (an input
+            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end".
         indicator: its index from 0, -1 where the event is not of an indicator.
         name: of the indicator where the FMU gives it one (FMI 3), otherwise "".
         before, after: value of the indicator at the begin of the step that found the event, and after the event.
@@ -58,7 +58,9 @@ class ForeignEvent:
     states_after: tuple[float, ...]
 
     def __str__(self) -> str:
-        which = f" of indicator {self.indicator}" + (f" ({self.name})" if self.name else "") if self.indicator >= 0 else ""
+        which = (
+            f" of indicator {self.indicator}" + (f" ({self.name})" if self.name else "") if self.indicator >= 0 else ""
+        )
         return f"{self.time:.9g} s: {self.kind}{which}"
 
 
@@ -72,8 +74,8 @@ class Trajectory:
             ``<stop>_memory`` that stops remember, contact states (integers).
             At the time of an event they are those after it.
         units: unit per variable, "1" for a pure number.
-        events: every change of contact state (Event), or every event of an FMU driven by the master (ForeignEvent), in order
-            of time, whatever the output times.
+        events: every change of contact state (Event), or every event of an FMU driven by the master (ForeignEvent), in
+            order of time, whatever the output times.
         steps, evaluations: what the engine did (Taylor steps; orders of series computed).
         method: what made it, in words; empty for the FMU's own engine.
     """

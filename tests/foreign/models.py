@@ -31,9 +31,7 @@ class Foreign:
     any_step: bool = True
 
 
-INTEGERS = Foreign(
-    ("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True
-)
+INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
@@ -43,6 +41,7 @@ MODELS = {
     # an indicator that is +1 or -1
     "ball_sign": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
+    "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
     "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
@@ -50,6 +49,7 @@ MODELS = {
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
     "clock": Foreign(("x",), (0.0,), (("period", 0.1),), ("ticks", "late")),
+    "ticker": Foreign((), (), (("period", 0.25),), ("ticks",)),
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),
     "restless": Foreign(("x",), (1.0,), (), (), indicators=1),
@@ -71,8 +71,8 @@ def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
 def _two(name: str, m: Foreign) -> str:
     n = len(m.states)
     lines = [
-        f'<ScalarVariable name="{s}" valueReference="{i + 1}" causality="output" initial="exact"><Real start="{m.starts[i]}"/>'
-        for i, s in enumerate(m.states)
+        f'<ScalarVariable name="{s}" valueReference="{i + 1}" causality="output" initial="exact"><Real start="{v}"/>'
+        for i, (s, v) in enumerate(zip(m.states, m.starts, strict=True))
     ]
     lines += [
         f'<ScalarVariable name="der({s})" valueReference="{101 + i}"><Real derivative="{i + 1}"/>'
@@ -109,7 +109,9 @@ def _three(name: str, m: Foreign) -> str:
         f'<Float64 name="{s}" valueReference="{i + 1}" causality="output" initial="exact" start="{m.starts[i]}"/>'
         for i, s in enumerate(m.states)
     ]
-    lines += [f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)]
+    lines += [
+        f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)
+    ]
     lines += [
         f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)} start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
@@ -124,10 +126,13 @@ def _three(name: str, m: Foreign) -> str:
     structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{401 + i}"/>' for i in range(len(m.numbers))]
-    structure += [f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)]
+    structure += [
+        f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)
+    ]
+    exchange = f'needsCompletedIntegratorStep="{_word(m.completes)}" providesDirectionalDerivatives'
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
-{_interface(name, m, f'needsCompletedIntegratorStep="{_word(m.completes)}" providesDirectionalDerivatives', 'hasEventMode="true"')}
+{_interface(name, m, exchange, 'hasEventMode="true"')}
 <ModelVariables>
 {chr(10).join(lines)}
 </ModelVariables>

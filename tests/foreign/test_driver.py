@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from models import Models
 from hostile_models import hostile
+from models import Models
 
 from fmu_models.errors import StickslipError
 from fmu_models.simulation.master import Driver, simulate_any
@@ -51,10 +51,11 @@ def test_many_runs_take_no_memory(model: Models) -> None:
             driver.run(1.0, output_times=[1.0])
 
     with Driver(model("ball")) as driver:
-        loop(500)
+        loop(1000)
         before = resident()
-        loop(3000)
-        assert resident() - before < 256 << 10
+        loop(10_000)
+        # Python takes memory by the megabyte; one event kept of each run would make three
+        assert resident() - before < 3 << 19
 
 
 def test_drivers_side_by_side(model: Models) -> None:

@@ -80,6 +80,13 @@ def test_time_events_are_met_exactly_and_never_overstepped(model: Models) -> Non
     assert run["x"] == pytest.approx([0.05, 0.0, 0.05, 0.0], abs=1e-12)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_an_fmu_without_states(model: Models, method: str) -> None:
+    run = simulate_any(model("ticker"), 2.1, method=method, output_times=[0.0, 0.24, 0.25, 2.1])
+    assert run["ticks"].tolist() == [0, 0, 1, 8]
+    assert run.steps < 40
+
+
 def test_every_step_is_completed(model: Models) -> None:
     run = simulate_any(model("wrap"), 5.0, longest_step=0.3)
     assert run["steps"][-1] == run.steps

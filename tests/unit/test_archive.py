@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import shutil
 import stat
 import struct
 import zipfile
@@ -256,3 +257,22 @@ def test_damage_anywhere_is_survived(tmp_path: Path, changes: list[tuple[int, in
     path.write_bytes(data)
     with contextlib.suppress(StickslipError):
         Fmu.open(path)
+
+
+def test_more_than_the_size_stated_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A deflated entry that states 10 bytes and holds a megabyte: no more than 10 are written."""
+    path = packed(tmp_path / "a.fmu", ("x", bytes(1 << 20)))
+    data = bytearray(path.read_bytes())
+    for at in (data.rindex(b"PK\x03\x04") + 22, data.rindex(b"PK\x01\x02") + 24):
+        struct.pack_into("<I", data, at, 10)
+    path.write_bytes(data)
+    seen: list[int] = []
+    rmtree = shutil.rmtree
+
+    def measured(folder: Path, ignore_errors: bool) -> None:
+        seen.append(sum(file.stat().st_size for file in Path(folder).rglob("x")))
+        rmtree(folder, ignore_errors=ignore_errors)
+
+    monkeypatch.setattr(shutil, "rmtree", measured)
+    refused(path, "CRC")
+    assert seen and seen[0] <= 10

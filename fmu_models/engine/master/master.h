@@ -61,7 +61,8 @@ typedef struct {
 /* DONE and MORE are progress, the rest is the reason why the run ended early */
 typedef enum {
     RUN_DONE, RUN_MORE, RUN_TERMINATED, RUN_FMI_ERROR, RUN_NOT_FINITE, RUN_STEP_TOO_SMALL, RUN_EVENT_ITERATION,
-    RUN_CHATTERING, RUN_CHATTERING_TWO, RUN_ZENO, RUN_EVENTS_PILE_UP, RUN_CS_STALLS, RUN_CS_DISCARD, RUN_BAD_INDICATOR
+    RUN_CHATTERING, RUN_CHATTERING_TWO, RUN_ZENO, RUN_EVENTS_PILE_UP, RUN_CS_STALLS, RUN_CS_DISCARD, RUN_BAD_INDICATOR,
+    RUN_TOO_MANY_STEPS
 } RunStatus;
 
 typedef struct {
@@ -104,6 +105,9 @@ typedef struct {
     double chatter_gap;        /* relative to the time: far below what a step resolves, far above its rounding */
     int rate_events;           /* events of one indicator over which its rate is taken */
     double rate_gap;           /* relative to the run: at this mean gap the run would need a hundred million events */
+    int quick_slides;          /* sliding motions in a row that are left as soon as they begin (within rate_gap) */
+    int pace_steps;            /* tried steps over which their length is judged */
+    double pace;               /* relative to the run: with less progress over that many, it would need a thousand million */
     int zeno_ratios;           /* equal ratios of gaps in a row that make a geometric sequence */
     double zeno_spread;        /* how equal */
     double zeno_rest;          /* relative to the time: rest of the sequence below which it is declared over */

@@ -5,7 +5,7 @@
 
 #define EXPORT __attribute__((visibility("default")))
 
-enum { NODES_AND_CHECK = 9, NODE_TABLE = 64 };
+enum { NODES_AND_CHECK = SEARCH_NODES + 1, NODE_TABLE = SEARCH_NODES * SEARCH_NODES };
 
 /* the next n doubles of the block; with no block only counts them */
 static double *take(double *block, size_t *used, size_t n)
@@ -78,6 +78,6 @@ EXPORT Master *master_new(const Face *face, int64_t inputs, int64_t values)
     lay_out(m, block, (size_t)inputs, (size_t)values);
     m->complex_pivot = m->real_pivot + n;
     m->fired = m->side + slots;
-    events_nodes(m);
+    search_nodes(m);
     return m;
 }

@@ -94,44 +94,6 @@ static void enter_knot(Master *m, int64_t knot)
     }
 }
 
-/* Hairer, Norsett & Wanner I, section II.4: from sizes of f and of its change */
-static Outcome first_step(Master *m)
-{
-    const Run *r = m->run;
-    const double tolerance = r->tolerance;
-    const double size = field_norm(m, m->x, m->x, m->x) * tolerance;
-    const double slope = field_norm(m, m->f, m->x, m->x) * tolerance;
-    const double span = r->stop - r->start;
-    m->h = size < 1e-5 || slope < 1e-5 ? 1e-6 * span : fmin(0.01 * size / slope, span);
-    for (int i = 0; i < m->n; i++) {
-        m->stage[i] = m->x[i] + m->h * m->f[i];
-    }
-    const Outcome outcome = field(m, m->t + m->h, m->stage, m->error);
-    if (outcome != FINE) {
-        m->h *= 1e-3;
-        return outcome == STOP ? STOP : FINE;
-    }
-    for (int i = 0; i < m->n; i++) {
-        m->error[i] -= m->f[i];
-    }
-    const double bend = field_norm(m, m->error, m->x, m->x) * tolerance / m->h;
-    const double most = fmax(slope, bend);
-    const double order = m->stiff ? 4.0 : m->tableau->order;
-    const double length = most <= 1e-15 ? fmax(1e-6 * span, 1e-3 * m->h) : pow(0.01 * pow(tolerance, 0.5) / most, 1.0 / order);
-    m->h = fmin(fmin(100.0 * m->h, length), span);
-    return FINE;
-}
-
-/* after an event the motion may be another one: no step over more than the states' own size before the error has been seen */
-static void be_careful(Master *m)
-{
-    double rate = 0.0;
-    for (int i = 0; i < m->n; i++) {
-        rate = fmax(rate, fabs(m->f[i]) / (m->nominal[i] + fabs(m->x[i])));
-    }
-    m->h = rate * m->h > 1.0 ? 1.0 / rate : m->h;
-}
-
 static Outcome refresh(Master *m)
 {
     Outcome outcome = events_sides(m);
@@ -148,6 +110,7 @@ static Outcome refresh(Master *m)
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
+    m->last_error = 0.0;
     return outcome;
 }
 
@@ -191,8 +154,13 @@ static Outcome start(Master *m)
     m->stiff_hits = m->stiff_misses = m->calm_hits = 0;
     m->calm_needed = 20;
     m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
+    m->last_error = 0.0;
     m->slide.active = 0;
     m->length = 0.0;
+    m->pace_steps = 0;
+    m->pace_time = r->start;
+    m->slide_time = -INFINITY;
+    m->quick_slides = 0;
     Outcome outcome = initialize(m);
     r->begun = 1;
     if (outcome != FINE || co_simulates) {
@@ -206,84 +174,9 @@ static Outcome start(Master *m)
     outcome = refresh(m);
     m->h = r->first_step;
     if (outcome == FINE && !(m->h > 0.0)) {
-        outcome = first_step(m);
+        outcome = step_first(m);
     }
     return outcome == FINE ? record_here(m) : outcome;
-}
-
-/* the factor by which the next step may be longer than this one */
-static double growth(Master *m, double error)
-{
-    if (!m->stiff) {
-        return fmin(8.0, fmax(0.2, 0.9 * pow(fmax(error, 1e-18), -1.0 / m->tableau->order)));
-    }
-    double factor = 0.8 * pow(fmax(error, 1e-12), -0.25);
-    if (m->last_error > 0.0 && error <= 1.0) {
-        const double trend = m->length / m->last_length * pow(m->last_error / fmax(error, 1e-12), 0.25);
-        factor *= fmin(1.0, trend);
-    }
-    return fmin(8.0, fmax(0.2, factor));
-}
-
-/* a step from t of at most limit that keeps the tolerance */
-static Outcome make_step(Master *m, double limit, double *error)
-{
-    Run *r = m->run;
-    const double least = 16.0 * DBL_EPSILON * fmax(fabs(m->t), 1e-290);
-    for (;;) {
-        double length = fmin(m->h, r->longest_step > 0.0 ? r->longest_step : INFINITY);
-        if (length >= limit * (1.0 - 1e-9)) {
-            length = limit;
-        } else if (length > 0.5 * limit) {
-            length = 0.5 * limit;
-        }
-        const Outcome outcome = method_try(m, length, error);
-        if (outcome == STOP) {
-            return STOP;
-        }
-        if (outcome == FINE && *error <= 1.0) {
-            r->steps++;
-            return FINE;
-        }
-        r->rejected++;
-        m->trial_errors = m->trial_status > FMI_DISCARD ? m->trial_errors + 1 : 0;
-        if (m->trial_errors > master_tolerances.trial_errors) {
-            return field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, m->trial_status);
-        }
-        m->trial_status = FMI_OK;
-        m->h = length * (outcome == FINE && isfinite(*error) ? fmin(0.9, growth(m, *error)) : 0.25);
-        if (m->h < least) {
-            return m->bad_state >= 0 && outcome != FINE ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
-                                                       : field_report(m, RUN_STEP_TOO_SMALL, m->t, -1, m->h);
-        }
-        m->bad_state = -1;
-    }
-}
-
-/* automatic choice, after an accepted step */
-static void choose_method(Master *m)
-{
-    Run *r = m->run;
-    if (r->method != METHOD_AUTO) {
-        return;
-    }
-    int change = 0;
-    if (!m->stiff) {
-        change = explicit_is_stiff(m);
-    } else if (m->jacobian_fresh || m->calm_hits > 0) {
-        m->calm_hits = m->length * stiff_rate(m) < 1.0 ? m->calm_hits + 1 : 0;
-        change = m->calm_hits >= m->calm_needed;
-        m->calm_needed *= change ? 2 : 1;
-    }
-    if (change) {
-        m->stiff = !m->stiff;
-        m->stiff_hits = m->stiff_misses = m->calm_hits = 0;
-        m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
-        m->last_error = 0.0;
-        if (r->n_switches++ == 0) {
-            r->switch_time = m->t + m->length;
-        }
-    }
 }
 
 /* the FMU chatters: slide, and log that instead of the events that showed it */
@@ -291,6 +184,11 @@ static Outcome begin_slide(Master *m, int indicator)
 {
     Run *r = m->run;
     const double since = m->t - master_tolerances.chatter_gap * fmax(fabs(m->t), r->stop - r->start);
+    m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1 : 0;
+    m->slide_time = m->t;
+    if (m->quick_slides > master_tolerances.quick_slides) {
+        return field_report(m, RUN_CHATTERING, m->t, indicator, 0.0);
+    }
     const Outcome outcome = slide_begin(m, indicator);
     if (outcome != FINE) {
         return outcome;
@@ -424,7 +322,7 @@ static Outcome arrive(Master *m, double t1, double theta)
     }
     if (outcome == FINE && m->fresh && !m->terminate) {
         outcome = refresh(m);
-        be_careful(m);
+        step_careful(m);
     } else if (outcome == FINE && m->nz && !m->terminate) {
         memcpy(m->z, m->samples, (size_t)m->slots * sizeof *m->z);
     }
@@ -445,15 +343,16 @@ static Outcome advance(Master *m)
     }
     const double limit = end - m->t;
     const double proposed = m->h;
-    Outcome outcome = make_step(m, limit, &error);
+    Outcome outcome = step_make(m, limit, &error);
     if (outcome != FINE) {
         return outcome;
     }
     const double length = m->length;
-    const double longer = length * growth(m, error);
+    const double longer = length * step_growth(m, error);
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
-    choose_method(m);
+    m->step_error = error;
+    step_choose(m);
     const int stiff = m->stiff;
     outcome = events_locate(m, limit, &theta);
     const double t1 = theta > 0.0 ? fmin(m->t + theta * m->length, end) : length >= limit ? end : m->t + length;

@@ -8,7 +8,7 @@
 #include "explicit.h"
 #include "face.h"
 
-enum { DENSE_TERMS = 8 };
+enum { DENSE_TERMS = 8, SEARCH_NODES = 8 };
 
 /* what a part tells its caller: go on, try a shorter step, or stop (the report is filled) */
 typedef enum { FINE, SHORTER, STOP } Outcome;
@@ -60,7 +60,7 @@ struct Master {
     const Tableau *tableau;
     int stiff_hits, stiff_misses, calm_hits, calm_needed;
     /* the step: on [t, t + length] */
-    double length;
+    double length, step_error;
     double *x1, *f1, *stage, *k;
     double *dense;              /* DENSE_TERMS rows of n */
     int dense_terms, dense_ready;
@@ -81,6 +81,10 @@ struct Master {
     Slide slide;
     int stalled;
     double last_event_time;
+    int quick_slides;           /* that began soon after one another */
+    double slide_time;          /* at which the last one began */
+    int64_t pace_steps;         /* tried since pace_time */
+    double pace_time;
 };
 
 /* field.c: the right-hand side, whatever it is at present */
@@ -104,11 +108,26 @@ double stiff_rate(const Master *m);                                         /* b
 void dense_value(const Master *m, double theta, double *x);
 
 /* events.c */
-void events_nodes(Master *m);                        /* the tables of interpolation */
 Outcome events_sides(Master *m);                     /* sides of all indicators where the run is */
 /* first event of the step: its end, as a fraction of the step; -1: none. fired is set; the step may have become a shorter one */
 Outcome events_locate(Master *m, double latest, double *theta);
 Outcome events_update(Master *m, int enter, int jump); /* event mode, iterated; jump: inputs jump there */
+
+/* search.c: fractions of the step throughout */
+typedef enum { CLEAR, UNSURE, BRACKET } Finding;
+void search_nodes(Master *m);                        /* the tables of interpolation */
+int search_beyond(const Master *m, int i, double z); /* z is not on the side on which indicator i began the step */
+Outcome search_sample(Master *m, double theta, double *z);
+/* first bracket of all indicators in [from, from + width]; UNSURE: halve it */
+Outcome search_interval(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low, double *high);
+Outcome search_close(Master *m, int i, double *low, double *high); /* the bracket of indicator i, down to the resolution of time */
+
+/* step.c */
+Outcome step_first(Master *m);
+Outcome step_make(Master *m, double limit, double *error); /* from t, at most limit long, within the tolerance */
+double step_growth(Master *m, double error);         /* by which the next step may be longer */
+void step_choose(Master *m);                         /* automatic choice of the method, after an accepted step */
+void step_careful(Master *m);
 
 /* zeno.c */
 void zeno_reset(Master *m);

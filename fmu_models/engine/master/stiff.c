@@ -6,6 +6,7 @@
  *     error: (gamma/h I - J)^-1 (f + e Z / h); where it fails once more with f(x + error), which is right in the stiff limit
  *     dense: the cubic through x and the three stages, the polynomial of collocation itself
  */
+#include "linear.h"
 #include "solver.h"
 
 #include <float.h>
@@ -27,128 +28,6 @@ static const double TI[3][3] = {
 
 static const double GAMMA = 3.6378342527444957, ALPHA = 2.6810828736277523, BETA = 3.0504301992474110;
 static const double ROOT6 = 2.4494897427831781;
-
-/* a <- factors of a (n x n, by rows), rows exchanged as in pivot; 0 if singular */
-static int real_factor(double *a, int n, int *pivot)
-{
-    for (int k = 0; k < n; k++) {
-        int best = k;
-        for (int i = k + 1; i < n; i++) {
-            best = fabs(a[i * n + k]) > fabs(a[best * n + k]) ? i : best;
-        }
-        pivot[k] = best;
-        if (!(fabs(a[best * n + k]) > 0.0)) {
-            return 0;
-        }
-        for (int j = 0; j < n && best != k; j++) {
-            const double swapped = a[k * n + j];
-            a[k * n + j] = a[best * n + j];
-            a[best * n + j] = swapped;
-        }
-        const double inverse = 1.0 / a[k * n + k];
-        for (int i = k + 1; i < n; i++) {
-            const double factor = a[i * n + k] *= inverse;
-            if (factor != 0.0) {
-                for (int j = k + 1; j < n; j++) {
-                    a[i * n + j] -= factor * a[k * n + j];
-                }
-            }
-        }
-    }
-    return 1;
-}
-
-static void real_solve(const double *a, int n, const int *pivot, double *b)
-{
-    for (int k = 0; k < n; k++) {
-        const double swapped = b[pivot[k]];
-        b[pivot[k]] = b[k];
-        b[k] = swapped;
-    }
-    for (int k = 0; k < n; k++) {
-        for (int j = 0; j < k; j++) {
-            b[k] -= a[k * n + j] * b[j];
-        }
-    }
-    for (int k = n - 1; k >= 0; k--) {
-        for (int j = k + 1; j < n; j++) {
-            b[k] -= a[k * n + j] * b[j];
-        }
-        b[k] /= a[k * n + k];
-    }
-}
-
-/* complex numbers as pairs: c -= a b */
-static void subtract_product(double *c, const double *a, const double *b)
-{
-    const double real = a[0] * b[0] - a[1] * b[1];
-    c[1] -= a[0] * b[1] + a[1] * b[0];
-    c[0] -= real;
-}
-
-static void divide(double *a, const double *b)
-{
-    const double size = b[0] * b[0] + b[1] * b[1];
-    const double real = (a[0] * b[0] + a[1] * b[1]) / size;
-    a[1] = (a[1] * b[0] - a[0] * b[1]) / size;
-    a[0] = real;
-}
-
-static void exchange(double *a, double *b)
-{
-    for (int part = 0; part < 2; part++) {
-        const double swapped = a[part];
-        a[part] = b[part];
-        b[part] = swapped;
-    }
-}
-
-static int complex_factor(double *a, int n, int *pivot)
-{
-    for (int k = 0; k < n; k++) {
-        int best = k;
-        double largest = -1.0;
-        for (int i = k; i < n; i++) {
-            const double *entry = a + 2 * (i * n + k);
-            const double size = fabs(entry[0]) + fabs(entry[1]);
-            best = size > largest ? i : best;
-            largest = fmax(size, largest);
-        }
-        pivot[k] = best;
-        if (!(largest > 0.0)) {
-            return 0;
-        }
-        for (int j = 0; j < n && best != k; j++) {
-            exchange(a + 2 * (k * n + j), a + 2 * (best * n + j));
-        }
-        for (int i = k + 1; i < n; i++) {
-            double *factor = a + 2 * (i * n + k);
-            divide(factor, a + 2 * (k * n + k));
-            for (int j = k + 1; j < n; j++) {
-                subtract_product(a + 2 * (i * n + j), factor, a + 2 * (k * n + j));
-            }
-        }
-    }
-    return 1;
-}
-
-static void complex_solve(const double *a, int n, const int *pivot, double *b)
-{
-    for (int k = 0; k < n; k++) {
-        exchange(b + 2 * k, b + 2 * pivot[k]);
-    }
-    for (int k = 0; k < n; k++) {
-        for (int j = 0; j < k; j++) {
-            subtract_product(b + 2 * k, a + 2 * (k * n + j), b + 2 * j);
-        }
-    }
-    for (int k = n - 1; k >= 0; k--) {
-        for (int j = k + 1; j < n; j++) {
-            subtract_product(b + 2 * k, a + 2 * (k * n + j), b + 2 * j);
-        }
-        divide(b + 2 * k, a + 2 * (k * n + k));
-    }
-}
 
 /* column of the Jacobian by a difference */
 static Outcome difference(Master *m, int column)
@@ -226,7 +105,7 @@ static int factor_both(Master *m, double length)
         m->complex_lu[2 * (i * n + i) + 1] += BETA / length;
     }
     m->lu_length = length;
-    m->lu_ready = real_factor(m->real_lu, n, m->real_pivot) && complex_factor(m->complex_lu, n, m->complex_pivot);
+    m->lu_ready = linear_real_factor(m->real_lu, n, m->real_pivot) && linear_complex_factor(m->complex_lu, n, m->complex_pivot);
     return m->lu_ready;
 }
 
@@ -280,8 +159,8 @@ static Outcome iterate(Master *m, double length, double *size)
         pairs[2 * i] = TI[1][0] * f0 + TI[1][1] * f1 + TI[1][2] * f2 - (ALPHA * w[n + i] - BETA * w[2 * n + i]) / length;
         pairs[2 * i + 1] = TI[2][0] * f0 + TI[2][1] * f1 + TI[2][2] * f2 - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
     }
-    real_solve(m->real_lu, n, m->real_pivot, m->seed);
-    complex_solve(m->complex_lu, n, m->complex_pivot, pairs);
+    linear_real_solve(m->real_lu, n, m->real_pivot, m->seed);
+    linear_complex_solve(m->complex_lu, n, m->complex_pivot, pairs);
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
         const double part[3] = {m->seed[i], pairs[2 * i], pairs[2 * i + 1]};
@@ -296,7 +175,7 @@ static Outcome iterate(Master *m, double length, double *size)
             m->stages_z[s * n + i] = T[s][0] * w[i] + T[s][1] * w[n + i] + T[s][2] * w[2 * n + i];
         }
     }
-    *size = sqrt(sum / (3.0 * n));
+    *size = sqrt(sum / (3.0 * (n > 0 ? n : 1)));
     return FINE;
 }
 
@@ -341,7 +220,7 @@ static void filtered_error(Master *m, const double *f, double length)
         const double sum = (-13.0 - 7.0 * ROOT6) * z[i] + (-13.0 + 7.0 * ROOT6) * z[n + i] - z[2 * n + i];
         m->error[i] = f[i] + sum / (3.0 * length);
     }
-    real_solve(m->real_lu, n, m->real_pivot, m->error);
+    linear_real_solve(m->real_lu, n, m->real_pivot, m->error);
 }
 
 Outcome stiff_try(Master *m, double length, double *error)

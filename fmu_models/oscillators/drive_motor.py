@@ -16,10 +16,10 @@ from fmu_models.language.mechanism import Output
 from fmu_models.language.quantities import Input, Parameter, State
 
 K = Parameter("K", 1.0, "N m s/rad", "torque per lack of speed", minimum=0.0)
-T = Parameter("T", 0.02, "s", "time in which the drive answers to its load", minimum=0.0)
+T = Parameter("T", 0.3, "s", "time in which the drive answers to its load", minimum=0.0)
 r = Parameter("r", 0.06, "m", "radius of the disc", minimum=0.0)
 w_set = Input("w_set", 0.83, "rad/s", "speed asked for")
-F = Input("F", 0.0, "N", "force of the disc on what it drives, opposite to it on the disc")
+F = Input("F", 1.0, "N", "force of the disc on what it drives, opposite to it on the disc")
 w = State("w", "rad/s", "speed of the disc", start=0.83)
 a = State("a", "rad/s2", "rate of the speed")
 

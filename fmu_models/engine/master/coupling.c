@@ -64,7 +64,6 @@ CALL(enter_initialization)(fmi2Component m)
     int status = FMI_OK;
     c->failed_unit = c->failed_stage = -1;
     for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {
-        c->next_times[i] = INFINITY;
         status = coupling_failed(c, i, face_initialize(c->faces[i], c->start, c->stop, c->tolerance));
     }
     RETURN(status);

@@ -29,7 +29,6 @@ typedef struct {
     int64_t n_units;
     const Face **faces;
     const int64_t *first_state, *first_indicator;
-    double *next_times;             /* (n_units) time events */
     int64_t n_stages;
     Stage *stages;
     const Group *reads, *writes;

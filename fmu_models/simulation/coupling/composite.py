@@ -35,7 +35,7 @@ STAGE = np.dtype(
 class Coupling(ctypes.Structure):
     _fields_ = (
         ("n_units", c_int64),
-        *((name, c_void_p) for name in ("faces", "first_state", "first_indicator", "next_times")),
+        *((name, c_void_p) for name in ("faces", "first_state", "first_indicator")),
         ("n_stages", c_int64),
         *((name, c_void_p) for name in ("stages", "reads", "writes", "output_types", "input_types")),
         *((name, c_void_p) for name in ("output_references", "input_references")),
@@ -107,7 +107,6 @@ class Composite:
             self._put(f"first_{name}", firsts[name], np.int64)
             setattr(self.face, f"n_{name}s", int(sum(counts)))
         self.first_indicator = firsts["indicator"]
-        self._put("next_times", np.full(len(faces), np.inf), np.float64)
         self._wire(stages(system.fmus, system.wires))
         self._variables()
         library().coupling_face(byref(self.face), byref(self.c))

@@ -26,6 +26,7 @@ app = console.app("Models: list, show, export, simulate.")
 MANY = 20_000  # variables from which checking a description takes seconds
 SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
 METHODS = "auto, dopri5, dop853, stiff, co-simulation"
+SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
 ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or a scene (.toml).")]
@@ -311,3 +312,45 @@ def inspect(
 
     content = sheet(Fmu.open(path))
     console.say(json, content, lambda out: print_sheet(content, out))
+
+
+@app.command()
+def couple(
+    path: Annotated[Path, typer.Argument(metavar="SYSTEM", help="A system of FMUs: .toml, .ssd or .ssp.")],
+    until: Annotated[float | None, typer.Option(help="End of the run, s (default: what the system says).")] = None,
+    solver: Annotated[str | None, typer.Option(help=f"How to run it: {SOLVERS} (default: what it says).")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
+    samples: Annotated[int | None, typer.Option(help="Number of output times.", min=2)] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
+    ] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Simulate several FMUs as one system.
+
+    Where all have Model Exchange they are integrated as one, with common events; otherwise, or by --solver jacobi and
+    gauss-seidel, they are stepped one by one.
+
+    Example: stickslip couple data/systems/disc_rig_motors.toml -o rig.csv
+    """
+    import numpy as np
+
+    from fmu_models.report import coupled_summary
+    from fmu_models.simulation.coupling import run, scene
+    from fmu_models.simulation.results import check_suffix
+
+    refuse_existing(output, overwrite=overwrite)
+    check_suffix(output)
+    system = scene.read(path)
+    changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
+    system = system.changed(**{name: value for name, value in changes.items() if value is not None})
+    times = np.linspace(system.start_time, system.stop_time, samples) if samples else None
+    with console.output_of_libraries(), console.progress("simulating") as advance:
+        recording = run.recorded(system, output_times=times, progress=advance)
+    if output:
+        recording.write(output, overwrite=overwrite)
+    content = coupled_summary.summary(system, recording)
+    content["files"] = [str(output)] if output else []
+    console.say(json, content, lambda out: coupled_summary.print_summary(content, out))

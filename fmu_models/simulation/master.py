@@ -94,7 +94,7 @@ class Driver:
         if record is not None:
             request.check_recorded(self.fmu, record)
         self.method, self.tolerance = method, float(tolerance)
-        self._instance = foreign.Instance(self.fmu, co_simulation=method == "co-simulation")
+        self._instance = self._load()
         self._states = self._instance.states if method != "co-simulation" else []
         states = {name for name in self._instance.states if name in self.fmu.variables}
         names = list(record) if record is not None else request.recordable(self.fmu)
@@ -126,6 +126,9 @@ class Driver:
             allowance=ALLOWANCE,
             report_gradient=request.address(self._gradient),
         )
+
+    def _load(self) -> foreign.Instance:
+        return foreign.Instance(self.fmu, co_simulation=self.method == "co-simulation")
 
     def __enter__(self) -> Driver:
         return self

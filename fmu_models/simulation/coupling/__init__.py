@@ -1,0 +1,1 @@
+"""Several FMUs as one system: what it is made of, its files, its runs."""

@@ -1,0 +1,242 @@
+"""Units as one FMU: the C structure of the coupled system (engine/master/coupling.h), and its description."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from ctypes import POINTER, byref, c_double, c_int32, c_int64, c_void_p
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.simulation import foreign, request
+from fmu_models.simulation.coupling.order import Port, Stage, discrete, stages
+from fmu_models.simulation.coupling.wiring import unit_of
+from fmu_models.simulation.fmu import Fmu
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.coupling.scene import CoupledSystem
+
+GROUP = np.dtype([(name, "i8") for name in ("unit", "first", "n", "discrete")])
+STAGE = np.dtype(
+    [
+        (name, "i8")
+        for name in (
+            *("loop", "first_read", "n_reads", "first_write", "n_writes"),
+            *("first_input", "n_inputs", "matrix", "ready"),
+        )
+    ]
+)
+
+
+class Coupling(ctypes.Structure):
+    _fields_ = (
+        ("n_units", c_int64),
+        *((name, c_void_p) for name in ("faces", "first_state", "first_indicator")),
+        ("n_stages", c_int64),
+        *((name, c_void_p) for name in ("stages", "reads", "writes", "output_types", "input_types")),
+        *((name, c_void_p) for name in ("output_references", "input_references")),
+        ("n_inputs", c_int64),
+        *((name, c_void_p) for name in ("source", "factor", "offset", "outputs", "inputs", "scale", "step", "matrix")),
+        *((name, c_void_p) for name in ("pivot", "variable_unit", "variable_types", "variable_references")),
+        *((name, c_double) for name in ("tolerance", "start", "stop")),
+        *((name, c_int64) for name in ("stale", "changed", "failed_unit", "failed_stage", "newton_steps")),
+    )
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """The compiled master with the functions of the coupled system declared."""
+    made = foreign.master_library()
+    made.coupling_face.restype, made.coupling_face.argtypes = None, (POINTER(foreign.Face), POINTER(Coupling))
+    for name, arguments in {
+        "exchange": (POINTER(Coupling), c_int32),
+        "read": (POINTER(foreign.Face), POINTER(foreign.Variables), c_void_p),
+        "write": (POINTER(foreign.Face), POINTER(foreign.Variables), c_void_p),
+        "plain": (POINTER(foreign.Face), c_int32),
+        "update": (POINTER(foreign.Face), c_void_p),
+        "do_step": (POINTER(foreign.Face), c_double, c_double, c_void_p),
+    }.items():
+        function = getattr(made, f"coupling_{name}")
+        function.restype, function.argtypes = c_int32, arguments
+    return made
+
+
+def types_of(fmu: Fmu) -> Mapping[str, int]:
+    return foreign.TYPES2 if fmu.fmi == 2 else foreign.TYPES3
+
+
+class Composite:
+    """Instances of all units and the structure that joins them; looks to the master's driver like one instance.
+
+    Attributes:
+        face: of the coupled system.
+        states: "unit.state" of all units, in their order.
+        ports, wires: outputs and wires in the order of the structure's arrays.
+        arrays: those of the structure by their names there, each one longer.
+
+    Raises:
+        StickslipError: a unit cannot be loaded.
+    """
+
+    def __init__(self, system: CoupledSystem, *, co_simulation: bool) -> None:
+        self.system = system
+        self.names = list(system.units)
+        self.instances: list[foreign.Instance] = []
+        try:
+            for unit in system.units.values():
+                self.instances.append(foreign.Instance(unit.fmu, co_simulation=co_simulation))
+        except BaseException:
+            self.close()
+            raise
+        self.states = [f"{unit}.{x}" for unit, one in zip(self.names, self.instances, strict=True) for x in one.states]
+        self.log = SimpleNamespace(count=0, message=b"")
+        self.face = foreign.Face()
+        self.c = Coupling(failed_unit=-1, failed_stage=-1)
+        self.arrays: dict[str, np.ndarray] = {}
+        faces = [one.face for one in self.instances]
+        self._pointers = (POINTER(foreign.Face) * len(faces))(*(ctypes.pointer(face) for face in faces))
+        self.c.n_units, self.c.faces = len(faces), ctypes.addressof(self._pointers)
+        firsts = {}
+        for name in ("state", "indicator"):
+            counts = [getattr(face, f"n_{name}s") for face in faces]
+            firsts[name] = np.cumsum([0, *counts])
+            self._put(f"first_{name}", firsts[name], np.int64)
+            setattr(self.face, f"n_{name}s", int(sum(counts)))
+        self.first_indicator = firsts["indicator"]
+        self._wire(stages(system.fmus, system.wires))
+        self._variables()
+        library().coupling_face(byref(self.face), byref(self.c))
+        self.face.completes = int(any(face.completes for face in faces))
+
+    def close(self) -> None:
+        """Free all instances."""
+        for one in self.instances:
+            one.close()
+
+    def message(self) -> str:
+        """What went wrong between the units, or what the unit that failed said last."""
+        if self.c.failed_stage >= 0:
+            stage = self.stages[self.c.failed_stage]
+            ring = ", ".join(f"{w.source[0]}.{w.source[1]} -> {w.target[0]}.{w.target[1]}" for w in stage.wires)
+            return (
+                f"the algebraic loop {ring} has no solution that Newton's method finds. "
+                "Break it by a state between, or start nearer to a solution."
+            )
+        if self.c.failed_unit < 0:
+            return ""
+        said = self.instances[self.c.failed_unit].message()
+        return f"unit '{self.names[self.c.failed_unit]}'" + (f": {said}" if said else "")
+
+    def _put(self, name: str, values: Any, kind: Any) -> None:
+        # one more, so that an empty array has an address too
+        array = np.zeros(len(values) + 1, dtype=kind)
+        array[: len(values)] = values
+        setattr(self.c, name, array.ctypes.data)
+        self.arrays[name] = array
+
+    def _wire(self, made: Sequence[Stage]) -> None:
+        """The arrays of outputs, inputs, groups and stages."""
+        fmus = self.system.fmus
+        self.stages = list(made)
+        self.ports = [port for stage in made for port in stage.outputs]
+        self.wires = [wire for stage in made for wire in stage.wires]
+        targets = [wire.target for wire in self.wires]
+        reads, writes, rows = [], [], []
+        matrix = first_output = first_input = 0
+        for stage in made:
+            row = [int(stage.loop), len(reads), 0, len(writes), 0, first_input, len(stage.wires), matrix, 0]
+            reads += self._groups(stage.outputs, first_output)
+            writes += self._groups([wire.target for wire in stage.wires], first_input)
+            row[2], row[4] = len(reads) - row[1], len(writes) - row[3]
+            rows.append(tuple(row))
+            first_output += len(stage.outputs)
+            first_input += len(stage.wires)
+            matrix += len(stage.wires) ** 2 if stage.loop else 0
+        self.c.n_stages, self.c.n_inputs = len(made), len(targets)
+        self._put("stages", np.array(rows, dtype=STAGE), STAGE)
+        self._put("reads", np.array(reads, dtype=GROUP), GROUP)
+        self._put("writes", np.array(writes, dtype=GROUP), GROUP)
+        for name, ports in (("output", self.ports), ("input", targets)):
+            variables = [(fmus[unit], fmus[unit].variables[variable]) for unit, variable in ports]
+            self._put(f"{name}_types", [types_of(fmu)[str(v.type)] for fmu, v in variables], np.int32)
+            self._put(f"{name}_references", [v.valueReference for _, v in variables], np.uint32)
+        index = {port: i for i, port in enumerate(self.ports)}
+        self._put("source", [index[wire.source] for wire in self.wires], np.int64)
+        self._put("factor", [wire.factor for wire in self.wires], np.float64)
+        self._put("offset", [wire.offset for wire in self.wires], np.float64)
+        for name, length in (
+            ("outputs", len(self.ports)),
+            *((name, len(targets)) for name in ("inputs", "scale", "step")),
+            ("matrix", matrix),
+        ):
+            self._put(name, np.zeros(length), np.float64)
+        self._put("pivot", np.zeros(len(targets)), np.int32)
+
+    def _groups(self, ports: Sequence[Port], first: int) -> list[tuple[int, int, int, int]]:
+        """Runs of one unit and one variability."""
+        groups: list[tuple[int, int, int, int]] = []
+        for i, (unit, name) in enumerate(ports):
+            key = self.names.index(unit), int(discrete(self.system.fmus[unit], name))
+            if groups and (groups[-1][0], groups[-1][3]) == key:
+                groups[-1] = (key[0], groups[-1][1], groups[-1][2] + 1, key[1])
+            else:
+                groups.append((key[0], first + i, 1, key[1]))
+        return groups
+
+    def _variables(self) -> None:
+        """The description of the coupled system, in which every number of a unit is a real one."""
+        fed = {wire.target for wire in self.system.wires}
+        variables: dict[str, Any] = {}
+        units, types, references = [], [], []
+        for i, (unit, fmu) in enumerate(self.system.fmus.items()):
+            for name, v in fmu.variables.items():
+                if not request.is_number(fmu, name) or v.causality == "independent":
+                    continue
+                causality = "local" if (unit, name) in fed else v.causality
+                variables[f"{unit}.{name}"] = SimpleNamespace(
+                    **{"name": f"{unit}.{name}", "valueReference": len(units), "type": "Real", "shape": ()},
+                    **{"causality": causality, "variability": v.variability, "initial": v.initial, "start": v.start},
+                    **{"min": v.min, "max": v.max, "nominal": None, "unit": unit_of(fmu, v), "declaredType": None},
+                    **{"description": v.description, "derivative": None},
+                )
+                units.append(i)
+                types.append(types_of(fmu)[str(v.type)])
+                references.append(v.valueReference)
+        self._put("variable_unit", units, np.int64)
+        self._put("variable_types", types, np.int32)
+        self._put("variable_references", references, np.uint32)
+        description = SimpleNamespace(
+            **{"modelName": self.system.name, "fmiVersion": "2.0", "generationTool": "", "guid": ""},
+            **{"modelExchange": True, "coSimulation": None, "defaultExperiment": None},
+            **{
+                "derivatives": self._derivatives(variables),
+                "outputs": [],
+                "eventIndicators": self._indicators(variables),
+            },
+        )
+        self.fmu = Fmu(Path(self.system.name), Path(), description, variables)  # pyright: ignore[reportArgumentType]
+
+    def _derivatives(self, variables: Mapping[str, Any]) -> list[SimpleNamespace]:
+        found = []
+        for unit, fmu in self.system.fmus.items():
+            for unknown in fmu.description.derivatives:
+                name = f"{unit}.{unknown.variable.name}" if unknown.variable is not None else ""
+                if name in variables:
+                    found.append(SimpleNamespace(variable=variables[name]))
+        return found
+
+    def _indicators(self, variables: Mapping[str, Any]) -> list[SimpleNamespace]:
+        """Names of the indicators: those of the unit (FMI 3), or their numbers in it."""
+        found = []
+        for unit, one in zip(self.names, self.instances, strict=True):
+            named = one.fmu.description.eventIndicators
+            for i in range(one.face.n_indicators):
+                own = named[i] if i < len(named) else None
+                text = str(own.variable.name) if own is not None and own.variable else f"indicator {i}"
+                depends = [variables.get(f"{unit}.{v.name}") for v in (own.dependencies if own else None) or []]
+                found.append(SimpleNamespace(variable=SimpleNamespace(name=f"{unit}.{text}"), dependencies=depends))
+        return found

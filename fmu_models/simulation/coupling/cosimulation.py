@@ -1,0 +1,316 @@
+"""Co-simulation of several units: each integrates itself over a step, values pass at communication points.
+
+    at a point:   exchange of all values, stage by stage (loops by Newton's method)
+    step of h:    inputs of the units, held over the step at what they are expected to be in its middle,
+                      u + (u - u_before) h / (2 h_before)
+                  an input whose rate is fed too keeps its value; the unit itself follows the rate
+    jacobi:       all units from these inputs
+    gauss-seidel: one after another; what earlier ones have reached is known, so that the middle is a mean of two ends
+    event inside: the unit handles it and goes on; the others learn of it at the next point. The step after holds inputs
+    control:      one step of h and two of h/2 are compared, so that points gather at events; every unit must be able
+                  to put itself back
+
+The error of a run falls like h**2 where the motion is smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from ctypes import byref
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation import foreign, request
+from fmu_models.simulation.coupling.composite import Composite, library
+from fmu_models.simulation.coupling.stepper import DISCARD, TERMINATE, Stepper
+from fmu_models.simulation.motion_error import MotionError
+from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.coupling.scene import CoupledSystem
+
+CONTROL_TOLERANCE = 1e-4  # a method of second order needs too many steps for much less
+UNIT_TOLERANCE = 1e-8  # of the units' own integration: well below what the exchange costs
+SHORTEST = 1e-9  # of the run: a jump is stepped over rather than resolved further
+ENTER_INITIALIZATION, EXIT_INITIALIZATION = 2, 3
+
+
+def co_simulate(
+    system: CoupledSystem,
+    solver: str,
+    *,
+    output_times: ArrayLike | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Step the units of ``system`` by "jacobi" or "gauss-seidel"; see ``couple``.
+
+    Raises:
+        MotionError: a unit fails; StickslipError: steps are to be controlled, but a unit cannot be put back.
+    """
+    for name, unit in system.units.items():
+        if unit.fmu.description.coSimulation is None:
+            raise StickslipError(
+                f"The unit '{name}' has no Co-Simulation, which '{solver}' needs. "
+                "Where all units have Model Exchange, choose the solver 'auto'."
+            )
+    run = _Run(system, solver)
+    try:
+        times = (
+            None if output_times is None else request.output_times(output_times, system.start_time, system.stop_time)
+        )
+        return run.made(times, progress)
+    finally:
+        run.composite.close()
+
+
+class _Run:
+    """The units between two communication points, and what has been recorded."""
+
+    def __init__(self, system: CoupledSystem, solver: str) -> None:
+        self.system, self.sequential = system, solver == "gauss-seidel"
+        self.composite = Composite(system, co_simulation=True)
+        self.events: list[ForeignEvent] = []
+        instances = zip(self.composite.names, self.composite.instances, strict=True)
+        self.steppers = [Stepper(name, one, self._note) for name, one in instances]
+        self.fixed = [one.name for one in self.steppers if not one.puts_back]
+        if system.adaptive and self.fixed:
+            raise StickslipError(
+                f"Steps are controlled by trying them, but the unit '{self.fixed[0]}' cannot be put back "
+                "(canGetAndSetFMUState). Leave 'adaptive' out and choose a step."
+            )
+        stiff = [one.name for one in self.steppers if not one.any_step]
+        if system.adaptive and stiff:
+            raise StickslipError(f"The unit '{stiff[0]}' takes steps of one length only. Leave 'adaptive' out.")
+        self.adaptive = system.adaptive if system.adaptive is not None else not (self.fixed or stiff or system.step)
+        arrays, wires = self.composite.arrays, self.composite.wires
+        n = len(wires)
+        self.u, self.y = arrays["inputs"][:n], arrays["outputs"][: len(self.composite.ports)]
+        self.source, self.factor, self.offset = (arrays[name][:n] for name in ("source", "factor", "offset"))
+        fed = {wire.target for wire in wires}
+        self.extrapolated = np.array(
+            [(unit, f"{name}_rate") not in fed for unit, name in (w.target for w in wires)], bool
+        )
+        self.unit_of_source = np.array([self.composite.names.index(w.source[0]) for w in wires], int)
+        self.before, self.last = self.u.copy(), 0.0
+        self.groups = [
+            (int(g["unit"]), int(g["first"]), int(g["n"]), bool(g["discrete"])) for g in arrays["writes"] if g["n"]
+        ]
+        self.reads = [(int(g["unit"]), int(g["first"]), int(g["n"])) for g in arrays["reads"] if g["n"]]
+        fmu = self.composite.fmu
+        states = [name for name in self.composite.states if name in fmu.variables]
+        names = list(system.outputs) or list(dict.fromkeys([*states, *request.recordable(fmu)]))
+        self.recorded = request.Selection.of(fmu, names)
+        self.controlled = request.Selection.of(fmu, states)
+        self.nominal = np.array([self._nominal(name) for name in states])
+        self.largest = np.zeros(len(states) + self.y.size)
+        self.steps = self.rejected = self.forced = 0
+
+    def _nominal(self, name: str) -> float:
+        unit = max((u for u in self.composite.names if name.startswith(f"{u}.")), key=len)
+        stated = self.system.units[unit].fmu.variables[name[len(unit) + 1 :]].nominal
+        return abs(float(stated)) if stated else 1.0
+
+    def _note(self, time: float, kind: str, name: str) -> None:
+        self.events.append(ForeignEvent(time, kind, -1, name, 0.0, 0.0, (), ()))
+
+    def _initialize(self) -> None:
+        system, c = self.system, self.composite.c
+        c.tolerance, c.start, c.stop = UNIT_TOLERANCE, system.start_time, system.stop_time
+        given = {
+            f"{name}.{k}": v
+            for name, unit in system.units.items()
+            for part in (unit.parameters, unit.start, unit.inputs)
+            for k, v in part.items()
+        }
+        chosen, values = (
+            request.Selection.of(self.composite.fmu, list(given)),
+            np.array(list(given.values()), dtype=float),
+        )
+        face = byref(self.composite.face)
+        self._checked(library().coupling_write(face, byref(chosen.c()), values.ctypes.data), "setting its values")
+        for function in (ENTER_INITIALIZATION, EXIT_INITIALIZATION):
+            self._checked(library().coupling_plain(face, function), "initialization")
+        for one in self.steppers:
+            one.begin(system.start_time)
+        self.time = system.start_time
+        self._exchange()
+        self.before = self.u.copy()
+
+    def _checked(self, status: int, what: str) -> None:
+        if status >= DISCARD:
+            time = getattr(self, "time", self.system.start_time)
+            raise MotionError(f"{what} fails at t = {time:.9g} s: {self.composite.message()}", "fmi error", time)
+
+    def _exchange(self) -> None:
+        """All values at a communication point; discrete ones by events of the units that take them."""
+        held = self.u.copy()
+        self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
+        if not any(discrete for *_, discrete in self.groups):
+            return
+        for unit, first, n in self.reads:
+            self._read(unit, first, n)
+        self.u[:] = np.where(self._discrete(), self.factor * self.y[self.source] + self.offset, self.u)
+        for unit, first, n, discrete in self.groups:
+            if discrete and (self.u[first : first + n] != held[first : first + n]).any():
+                self.steppers[unit].event(self.time, lambda unit=unit, first=first, n=n: self._write(unit, first, n))
+                self._note(self.time, "input", self.composite.names[unit])
+        self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
+
+    def _discrete(self) -> NDArray[np.bool_]:
+        marks = np.zeros(self.u.size, dtype=bool)
+        for _, first, n, discrete in self.groups:
+            marks[first : first + n] = discrete
+        return marks
+
+    def _write(self, unit: int, first: int, n: int) -> int:
+        return self._pass(library().coupling_write, unit, first, n, "input", self.u)
+
+    def _read(self, unit: int, first: int, n: int) -> None:
+        self._checked(self._pass(library().coupling_read, unit, first, n, "output", self.y), "reading outputs")
+
+    def _pass(
+        self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
+    ) -> int:
+        types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
+        at = foreign.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
+        return call(byref(self.steppers[unit].face), byref(at), values[first:].ctypes.data)
+
+    def _step(self, end: float) -> None:
+        """All units from here to ``end``, with the exchange there."""
+        h, start, noted = end - self.time, self.u.copy(), len(self.events)
+        slope = (start - self.before) * (0.5 * h / self.last) if self.last > 0.0 else np.zeros_like(start)
+        middle = start + np.where(self.extrapolated & ~self._discrete(), slope, 0.0)
+        self.u[:] = middle
+        for unit, one in enumerate(self.steppers):
+            for owner, begin, n, discrete in self.groups:
+                if owner == unit and not discrete:
+                    self._checked(self._write(unit, begin, n), f"setting the inputs of unit '{one.name}'")
+            one.step(self.time, end)
+            if self.sequential:
+                for owner, begin, n in self.reads:
+                    if owner == unit:
+                        self._read(unit, begin, n)
+                reached = self.factor * self.y[self.source] + self.offset
+                known = (self.unit_of_source == unit) & self.extrapolated & ~self._discrete()
+                self.u[:] = np.where(known, 0.5 * (start + reached), self.u)
+        self.time, self.last = end, h
+        self.u[:] = start
+        self._exchange()
+        self.before = start
+        self.steps += 1
+        if len(self.events) > noted:
+            # a slope across an event expects nothing of what follows it
+            self.last = 0.0
+
+    @contextmanager
+    def _saved(self) -> Iterator[Callable[[], None]]:
+        """What puts all units back to here."""
+        kept = [(one, one.save(self.time)) for one in self.steppers]
+        here = self.time, self.last, self.u.copy(), self.before.copy(), self.y.copy(), len(self.events)
+
+        def put_back() -> None:
+            for one, state in kept:
+                one.put_back(state, self.time)
+                one.ended = False
+            self.time, self.last = here[0], here[1]
+            self.u[:], self.before, self.y[:] = here[2], here[3].copy(), here[4]
+            del self.events[here[5] :]
+
+        try:
+            yield put_back
+        finally:
+            for one, state in kept:
+                one.free(state)
+
+    def _observed(self) -> NDArray[np.float64]:
+        values = np.zeros(len(self.controlled.names))
+        face, chosen = byref(self.composite.face), self.controlled.c()
+        self._checked(library().coupling_read(face, byref(chosen), values.ctypes.data), "reading states")
+        return np.concatenate([values, self.y])
+
+    def _control(self, h: float, latest: float, shortest: float) -> float:
+        """One accepted pair of steps of h/2 or less; the length to try next."""
+        tolerance = self.system.tolerance or CONTROL_TOLERANCE
+        with self._saved() as put_back:
+            while True:
+                begin = self.time
+                end = latest if begin + h * (1 + 1e-9) >= latest else begin + h
+                h = end - begin
+                self._step(end)
+                whole = self._observed()
+                put_back()
+                self._step(begin + 0.5 * h)
+                self._step(end)
+                halves = self._observed()
+                self.largest = np.maximum(self.largest, np.abs(halves))
+                nominal = np.concatenate([self.nominal, np.zeros(self.y.size)])
+                scale = np.maximum(nominal + np.abs(halves), np.maximum(self.largest, 1e-12))
+                error = float(np.max(np.abs(whole - halves) / scale, initial=0.0)) / (3.0 * tolerance)
+                factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1.0 / 3.0)))
+                if error <= 1.0 or h <= shortest:
+                    self.forced += error > 1.0
+                    return max(h * factor, shortest)
+                self.rejected += 1
+                put_back()
+                h = max(h * min(factor, 0.5), shortest)
+
+    def made(self, times: NDArray[np.float64] | None, progress: Callable[[float], None] | None) -> Trajectory:
+        system = self.system
+        span = system.stop_time - system.start_time
+        h = system.step or span / 1000
+        self._initialize()
+        points, rows = [], []
+        index, wanted = 1, 0
+        while True:
+            due = times is None
+            while times is not None and wanted < times.size and times[wanted] <= self.time:
+                due, wanted = True, wanted + 1
+                points.append(times[wanted - 1])
+                rows.append(self._record())
+            if times is None and due:
+                points.append(self.time)
+                rows.append(self._record())
+            if self.time >= system.stop_time or any(one.ended for one in self.steppers):
+                break
+            latest = system.stop_time if times is None or wanted >= times.size else min(times[wanted], system.stop_time)
+            if self.adaptive:
+                cut = latest - self.time < h
+                proposed = self._control(h, latest, SHORTEST * span)
+                h = max(h, proposed) if cut else proposed
+            else:
+                grid = system.start_time + index * h
+                while grid <= self.time + 1e-9 * h:
+                    index += 1
+                    grid = system.start_time + index * h
+                near = latest if grid > latest - 1e-9 * h else grid
+                self._step(near)
+            if progress:
+                progress((self.time - system.start_time) / span)
+        for one in self.steppers:
+            library().coupling_plain(byref(one.face), TERMINATE)
+        return self._trajectory(np.array(points), np.array(rows).reshape(len(points), -1))
+
+    def _record(self) -> NDArray[np.float64]:
+        values = np.zeros(len(self.recorded.names))
+        face, chosen = byref(self.composite.face), self.recorded.c()
+        self._checked(library().coupling_read(face, byref(chosen), values.ctypes.data), "reading values")
+        return values
+
+    def _trajectory(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> Trajectory:
+        variables = self.composite.fmu.variables
+        values = {name: np.ascontiguousarray(rows[:, i]) for i, name in enumerate(self.recorded.names)}
+        units = {name: str(variables[name].unit or "1") for name in values}
+        note = f"co-simulation of {len(self.steppers)} units by {'Gauss-Seidel' if self.sequential else 'Jacobi'}"
+        note += ", steps controlled" if self.adaptive else ", fixed step"
+        if self.fixed:
+            note += f", because {', '.join(self.fixed)} cannot be put back"
+        if self.forced:
+            note += f"; {self.forced} steps of the shortest length missed the tolerance"
+        ended = [one.name for one in self.steppers if one.ended]
+        if ended:
+            note += f"; unit '{ended[0]}' ended the run at t = {self.time:.9g} s"
+        return Trajectory(times, values, units, tuple(self.events), self.steps, self.rejected, note)

@@ -1,0 +1,130 @@
+"""Runs of a coupled system: all units integrated as one, or stepped one by one."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import replace
+
+from numpy.typing import ArrayLike
+
+from fmu_models.errors import StickslipError
+from fmu_models.simulation import foreign
+from fmu_models.simulation.coupling.composite import Composite
+from fmu_models.simulation.coupling.scene import EXCHANGE_BY_STEPS, CoupledSystem
+from fmu_models.simulation.master import Driver
+from fmu_models.simulation.results import Provenance, Recording
+from fmu_models.simulation.trajectory import Trajectory
+
+MASTER_TOLERANCE = 1e-8
+
+
+class _CoupledDriver(Driver):
+    """The master's driver with the coupled system in place of an FMU."""
+
+    def __init__(self, system: CoupledSystem) -> None:
+        self.composite = Composite(system, co_simulation=False)
+        super().__init__(
+            self.composite.fmu,
+            method=system.solver,
+            tolerance=system.tolerance or MASTER_TOLERANCE,
+            record=list(system.outputs) or None,
+        )
+
+    def _load(self) -> foreign.Instance:
+        # it has what the driver asks of an instance: face, states, log, message, close
+        return self.composite  # pyright: ignore[reportReturnType]
+
+
+def couple(
+    system: CoupledSystem,
+    *,
+    output_times: ArrayLike | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Run a coupled system; variables of the trajectory are "unit.variable".
+
+    Args:
+        output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
+            communication points.
+        progress: called with the fraction done.
+
+    Raises:
+        MotionError: the run cannot be continued; says when and why.
+        StickslipError: a unit lacks what the solver needs.
+    """
+    solver = system.solver
+    if solver == "auto" and not system.exchanges_models:
+        solver = "jacobi"
+    if solver in EXCHANGE_BY_STEPS:
+        from fmu_models.simulation.coupling.cosimulation import co_simulate
+
+        return co_simulate(system, solver, output_times=output_times, progress=progress)
+    if system.step is not None or system.adaptive is not None:
+        raise StickslipError(
+            f"A communication step belongs to {' and '.join(EXCHANGE_BY_STEPS)}; '{system.solver}' integrates all "
+            "units as one and chooses its steps by the tolerance."
+        )
+    for name, unit in system.units.items():
+        if unit.fmu.description.modelExchange is None:
+            raise StickslipError(
+                f"The unit '{name}' has no Model Exchange, which '{solver}' needs. Choose the solver 'jacobi' or "
+                "'gauss-seidel'."
+            )
+    parameters, start, inputs = ({}, {}, {})
+    for name, unit in system.units.items():
+        for given, values in ((parameters, unit.parameters), (start, unit.start), (inputs, unit.inputs)):
+            given |= {f"{name}.{variable}": value for variable, value in values.items()}
+    driver = _CoupledDriver(system)
+    with driver:
+        made = driver.run(
+            system.stop_time,
+            start_time=system.start_time,
+            parameters=parameters,
+            start=start,
+            inputs=inputs,
+            output_times=output_times,
+            progress=progress,
+        )
+        loops = sum(stage.loop for stage in driver.composite.stages)
+    note = f"{made.method}; {len(system.units)} units as one"
+    if loops:
+        note += f", {loops} algebraic loop{'s' if loops > 1 else ''} by Newton's method"
+    return replace(made, method=note)
+
+
+def recorded(
+    system: CoupledSystem,
+    *,
+    output_times: ArrayLike | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """``couple``, with a description per variable and where all comes from."""
+    trajectory = couple(system, output_times=output_times, progress=progress)
+    descriptions: dict[str, str] = {}
+    for name in trajectory.values:
+        unit = max((u for u in system.units if name.startswith(f"{u}.")), key=len)
+        text = system.units[unit].fmu.variables[name[len(unit) + 1 :]].description
+        descriptions |= {name: str(text)} if text else {}
+    fmus = list(system.fmus.values())
+    given = {
+        part: {f"{u}.{k}": v for u, unit in system.units.items() for k, v in getattr(unit, part).items()}
+        for part in ("parameters", "start", "inputs")
+    }
+    provenance = Provenance(
+        fmu=", ".join(f"{name}: {fmu.path.name}" for name, fmu in system.fmus.items()),
+        model=system.name,
+        token=", ".join(str(fmu.description.guid) for fmu in fmus),
+        sha256=hashlib.sha256("".join(fmu.sha256 for fmu in fmus).encode()).hexdigest(),
+        fmi_version=", ".join(str(fmu.description.fmiVersion) for fmu in fmus),
+        generation_tool=", ".join(str(fmu.description.generationTool or "") for fmu in fmus),
+        method=system.solver,
+        start_time=system.start_time,
+        stop_time=system.stop_time,
+        tolerance=system.tolerance or float("nan"),
+        step=system.step or float("nan"),
+        parameters=given["parameters"],
+        start=given["start"],
+        inputs=given["inputs"],
+    )
+    return Recording(trajectory, descriptions, provenance)

@@ -1,0 +1,224 @@
+"""A system of several FMUs: its units, connections and how to run it; read from a TOML file.
+
+connections = [{ from = "rig.F0", to = "motor0.force" }, { from = "motor0.w", to = "rig.w0" }]
+stop_time = 10.0
+
+[units.rig]
+fmu = "rig.fmu"                 # a path from this file on, or: model = "disc_rig", contacts = ["disc0"]
+parameters = { N0 = 3.0 }
+start = { theta = 0.1 }
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from fmu_models.codegen.package import built
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.simulation import request
+from fmu_models.simulation.coupling.wiring import Connection, Wire, split, wires
+from fmu_models.simulation.fmu import Fmu
+
+EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
+EXCHANGE_BY_STEPS = ("jacobi", "gauss-seidel")
+SOLVERS = (*EXCHANGE, *EXCHANGE_BY_STEPS)
+KEYS = ("units", "connections", "solver", "step", "adaptive", "tolerance", "start_time", "stop_time", "outputs")
+UNIT_KEYS = ("fmu", "model", "contacts", "parameters", "start", "inputs")
+CONNECTION_KEYS = ("from", "to", "factor", "offset")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One FMU of a system, with values by name in its own units of measure."""
+
+    fmu: Fmu
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledSystem:
+    """Units by name and what connects them.
+
+    Attributes:
+        connections: as written; ``wires`` are the checked ones.
+        solver: one of SOLVERS; "auto" integrates all as one where every unit has Model Exchange, otherwise it steps the
+            units one by one ("jacobi").
+        step: communication step, s; the first one where steps are controlled; None: a thousandth of the run.
+        adaptive: the steps of a co-simulation are controlled; None: where every unit can be put back.
+        tolerance: relative error of a step; None: 1e-8, of a co-simulation with controlled steps 1e-4.
+        outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
+
+    Raises:
+        StickslipError: a name, value or connection that does not fit; names the place.
+    """
+
+    name: str
+    units: Mapping[str, Unit]
+    connections: Sequence[Connection] = ()
+    solver: str = "auto"
+    step: float | None = None
+    adaptive: bool | None = None
+    tolerance: float | None = None
+    start_time: float = 0.0
+    stop_time: float = 20.0
+    outputs: Sequence[str] = ()
+    wires: tuple[Wire, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        if not self.units:
+            raise StickslipError(f"The system '{self.name}' has no units. Name at least one FMU.")
+        if self.solver not in SOLVERS:
+            raise StickslipError(f"There is no solver '{self.solver}'.{nearest(self.solver, SOLVERS)}")
+        if self.step is not None and not (math.isfinite(self.step) and self.step > 0):
+            raise StickslipError(f"The step must be a positive number of seconds, found {self.step:g}.")
+        if not (math.isfinite(self.start_time) and math.isfinite(self.stop_time) and self.stop_time > self.start_time):
+            raise StickslipError(
+                f"The run must end after it starts, found start {self.start_time:g} s and stop {self.stop_time:g} s."
+            )
+        if self.tolerance is not None and not (1e-14 <= self.tolerance <= 0.1):
+            raise StickslipError(f"The tolerance must lie between 1e-14 and 0.1, found {self.tolerance:g}.")
+        object.__setattr__(self, "wires", wires(self.fmus, self.connections))
+        fed = {wire.target for wire in self.wires}
+        for name, unit in self.units.items():
+            try:
+                request.start_values(unit.fmu, unit.parameters, unit.start)
+                request.table(unit.fmu, unit.inputs, 0.0, 1.0)
+            except StickslipError as error:
+                raise StickslipError(f"Unit '{name}': {error}") from error
+            for variable in unit.inputs:
+                if (name, variable) in fed:
+                    raise StickslipError(
+                        f"Unit '{name}': the input '{variable}' is given a value, but is fed by a connection."
+                    )
+        for output in self.outputs:
+            unit, variable = split(self.fmus, output, "outputs")
+            if not request.is_number(self.fmus[unit], variable):
+                raise StickslipError(f"outputs: '{output}' cannot be recorded: it is no single number.")
+
+    def changed(self, **settings: Any) -> CoupledSystem:
+        """The same system with other settings; errors as for a new one."""
+        names = (f.name for f in fields(self) if f.init)
+        return CoupledSystem(**{**{name: getattr(self, name) for name in names}, **settings})
+
+    @property
+    def fmus(self) -> dict[str, Fmu]:
+        """The FMU of every unit."""
+        return {name: unit.fmu for name, unit in self.units.items()}
+
+    @property
+    def exchanges_models(self) -> bool:
+        """Whether every unit has Model Exchange, so that all can be integrated as one."""
+        return all(unit.fmu.description.modelExchange is not None for unit in self.units.values())
+
+
+def read(path: str | os.PathLike[str]) -> CoupledSystem:
+    """The system in a TOML, .ssd or .ssp file.
+
+    Raises:
+        StickslipError: no such file, not readable, or a system that does not fit together; says where.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise StickslipError(f"There is no file '{path}'.")
+    if path.suffix.lower() in (".ssp", ".ssd"):
+        from fmu_models.simulation.coupling import ssp
+
+        return ssp.read(path)
+    try:
+        content = tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise StickslipError(f"'{path}' is not TOML: {error}.") from error
+    return _system(path, content)
+
+
+def _system(path: Path, content: Mapping[str, Any]) -> CoupledSystem:
+    _known(f"'{path}'", content, KEYS)
+    tables = _typed(path, content, "units", dict, {})
+    units = {name: _unit(path, name, table) for name, table in tables.items()}
+    connections = [
+        _connection(f"'{path}': connection {i + 1}", entry)
+        for i, entry in enumerate(_typed(path, content, "connections", list, []))
+    ]
+    numbers = {
+        key: float(_typed(path, content, key, (int, float), 0.0))
+        for key in ("step", "tolerance", "start_time", "stop_time")
+        if key in content
+    }
+    outputs = _typed(path, content, "outputs", list, [])
+    if not all(isinstance(name, str) for name in outputs):
+        raise StickslipError(f"'{path}': outputs are names, each in quotes.")
+    return CoupledSystem(
+        path.stem,
+        units,
+        tuple(connections),
+        solver=_typed(path, content, "solver", str, "auto"),
+        adaptive=_typed(path, content, "adaptive", bool, None),
+        outputs=tuple(outputs),
+        **numbers,
+    )
+
+
+def _unit(path: Path, name: str, table: Any) -> Unit:
+    where = f"'{path}': unit '{name}'"
+    if not isinstance(table, dict):
+        raise StickslipError(f'{where} must be a table: [units.{name}] with fmu = "FILE.fmu".')
+    _known(where, table, UNIT_KEYS)
+    if ("fmu" in table) == ("model" in table):
+        raise StickslipError(f'{where} needs one of fmu = "FILE.fmu" and model = "NAME".')
+    source = table.get("fmu", table.get("model"))
+    if not isinstance(source, str):
+        raise StickslipError(f"{where}: its FMU is named by text, found {source!r}.")
+    contacts = table.get("contacts")
+    if contacts is not None and ("fmu" in table or not isinstance(contacts, list)):
+        raise StickslipError(f"{where}: contacts are a list, chosen from a model; an FMU is as it is.")
+    file = path.parent / source if "fmu" in table else built(source, contacts=contacts)
+    values = {key: _numbers(f"{where}, {key}", table.get(key, {})) for key in ("parameters", "start", "inputs")}
+    return Unit(opened(where, file), **values)
+
+
+def opened(where: str, file: Path, open_file: Callable[[Path], Fmu] = Fmu.open) -> Fmu:
+    try:
+        return open_file(file)
+    except StickslipError as error:
+        raise StickslipError(f"{where}: {error}") from error
+
+
+def _connection(where: str, entry: Any) -> Connection:
+    if not isinstance(entry, dict) or not all(isinstance(entry.get(key), str) for key in ("from", "to")):
+        raise StickslipError(f'{where} must be {{ from = "unit.output", to = "unit.input" }}, found {entry!r}.')
+    _known(where, entry, CONNECTION_KEYS)
+    numbers = _numbers(where, {key: entry[key] for key in ("factor", "offset") if key in entry})
+    factor = numbers.get("factor", 1.0 if "offset" in numbers else None)
+    return Connection(entry["from"], entry["to"], factor, numbers.get("offset", 0.0))
+
+
+def _numbers(where: str, table: Any) -> dict[str, float]:
+    if not isinstance(table, dict):
+        raise StickslipError(f"{where} must be a table of numbers, found {table!r}.")
+    for name, value in table.items():
+        if not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise StickslipError(f"{where}: '{name}' must be a finite number, found {value!r}.")
+    return {name: float(value) for name, value in table.items()}
+
+
+def _known(where: str, table: Mapping[str, Any], keys: Sequence[str]) -> None:
+    for key in table:
+        if key not in keys:
+            raise StickslipError(f"{where} has the unknown key '{key}'.{nearest(key, keys)}")
+
+
+def _typed(path: Path, table: Mapping[str, Any], key: str, kind: type | tuple[type, ...], default: Any) -> Any:
+    value = table.get(key, default)
+    if key in table and (not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool)):
+        kinds = {dict: "a table", list: "a list", str: "text", bool: "true or false"}
+        words = "a number" if isinstance(kind, tuple) else kinds[kind]
+        raise StickslipError(f"'{path}': {key} must be {words}, found {value!r}.")
+    return value

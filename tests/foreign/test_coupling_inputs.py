@@ -1,0 +1,235 @@
+"""Systems as users write them: TOML, SSP, the command; and everything that is wrong in them."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+
+import pytest
+from coupled import exported, wires
+from models import Models
+from typer.testing import CliRunner
+
+from fmu_models.cli import app
+from fmu_models.errors import StickslipError
+from fmu_models.simulation.coupling.run import couple
+from fmu_models.simulation.coupling.scene import CoupledSystem, Unit, read
+from fmu_models.simulation.coupling.wiring import Connection, conversion
+
+LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'
+UNITS = '[units.a]\nfmu = "mass3.0.fmu"\nstart = { x = 1.0 }\n[units.b]\nfmu = "mass3.0.fmu"\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("systems")
+    exported("mass", made)
+    exported("mass", made, "2.0")
+    return made
+
+
+def scene(folder: Path, text: str) -> Path:
+    path = folder / "system.toml"
+    path.write_text(text, "utf-8")
+    return path
+
+
+def test_a_scene_is_read(folder):
+    system = read(scene(folder, LINKS + "stop_time = 2.0\ntolerance = 1e-10\n" + UNITS))
+    assert [str(c) for c in system.connections] == ["a.place -> b.other", "b.place -> a.other"]
+    assert couple(system).time[-1] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("stop_time = ", "is not TOML"),
+        ("solvr = 'auto'\n" + UNITS, "unknown key 'solvr'.*'solver'"),
+        ("solver = 'rk4'\n" + UNITS, "no solver 'rk4'"),
+        ("stop_time = 'soon'\n" + UNITS, "stop_time must be a number"),
+        ("stop_time = -1.0\n" + UNITS, "must end after it starts"),
+        ("step = 0.0\n" + UNITS, "step must be a positive"),
+        ("tolerance = 2.0\n" + UNITS, "between 1e-14 and 0.1"),
+        ("", "has no units"),
+        ("units = 3", "units must be a table"),
+        ("[units]\na = 3", "unit 'a' must be a table"),
+        ("[units.a]\nparameters = {}", "needs one of fmu"),
+        ("[units.a]\nfmu = 'nothing.fmu'", "unit 'a': There is no file"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\ncontacts = ['b']", "an FMU is as it is"),
+        ("[units.a]\nmodel = 'disc_rg'", "disc_rig"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\nparameters = { kk = 1.0 }", "Unit 'a'.*no parameter 'kk'"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\nparameters = { k = 'stiff' }", "'k' must be a finite number"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\nstart = { y = 1.0 }", "Unit 'a'.*no variable 'y'"),
+        ("connections = [3]\n" + UNITS, "connection 1 must be"),
+        ("connections = [{ from = 'a.place', to = 'b.other', via = 'c' }]\n" + UNITS, "unknown key 'via'"),
+        ("outputs = ['a.plce']\n" + UNITS, "no variable 'plce'.*'place'"),
+        ("outputs = [1]\n" + UNITS, "outputs are names"),
+        (LINKS + UNITS + "inputs = { other = 1.0 }", "'other' is given a value, but is fed"),
+    ],
+)
+def test_what_is_wrong_in_a_scene_is_named(folder, text, said):
+    with pytest.raises(StickslipError, match=said):
+        read(scene(folder, text))
+
+
+@pytest.mark.parametrize(
+    ("connection", "said"),
+    [
+        ("c.place -> b.other", "Connection 'c.place -> b.other': there is no unit 'c'"),
+        ("place -> b.other", "'place' names no variable of a unit"),
+        ("a.plce -> b.other", "unit 'a' has no variable 'plce'.*Did you mean 'place'"),
+        ("a.x -> b.other", "'a.x' is a local of its unit, but an output is needed"),
+        ("a.place -> b.k", "'b.k' is a parameter of its unit, but an input is needed"),
+        ("a.speed -> b.other", "'a.speed' is in m/s, 'b.other' in m: these measure different quantities"),
+    ],
+)
+def test_what_is_wrong_in_a_connection_is_named(folder, connection, said):
+    fmu = exported("mass", folder)
+    with pytest.raises(StickslipError, match=said):
+        CoupledSystem("bad", {"a": Unit(fmu), "b": Unit(fmu)}, wires(connection))
+
+
+def test_an_input_has_one_source(folder):
+    fmu = exported("mass", folder)
+    with pytest.raises(StickslipError, match=r"'b.other' is fed by 'a.place' already"):
+        CoupledSystem("bad", {"a": Unit(fmu), "b": Unit(fmu)}, wires("a.place -> b.other", "b.place -> b.other"))
+
+
+def test_types_must_fit(folder, model: Models):
+    units = {"a": Unit(exported("mass", folder)), "clock": Unit(model("clock")), "driven": Unit(model("driven"))}
+    assert CoupledSystem("good", units, wires("clock.ticks -> driven.u")).wires[0].factor == 1.0
+    with pytest.raises(StickslipError, match="is an output of its unit, but an input"):
+        CoupledSystem("bad", units, wires("a.place -> clock.ticks"))
+
+
+def test_solvers_need_their_interface(folder, model: Models):
+    only_steps = {"a": Unit(model("integers"))}
+    with pytest.raises(StickslipError, match="unit 'a' has no Model Exchange, which 'dop853' needs"):
+        couple(CoupledSystem("bad", only_steps, solver="dop853", stop_time=1.0))
+    only_rates = {"a": Unit(model("relay"))}
+    with pytest.raises(StickslipError, match="unit 'a' has no Co-Simulation, which 'jacobi' needs"):
+        couple(CoupledSystem("bad", only_rates, solver="jacobi", stop_time=1.0))
+    with pytest.raises(StickslipError, match="communication step belongs to jacobi and gauss-seidel"):
+        couple(CoupledSystem("bad", only_rates, step=0.1, stop_time=1.0))
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "factor", "offset"),
+    [
+        ("mm", "m", 1e-3, 0.0),
+        ("kN.m", "N m", 1e3, 0.0),
+        ("deg", "rad", 0.017453292519943295, 0.0),
+        ("m/s2", "mm/s^2", 1e3, 0.0),
+        ("degC", "K", 1.0, 273.15),
+        ("rpm", "rad/s", 0.10471975511965977, 0.0),
+        ("N m s/rad", "N*m*s/rad", 1.0, 0.0),
+    ],
+)
+def test_units_of_measure_are_converted(one, two, factor, offset):
+    assert conversion(one, two) == pytest.approx((factor, offset), rel=1e-12)
+
+
+def test_a_connection_may_have_its_own_factor(folder):
+    fmu = exported("mass", folder)
+    joined = [Connection("a.speed", "b.other", 2.0, 1.0)]
+    system = CoupledSystem("scaled", {"a": Unit(fmu), "b": Unit(fmu)}, joined, outputs=("b.other",), stop_time=1.0)
+    assert couple(system)["b.other"][0] == 1.0
+
+
+SPACES = " ".join(
+    f'xmlns:{key}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
+    for key, name in {
+        "ssd": "Description",
+        "ssc": "Common",
+        "ssv": "ParameterValues",
+        "ssm": "ParameterMapping",
+    }.items()
+)
+INLINE = """<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
+<ssv:Parameters><ssv:Parameter name="x"><ssv:Real value="1000" unit="mm"/></ssv:Parameter></ssv:Parameters>
+</ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>"""
+FROM_FILE = (
+    '<ssd:ParameterBindings><ssd:ParameterBinding source="b.ssv">%s</ssd:ParameterBinding></ssd:ParameterBindings>'
+)
+MAPPING = """<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="stiffness" target="k">
+<ssc:LinearTransformation factor="2"/></ssm:MappingEntry></ssm:ParameterMapping></ssd:ParameterMapping>"""
+VALUES = f"""<ssv:ParameterSet {SPACES} version="1.0" name="p"><ssv:Parameters><ssv:Parameter name="stiffness">
+<ssv:Real value="3"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>"""
+
+
+def structure(
+    first: str = INLINE, second: str = FROM_FILE % MAPPING, *, source: str = "resources/mass.fmu", begin: str = ""
+) -> str:
+    return f"""<?xml version="1.0" encoding="UTF-8"?>{begin}
+<ssd:SystemStructureDescription {SPACES} version="1.0" name="masses"><ssd:System name="masses"><ssd:Elements>
+<ssd:Component name="a" source="{source}" type="application/x-fmu-sharedlibrary">{first}</ssd:Component>
+<ssd:Component name="b" source="resources/mass.fmu">{second}</ssd:Component></ssd:Elements>
+<ssd:Connections>
+<ssd:Connection startElement="a" startConnector="place" endElement="b" endConnector="other"/>
+<ssd:Connection startElement="b" startConnector="place" endElement="a" endConnector="other">
+<ssc:LinearTransformation factor="0.5" offset="0.25"/></ssd:Connection>
+<ssd:Connection startElement="b" startConnector="speed" endConnector="shown"/>
+</ssd:Connections></ssd:System><ssd:DefaultExperiment startTime="0" stopTime="1.5"/></ssd:SystemStructureDescription>"""
+
+
+def packed(folder: Path, target: Path, description: str, **others: str) -> Path:
+    with zipfile.ZipFile(target, "w") as archive:
+        archive.writestr("SystemStructure.ssd", description)
+        archive.write(exported("mass", folder).path, "resources/mass.fmu")
+        for name, text in {"b.ssv": VALUES, **others}.items():
+            archive.writestr(name, text)
+    return target
+
+
+def test_ssp_is_read_with_parameters_inline_and_from_files(folder, tmp_path):
+    system = read(packed(folder, tmp_path / "masses.ssp", structure()))
+    assert system.units["a"].start == {"x": 1.0}
+    assert system.units["b"].parameters == {"k": 6.0}
+    assert [(w.factor, w.offset) for w in system.wires] == [(1.0, 0.0), (0.5, 0.25)]
+    assert (system.stop_time, system.outputs) == (1.5, ("b.speed",))
+    run = couple(system.changed(outputs=("a.x", "a.other", "b.x")))
+    assert run["a.other"] == pytest.approx(0.5 * run["b.x"] + 0.25, abs=1e-14)
+
+
+def test_ssd_beside_its_fmus_is_read(folder, tmp_path):
+    with zipfile.ZipFile(packed(folder, tmp_path / "masses.ssp", structure())) as archive:
+        archive.extractall(tmp_path)
+    assert read(tmp_path / "SystemStructure.ssd").units["b"].parameters == {"k": 6.0}
+
+
+@pytest.mark.parametrize(
+    ("description", "said"),
+    [
+        (structure(source="../mass.fmu"), "component 'a' refers to '../mass.fmu', which is no file beside"),
+        (structure(source="resources/none.fmu"), "component 'a': There is no file"),
+        (structure(begin='<!DOCTYPE a [<!ENTITY b "c">]>'), "document type"),
+        ("<nothing/>", "is not a System Structure Description"),
+        ("<", "cannot be read"),
+        (structure(first=FROM_FILE % ""), "Unit 'a'.*no parameter 'stiffness'"),
+        (structure(first=INLINE.replace("mm", "kg")), "'x' is given in kg, but is in m"),
+        (structure(first=INLINE.replace("1000", "long")), "'x' is 'long', not a finite number"),
+        (structure().replace('startConnector="place"', 'startConnector="plce"'), "no variable 'plce'"),
+        (structure(second=FROM_FILE.replace("b.ssv", "c.ssv") % ""), "'c.ssv' cannot be read"),
+    ],
+)
+def test_what_is_wrong_in_ssp_is_named(folder, tmp_path, description, said):
+    with pytest.raises(StickslipError, match=said):
+        read(packed(folder, tmp_path / "bad.ssp", description))
+
+
+def test_an_ssp_that_leaves_its_folder_is_refused(folder, tmp_path):
+    with pytest.raises(StickslipError, match="outside its folder"):
+        read(packed(folder, tmp_path / "bad.ssp", structure(), **{"../evil.ssv": ""}))
+
+
+def test_the_command_tells_and_writes(folder, tmp_path):
+    path, target = scene(folder, LINKS + UNITS), tmp_path / "run.csv"
+    done = CliRunner().invoke(app, ["couple", str(path), "--until", "1", "--json", "-o", str(target)])
+    assert done.exit_code == 0, done.output
+    content = json.loads(done.stdout)
+    assert content["units"] == {"a": "mass3.0.fmu", "b": "mass3.0.fmu"}
+    assert content["end_time"] == 1.0
+    assert target.read_text("utf-8").startswith("time [s],a.x [m]")
+    done = CliRunner().invoke(app, ["couple", str(path), "--until", "1", "--solver", "gauss-seidel", "--step", "0.1"])
+    assert "co-simulation of 2 units by Gauss-Seidel, fixed step: 10 steps" in done.stdout

@@ -24,6 +24,8 @@ const Tolerances run_default_tolerances = {
     .chatter = 1e-8,
     .crowd = 1e-9,
     .max_iterations = 1000,
+    .lap = 1000000,
+    .patience = 1000.0,
 };
 
 RunStatus run_fail(Run *r, const char *format, ...)
@@ -63,6 +65,7 @@ void run_reset(Run *r)
     memset(r, 0, sizeof *r);
     r->tolerances = run_default_tolerances;
     r->horizon = INFINITY;
+    r->goal = -INFINITY;
     memcpy(r->at.p, model_start_parameters, sizeof r->at.p);
     memcpy(r->at.u, model_start_inputs, sizeof r->at.u);
     memcpy(r->at.x, model_start_states, sizeof r->at.x);
@@ -94,7 +97,9 @@ RunStatus run_initialize(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
     }
-    r->crowd_start = r->last_event = r->at.time;
+    r->crowd_start = r->last_event = r->lap_start = r->at.time;
+    r->lap_steps = r->steps;
+    r->lap_events = r->events;
     r->crowded = 0;
     r->longest_pause = 0.0;
     memset(r->at.settles, 0, sizeof r->at.settles);
@@ -212,6 +217,32 @@ static int reach_crossing(Run *r, double until)
     return 1;
 }
 
+/* whether the run will come to its end in hours; asked once per step, answered once per lap */
+static RunStatus check_pace(Run *r)
+{
+    const long steps = r->steps - r->lap_steps;
+    const double passed = r->at.time - r->lap_start;
+    const double left = r->goal - r->at.time;
+    if (steps < r->tolerances.lap) {
+        return RUN_OK;
+    }
+    const long events = r->events - r->lap_events;
+    r->lap_start = r->at.time;
+    r->lap_steps = r->steps;
+    r->lap_events = r->events;
+    if (left <= r->tolerances.patience * passed) {
+        return RUN_OK;
+    }
+    if (2 * events > steps) {
+        return run_fail(r, "contacts switch %.1e times per second at t = %.10g, so that the %g s still to come would take %.0e "
+                           "events: ask for a shorter time, or start elsewhere",
+                        (double)events / passed, r->at.time, left, (double)events / passed * left);
+    }
+    return run_fail(r, "the motion is so fast or so stiff at t = %.10g that the %g s still to come would take %.0e steps of %.0e s: "
+                       "ask for a shorter time, or soften what is stiff",
+                    r->at.time, left, (double)steps / passed * left, passed / (double)steps);
+}
+
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
     if (!(t >= r->at.time)) {
@@ -220,7 +251,10 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
     double rest;
     while (r->at.time < t || (r->segment_valid && r->segment_event && segment_end(r, &rest) <= t)) {
         if (!r->segment_valid) {
-            if (taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
+            if (r->pause_at && r->steps >= r->pause_at) {
+                return RUN_PAUSED;
+            }
+            if (check_pace(r) == RUN_ERROR || taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
                 return RUN_ERROR;
             }
             r->section.searched = 0.0;

@@ -12,7 +12,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* a segment may reach this many times beyond the time asked for, so that short calls share it */
+/* a segment may reach this many times beyond the time asked for, so that short calls share it; a goal that lies farther ahead
+   counts instead, so that the times at which a caller looks do not change the motion */
 static const double LOOK_AHEAD = 1024.0;
 
 const Tolerances run_default_tolerances = {
@@ -202,7 +203,7 @@ static void move_inside(Run *r, double time, double since_start)
 /* how far a step may reach on the way to a time */
 static double step_limit(const Run *r, double end)
 {
-    return fmin(LOOK_AHEAD * (end - r->at.time), r->horizon - r->at.time);
+    return fmin(LOOK_AHEAD * (fmax(end, r->goal) - r->at.time), r->horizon - r->at.time);
 }
 
 /* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */

@@ -1,10 +1,10 @@
 """Whether the contact states of a run are possible where the run says they are.
 
-    friction      slip+ and slip-: the slip speed has that sign, lambda is the law's; stick: no slip, |lambda| <= capacity
-    stop          away: not inside; touching: inside, F is the law's; released: inside without force
-    impact        open: gap >= 0; closed: gap = 0 and lambda >= 0
-    its friction  slip: |lambda| = mu lambda_N; stick: no slip, |lambda| <= mu lambda_N
-    switch        on the side that it says; sliding: h = 0
+friction      slip: the slip speed has its sign, lambda is the law's; stick: no slip, |lambda| <= capacity
+stop          away: not inside; touching: inside, F is the law's; released: inside without force
+impact        open: gap >= 0; closed: gap = 0 and lambda >= 0
+its friction  slip: |lambda| = mu lambda_N; stick: no slip, |lambda| <= mu lambda_N
+switch        on the side that it says; sliding: h = 0
 """
 
 from __future__ import annotations
@@ -37,8 +37,9 @@ def contradictions(equations: Equations, columns: Columns, parameters: Mapping[s
     with np.errstate(all="ignore"):
         values = equations.environment(columns, parameters)
         moved = equations.environment(equations.nudged(columns), parameters)
+        gross = equations.gross(columns, parameters)
         for i, contact in enumerate(equations.system.contacts):
-            for what, wrong in _Contact(equations, i, columns, values, moved).violations():
+            for what, wrong in _Contact(equations, i, columns, (values, moved), gross[i]).violations():
                 wrong = np.where(np.isfinite(wrong), wrong, 0.0)
                 if wrong.size and wrong.max() > worst.error:
                     worst = Findings(float(wrong.max()), f"{contact.name}: {what}")
@@ -48,9 +49,19 @@ def contradictions(equations: Equations, columns: Columns, parameters: Mapping[s
 class _Contact:
     """One contact at all samples."""
 
-    def __init__(self, equations: Equations, i: int, columns: Columns, values: list[Any], moved: list[Any]) -> None:
+    def __init__(
+        self,
+        equations: Equations,
+        i: int,
+        columns: Columns,
+        values: tuple[list[Any], list[Any]],
+        gross: tuple[float, float],
+    ) -> None:
         self.contact = equations.system.contacts[i]
-        self.equations, self.i, self.columns, self.values, self.moved = equations, i, columns, values, moved
+        self.equations, self.i, self.columns = equations, i, columns
+        self.values, self.moved = values
+        self.gross_speed, gross_force = gross
+        self.force_rounding = ROUNDINGS * gross_force
         self.state = columns[f"{self.contact.name}_state"]
 
     def violations(self) -> list[tuple[str, NDArray]]:
@@ -71,6 +82,8 @@ class _Contact:
         value, size = np.broadcast_to(value, self.state.shape), np.broadcast_to(size, self.state.shape)
         rounding = np.abs(moved - value) / NUDGE * ROUNDINGS
         scale = float(np.nanmax(size)) if np.isfinite(size).any() else 0.0
+        if which == "slip" and self.contact.kind != "switch":
+            rounding = rounding + ROUNDINGS * self.gross_speed
         return np.sign(value) * np.maximum(np.abs(value) - rounding, 0.0) / (scale if scale > 0 else 1.0)
 
     def _where(self, states: tuple[int, ...], wrong: Any) -> NDArray:
@@ -89,7 +102,13 @@ class _Contact:
         """By how much a force in stick exceeds what holds it."""
         force = np.abs(self.columns[f"{self.contact.name}_force"])
         size = np.maximum(force, np.abs(capacity))
-        return (force - capacity) / np.where(size > 0, size, 1.0)
+        excess = force - capacity
+        return np.sign(excess) * np.maximum(np.abs(excess) - self.force_rounding, 0.0) / np.where(size > 0, size, 1.0)
+
+    def _pulls(self, force: NDArray) -> NDArray:
+        """By how much a contact pulls that can only push."""
+        size = float(np.abs(force).max())
+        return self._where((TOUCHING,), np.maximum(-force - self.force_rounding, 0.0) / (size if size > 0 else 1.0))
 
     def _friction(self) -> list[tuple[str, NDArray]]:
         slip = self._relative("slip")
@@ -117,18 +136,16 @@ class _Contact:
             ("force not of the law", self._law((TOUCHING,))),
         ]
         if self.contact.release is not None:
-            size = np.abs(force).max()
-            found.append(("pulls", self._where((TOUCHING,), -force / (size if size > 0 else 1.0))))
+            found.append(("pulls", self._pulls(force)))
         return found
 
     def _impact(self) -> list[tuple[str, NDArray]]:
         depth = self._relative("depth")
         force = self.columns[f"{self.contact.name}_force"]
-        size = np.abs(force).max()
         return [
             ("wall penetrated", self._where((AWAY, CHATTERING), depth)),
             ("closed off the wall", self._where((TOUCHING,), np.abs(depth))),
-            ("pulls", self._where((TOUCHING,), -force / (size if size > 0 else 1.0))),
+            ("pulls", self._pulls(force)),
         ]
 
     def _rigid_friction(self) -> list[tuple[str, NDArray]]:

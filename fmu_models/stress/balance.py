@@ -28,6 +28,7 @@ _WEIGHTS = _STEP * np.pi * np.cosh(_U) * _PLACES * (1.0 - _PLACES)
 MOST = 24  # stretches judged of one run
 ROUNDS = 3
 RESOLVED = 1e-10
+ROUNDING = 64 * 2.0**-53
 
 
 def stretches(trajectory: Trajectory, most: int = MOST) -> list[tuple[float, float]]:
@@ -49,8 +50,11 @@ def nodes(pieces: list[tuple[float, float]]) -> NDArray[np.float64]:
     return np.unique(np.concatenate([*inner, np.ravel(pieces)]))
 
 
-def imbalance(run: Run, first: Trajectory) -> tuple[Findings, int]:
-    """Largest relative imbalance of the stretches that could be resolved, and how many these were."""
+def imbalance(run: Run, first: Trajectory, gross: float) -> tuple[Findings, int]:
+    """Largest imbalance of the stretches that could be resolved, and how many these were.
+
+    It is relative to energies and work of a stretch, but to no less than rounding of the ``gross`` energy, J, explains.
+    """
     pieces = stretches(first)
     worst, judged = Findings(0.0, ""), 0
     for _ in range(ROUNDS):
@@ -59,7 +63,7 @@ def imbalance(run: Run, first: Trajectory) -> tuple[Findings, int]:
         trajectory = run(nodes(pieces))
         rest: list[tuple[float, float]] = []
         for a, b in pieces:
-            error = _of_piece(trajectory, a, b)
+            error = _of_piece(trajectory, a, b, gross)
             if error is None:
                 cuts = np.linspace(a, b, 5)
                 rest += list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
@@ -71,7 +75,7 @@ def imbalance(run: Run, first: Trajectory) -> tuple[Findings, int]:
     return worst, judged
 
 
-def _of_piece(trajectory: Trajectory, a: float, b: float) -> float | None:
+def _of_piece(trajectory: Trajectory, a: float, b: float, gross_energy: float) -> float | None:
     """Relative imbalance of one stretch; None if the quadrature does not resolve it."""
     times = np.clip(a + (b - a) * _PLACES, a, b)
     rows = np.searchsorted(trajectory.time, times)
@@ -95,4 +99,5 @@ def _of_piece(trajectory: Trajectory, a: float, b: float) -> float | None:
             return 0.0
         if abs(fine - coarse) > RESOLVED * size:
             return None
-        return abs(float(energy[end] - energy[begin]) - fine) / size
+        wrong = abs(float(energy[end] - energy[begin]) - fine) - ROUNDING * gross_energy
+        return max(0.0, wrong) / size

@@ -59,8 +59,8 @@ class Case:
 
     Attributes:
         model: name of the oscillator.
-        of: kind of contact that the case is about, or "body", "start", "time", "units".
-        what: which quantity is extreme, for example "ks" or "start".
+        of: kind of contact that the case is about, or "body", "default", "start", "time", "units".
+        what: what is extreme, for example "stiffness" or "start".
         name: unique in the model, for example "ks=1e+12".
         parameters, start, inputs: what differs from the defaults.
         begin, duration: s.
@@ -87,7 +87,7 @@ def grid(name: str, model: Model, equations: Equations, *, until: float | None =
     """All cases of a model; ``until`` replaces the ten characteristic periods that each lasts, s."""
     period = characteristic_period(model, equations)
     duration = until or PERIODS * period
-    found = [Case(name, "body", "default", "default", duration=duration, quick=True)]
+    found = [Case(name, "default", "", "default", duration=duration, quick=True)]
     seen: set[tuple[str, str]] = set()
     for role in roles(model):
         found += _of_role(name, role, equations, duration, first=(role.does, role.of) not in seen)
@@ -123,7 +123,7 @@ def _of_role(name: str, role: Role, equations: Equations, duration: float, *, fi
         yield Case(
             name,
             role.of,
-            role.name,
+            role.does,
             f"{role.name}={value:g}",
             parameters=given if role.name in equations.parameters else {},
             inputs=given if role.name in equations.inputs else {},
@@ -138,7 +138,7 @@ def _starts(name: str, model: Model, equations: Equations, duration: float) -> I
     velocities = [s.name for s in equations.system.driven]
 
     def case(label: str, start: Mapping[str, float], quick: bool = False) -> Case:
-        return Case(name, "start", "start", label, start=dict(start), duration=duration, quick=quick)
+        return Case(name, "start", "", label, start=dict(start), duration=duration, quick=quick)
 
     yield case("start at rest", dict.fromkeys(states, 0.0))
     yield case("start 1e9 fast", {v: 1e9 * (states[v] or 1.0) for v in velocities})
@@ -161,9 +161,9 @@ def _drives(name: str, equations: Equations, duration: float) -> Iterator[Case]:
     inputs = equations.inputs
     if len(inputs) > 1:
         equal = dict.fromkeys(inputs, next(iter(inputs.values())))
-        yield Case(name, "friction", "drives", "drives equal", inputs=equal, duration=duration, quick=True)
+        yield Case(name, "friction", "drive", "drives equal", inputs=equal, duration=duration, quick=True)
         opposed = {u: value * (-1) ** i for i, (u, value) in enumerate(equal.items())}
-        yield Case(name, "friction", "drives", "drives opposed", inputs=opposed, duration=duration)
+        yield Case(name, "friction", "drive", "drives opposed", inputs=opposed, duration=duration)
 
 
 def on_boundary(equations: Equations, offsets: Mapping[int, float]) -> dict[str, float] | None:
@@ -229,9 +229,7 @@ def characteristic_period(model: Model, equations: Equations) -> float:
             matrix[names.index(q.name), names.index(q.v.name)] = 1.0
     own = np.abs(np.linalg.eigvals(matrix).imag)
     frequencies = [float(w) for w in own if w > 1e-6 * max(1.0, own.max())]
-    frequencies += [
-        equations.parameters[r.name] * _turn(model, r.name) for r in roles(model) if r.does == "frequency"
-    ]
+    frequencies += [equations.parameters[r.name] * _turn(model, r.name) for r in roles(model) if r.does == "frequency"]
     return 2 * math.pi / min((w for w in frequencies if w > 0), default=2 * math.pi)
 
 

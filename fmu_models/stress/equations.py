@@ -20,8 +20,11 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from fmu_models.language.inertia import mass_matrix
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.lowering.lagrange import generalised_forces
 from fmu_models.lowering.lower import lower
 from fmu_models.stress.roles import Model
 
@@ -61,10 +64,18 @@ class Equations:
             *system.states,
             *(s for c in system.contacts for s in _symbols(c)),
         ]
-        self._rates = [self._compiled(_terms(a)) for a in system.acceleration]
-        self._W = self._compiled(list(system.W))
-        self._internal = self._compiled([sympy.sympify(rate) for rate in system.internal_rates])
+        self._rates = [self._compiled(_terms(a)) for a in self._sides(model)]
+        self._mass = self._compiled(mass_matrix(model).flat()) if isinstance(model, Mechanism) else None
+        self._W = self._compiled(system.W.flat())
+        energy = sum((o.expression for o in system.outputs if o.name == "energy"), sympy.S.Zero)
+        self._energy = self._compiled(_terms(energy))
+        self._slopes = [self._compiled([sympy.diff(c.slip, state) for state in system.driven]) for c in system.contacts]
+        self._G = [self._compiled([system.G[i, i]]) for i in range(len(system.contacts))]
         self._contacts = [self._compile_contact(c) for c in system.contacts]
+
+    def _sides(self, model: Model) -> list[sympy.Expr]:
+        """Forces of a mechanism, rates of an automaton, without those of contacts."""
+        return generalised_forces(model).flat() if isinstance(model, Mechanism) else list(self.system.acceleration)
 
     def _compiled(self, expressions: list[Any]) -> Callable[..., list[Any]]:
         return sympy.lambdify(self._symbols, expressions, modules="numpy", cse=True)
@@ -81,7 +92,7 @@ class Equations:
         system = self.system
         values: list[Any] = [columns["time"]]
         values += [float(parameters.get(p.name, p.value)) for p in system.parameters]
-        values += [columns[u.name] if u.name in columns else u.value for u in system.inputs]
+        values += [columns.get(u.name, u.value) for u in system.inputs]
         values += [0.0 for _ in system.inputs]
         values += [columns[s.name] for s in system.states]
         start = len(values)
@@ -124,22 +135,54 @@ class Equations:
         return found
 
     def rates(self, columns: Columns, parameters: Mapping[str, float]) -> tuple[NDArray, NDArray]:
-        """Rates of the driven states under the forces reported, and the magnitudes of their terms: (n_driven, n)."""
+        """Rates of the driven states under the forces reported, and the magnitudes of their terms: (n_driven, n).
+
+        Those of a mechanism come from its mass matrix and forces, not from the accelerations that the engine uses.
+        """
         values = self.environment(columns, parameters)
         forces = self.forces(columns, values)
         shape = columns["time"].shape
-        W = np.array([np.broadcast_to(w, shape) for w in self._W(*values)]).reshape(len(self.driven), -1, *shape)
-        total, size = [], []
-        for i, compiled in enumerate(self._rates):
-            by_contacts = [W[i, j] * force for j, force in enumerate(forces)]
-            terms = [np.broadcast_to(term, shape) for term in (*compiled(*values), *by_contacts)]
-            total.append(sum(terms, np.zeros(shape)))
-            size.append(sum((np.abs(term) for term in terms), np.zeros(shape)))
-        return np.array(total), np.array(size)
+        n = len(self.driven)
+        W = np.array([np.broadcast_to(w, shape) for w in self._W(*values)]).reshape(n, len(forces), *shape)
+        sides = [[np.broadcast_to(term, shape) for term in compiled(*values)] for compiled in self._rates]
+        total = np.array([sum(terms, np.zeros(shape)) for terms in sides])
+        size = np.array([sum((np.abs(term) for term in terms), np.zeros(shape)) for terms in sides])
+        if self._mass is not None:
+            mass = np.array([np.broadcast_to(m, shape) for m in self._mass(*values)]).reshape(n, n, *shape)
+            inverse = np.linalg.inv(np.moveaxis(mass, -1, 0))
+            total = np.einsum("kij,jk->ik", inverse, total)
+            size = np.einsum("kij,jk->ik", np.abs(inverse), size)
+        for j, force in enumerate(forces):
+            total = total + W[:, j] * force
+            size = size + np.abs(W[:, j] * force)
+        return total, size
+
+    def gross(self, columns: Columns, parameters: Mapping[str, float]) -> list[tuple[float, float]]:
+        """Per contact the slip speed and the force whose rounding is that of the run.
+
+        In a rate of slip terms of this size cancel; uncancelled they make that speed in the time of the run, and it
+        takes that force to hold them.
+        """
+        values = self.environment(columns, parameters)
+        _, size = self.rates(columns, parameters)
+        span = float(columns["time"][-1] - columns["time"][0])
+        found = []
+        for i, slopes in enumerate(self._slopes):
+            along = [np.abs(slope) for slope in slopes(*values)]
+            rate = sum((a * size[k] for k, a in enumerate(along)), np.zeros(size.shape[1:]))
+            rate = float(np.nanmax(rate)) if rate.size else 0.0
+            G = np.nanmin(np.abs(self._G[i](*values)[0])) if rate > 0 else 1.0
+            found.append((rate * span, rate / float(G) if G > 0 else rate))
+        return found
+
+    def energy_size(self, columns: Columns, parameters: Mapping[str, float]) -> float:
+        """Largest sum of the magnitudes of the terms of the energy."""
+        terms = self._energy(*self.environment(columns, parameters))
+        return float(np.max(sum((np.abs(term) for term in terms), np.zeros(columns["time"].shape))))
 
     def nudged(self, columns: Columns) -> dict[str, NDArray]:
-        """The samples with states moved by NUDGE, alternately up and down."""
-        moved = dict(columns)
+        """The samples with states moved by NUDGE, alternately up and down, and the time with them."""
+        moved = dict(columns) | {"time": columns["time"] * (1.0 + NUDGE)}
         for k, state in enumerate(self.system.states):
             moved[state.name] = columns[state.name] * (1.0 + (-1) ** k * NUDGE)
         return moved
@@ -165,5 +208,5 @@ def _symbols(c: ContactDynamics) -> list[Any]:
 
 
 def _terms(expression: sympy.Expr) -> list[Any]:
-    """Terms of a sum, each with its own magnitude; a quotient stays whole."""
-    return list(sympy.Add.make_args(sympy.expand(expression) if len(expression.free_symbols) < 12 else expression))
+    """Terms of a sum, each with its own magnitude."""
+    return list(sympy.Add.make_args(sympy.expand(expression)))

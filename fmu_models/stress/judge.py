@@ -10,8 +10,8 @@ Checks of the run against itself:
     sampling     other output times, and so other steps
     units        units of mass, length and time changed by powers of two: the very same digits are expected
     mirror       where the declaration is odd, all signs turned
-A motion that is sensitive proves nothing by differing from itself: what a start moved by 1e-12 makes of it is measured,
-and differences are counted beyond a tenth of that, up to where it reaches 1e-3.
+A motion that is sensitive proves nothing by differing from itself. What a start moved by 1e-12 makes of it is measured;
+a difference then counts as the change of start that explains it, up to where that motion has moved by 1e-3.
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def judge(case: Case, fmu: Fmu, equations: Equations) -> Cell:
     """Run a case as often as its checks need, and judge it. Never raises what the engine says."""
     begin = time.perf_counter()
 
-    def cell(verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0) -> Cell:
+    def cell(
+        verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
+    ) -> Cell:
         return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - begin)
 
     trial = Trial(fmu, case, case.duration)
@@ -138,7 +140,7 @@ def _checks(
         yield "states", lambda: contradictions(equations, columns, parameters)
         yield "events", lambda: jumps(equations, detail, groups, parameters)
     if equations.has_energy:
-        yield "energy", lambda: _energy(trial, base)
+        yield "energy", lambda: _energy(trial, base, equations)
     sensitivity = _Sensitivity(trial, base)
     if detail is not None:
         rows = np.searchsorted(detail.time, base.time)
@@ -158,8 +160,9 @@ def _finite(trajectory: Trajectory) -> Findings:
     return Findings(np.inf if states else 0.0, f"{', '.join(states)} not finite")
 
 
-def _energy(trial: Trial, base: Trajectory) -> Findings | None:
-    found, judged = balance.imbalance(lambda times: trial.run(times=times), base)
+def _energy(trial: Trial, base: Trajectory, equations: Equations) -> Findings | None:
+    gross = equations.energy_size(_columns(base), trial.case.parameters)
+    found, judged = balance.imbalance(lambda times: trial.run(times=times), base, gross)
     return found if judged else None
 
 
@@ -211,5 +214,6 @@ class _Sensitivity:
         until = int(beyond[0]) if beyond.size else noise.size
         if until < 5:
             return None
-        excess = np.maximum(differences[:until] - 0.1 * np.maximum.accumulate(noise[:until]), 0.0)
+        growth = np.maximum(np.maximum.accumulate(noise[:until]) / NUDGE, 1.0)
+        excess = differences[:until] / growth
         return Findings(_largest(excess), f"differs from itself from {self.base.time[int(excess.argmax())]:.6g} s on")

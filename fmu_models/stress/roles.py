@@ -1,7 +1,7 @@
 """What the parameters and inputs of a declaration do, read from where they stand in it.
 
-A parameter in the potential energy is a stiffness if the energy is curved by it, else a field; one in the dissipation is
-a damping, one in the kinetic energy an inertia. In forces, gaps and flows the factor of a function of time is an
+A parameter in the potential energy is a stiffness if the energy is curved by it, else a field; one in the dissipation
+is a damping, one in the kinetic energy an inertia. In forces, gaps and flows the factor of a function of time is an
 amplitude, the factor of the time in it a frequency; what is left of a gap is its width. The fields of a law say what
 its parameters are. A scaled model has the same roles, though all its units are "1".
 """

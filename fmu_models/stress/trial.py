@@ -33,10 +33,7 @@ class AllowanceSpentError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A case, its FMU, and how long it lasts: less than declared if its steps are too short for that.
-
-    ``start`` replaces start values of the case.
-    """
+    """A case, its FMU, and how long it lasts, s: less than declared if its steps are too short for that."""
 
     fmu: Fmu
     case: Case
@@ -54,7 +51,9 @@ class Trial:
         start: Mapping[str, float] | None = None,
         scale: Scale = (0, 0, 0),
     ) -> Trajectory:
-        """Simulate; values come back in the units of the case whatever the ``scale`` (exponents of two of mass...).
+        """Simulate; values come back in the units of the case, whatever the ``scale`` (exponents of two).
+
+        ``start`` replaces start values of the case.
 
         Raises:
             StickslipError: refused by the engine.
@@ -65,7 +64,7 @@ class Trial:
         given = {**case.parameters, **case.start, **case.inputs, **(start or {})}
         if any(scale):
             own = [*fmu.parameters, *fmu.inputs, *fmu.states]
-            given = {name: given.get(name, float(fmu.variables[name].start)) for name in own} | given
+            given = {name: float(fmu.variables[name].start or 0.0) for name in own} | given
             given = {name: value * factor(fmu, name, scale) for name, value in given.items()}
         times = self.times() if times is None else times
         allowance = LONG_ALLOWANCE if case.bounded else ALLOWANCE

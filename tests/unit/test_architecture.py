@@ -26,6 +26,16 @@ ROOMS = {
     "fmu_models.analyses": BASE | {"fmu_models.language", "fmu_models.simulation"},
     "fmu_models.report": BASE
     | {"fmu_models.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
+    "fmu_models.stress": BASE
+    | {
+        "fmu_models.codegen",
+        "fmu_models.console",
+        "fmu_models.language",
+        "fmu_models.lowering",
+        "fmu_models.oscillators",
+        "fmu_models.report",
+        "fmu_models.simulation",
+    },
     "fmu_models.cli": {"fmu_models"},
     "fmu_models.map_cli": {"fmu_models"},
     "rig_io": {"fmu_models"},

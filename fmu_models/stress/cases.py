@@ -13,9 +13,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import sympy
 
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import TIME
 from fmu_models.stress.equations import Equations
 from fmu_models.stress.roles import Model, Role, roles
 
@@ -235,14 +237,10 @@ def characteristic_period(model: Model, equations: Equations) -> float:
 
 def _turn(model: Model, name: str) -> float:
     """Radians per second of a frequency: 2 pi if it is in cycles."""
-    import sympy
-
-    from fmu_models.language.quantities import TIME
-
+    (symbol,) = [p for p in model.parameters if p.name == name]
     expressions = list(model.flows.values()) if isinstance(model, Automaton) else list(model.applied.values())
-    for expression in expressions:
-        for wave in expression.atoms(sympy.Function):
-            for symbol in wave.args[0].free_symbols:
-                if symbol.name == name and wave.has(TIME):
-                    return float(sympy.diff(wave.args[0], TIME, symbol))
+    for wave in (wave for expression in expressions for wave in expression.atoms(sympy.Function)):
+        slope = sympy.diff(wave.args[0], TIME, symbol)
+        if slope != 0:
+            return float(slope)
     return 1.0

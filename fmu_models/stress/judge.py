@@ -9,7 +9,8 @@ Checks of the run against itself:
     tolerance    a step tolerance a thousand times smaller
     sampling     other output times, and so other steps
     units        units of mass, length and time changed by powers of two: the very same digits are expected
-    mirror       where the declaration is odd, all signs turned
+    mirror       where the declaration is odd, all signs turned (invariants.py)
+    determinant  areas of start states shrink by e squared in an impact (invariants.py)
 A motion that is sensitive proves nothing by differing from itself. What a start moved by 1e-12 makes of it is measured;
 a difference then counts as the change of start that explains it, up to where that motion has moved by 1e-3.
 """
@@ -30,7 +31,9 @@ from fmu_models.stress import balance
 from fmu_models.stress.admissible import contradictions
 from fmu_models.stress.cases import Case
 from fmu_models.stress.equations import Equations, Findings
+from fmu_models.stress.invariants import Invariants, determinant, invariants
 from fmu_models.stress.jumps import around, chosen, jumps
+from fmu_models.stress.roles import Model
 from fmu_models.stress.trial import AllowanceSpentError, Trial
 
 ACCURATE, FAILED = 1e-8, 1e-3
@@ -68,8 +71,23 @@ class Cell:
     seconds: float = 0.0
 
 
-def judge(case: Case, fmu: Fmu, equations: Equations) -> Cell:
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is judged: an FMU, and the equations and promises of the declaration that it should be."""
+
+    fmu: Fmu
+    equations: Equations
+    promised: Invariants
+
+    @classmethod
+    def of(cls, model: Model, fmu: Fmu) -> Subject:
+        """The FMU against that declaration."""
+        return cls(fmu, Equations(model), invariants(model))
+
+
+def judge(case: Case, subject: Subject) -> Cell:
     """Run a case as often as its checks need, and judge it. Never raises what the engine says."""
+    fmu = subject.fmu
     begin = time.perf_counter()
 
     def cell(
@@ -93,7 +111,7 @@ def judge(case: Case, fmu: Fmu, equations: Equations) -> Cell:
         return cell("refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
     reached = trial.duration / case.duration
     worst, check, count, notes = Findings(0.0, ""), "", 0, []
-    for name, find in _checks(trial, base, equations):
+    for name, find in _checks(trial, base, subject):
         try:
             found = find()
         except StickslipError as error:
@@ -111,11 +129,9 @@ def judge(case: Case, fmu: Fmu, equations: Equations) -> Cell:
     return cell(verdict, worst.error, check, message, reached, count)
 
 
-def _checks(
-    trial: Trial, base: Trajectory, equations: Equations
-) -> Iterator[tuple[str, Callable[[], Findings | None]]]:
+def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Iterator[tuple[str, Callable[[], Findings | None]]]:
     """The checks of a run by name, each to be called once."""
-    case = trial.case
+    case, equations, promised = trial.case, subject.equations, subject.promised
     parameters = case.parameters
     yield "finite", lambda: _finite(base)
     if case.scale:
@@ -148,6 +164,10 @@ def _checks(
     yield "tolerance", lambda: sensitivity.judge(_difference(base, trial.run(tolerance=TIGHT)))
     if any(base.units[name] != "1" for name in trial.fmu.states):
         yield "units", lambda: sensitivity.judge(_difference(base, trial.run(scale=UNITS)))
+    if promised.mirror:
+        yield "mirror", lambda: sensitivity.judge(_difference(base, trial.run(mirror=promised.mirror)))
+    if promised.divergence is not None:
+        yield "determinant", lambda: determinant(trial, base, equations, promised.divergence)
 
 
 def _columns(trajectory: Trajectory) -> dict[str, NDArray]:

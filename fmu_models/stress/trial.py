@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -31,6 +33,14 @@ class AllowanceSpentError(Exception):
         self.reached = reached
 
 
+@dataclass(frozen=True)
+class Mirror:
+    """The signs of these parameters and inputs, and of all states, are turned; to these phases pi is added."""
+
+    negated: frozenset[str]
+    turned: frozenset[str]
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
     """A case, its FMU, and how long it lasts, s: less than declared if its steps are too short for that."""
@@ -50,10 +60,11 @@ class Trial:
         tolerance: float = 1e-14,
         start: Mapping[str, float] | None = None,
         scale: Scale = (0, 0, 0),
+        mirror: Mirror | None = None,
     ) -> Trajectory:
         """Simulate; values come back in the units of the case, whatever the ``scale`` (exponents of two).
 
-        ``start`` replaces start values of the case.
+        ``start`` replaces start values of the case; with a ``mirror`` states come back with their signs turned again.
 
         Raises:
             StickslipError: refused by the engine.
@@ -62,9 +73,12 @@ class Trial:
         case, fmu = self.case, self.fmu
         second = 2.0 ** scale[2]
         given = {**case.parameters, **case.start, **case.inputs, **(start or {})}
-        if any(scale):
+        if any(scale) or mirror:
             own = [*fmu.parameters, *fmu.inputs, *fmu.states]
             given = {name: float(fmu.variables[name].start or 0.0) for name in own} | given
+        if mirror:
+            given = {name: _mirrored(fmu, name, value, mirror) for name, value in given.items()}
+        if any(scale):
             given = {name: value * factor(fmu, name, scale) for name, value in given.items()}
         times = self.times() if times is None else times
         allowance = LONG_ALLOWANCE if case.bounded else ALLOWANCE
@@ -87,6 +101,9 @@ class Trial:
             tolerance=tolerance,
             progress=count,
         )
+        if mirror:
+            turned = {name: -column if name in fmu.states else column for name, column in trajectory.values.items()}
+            trajectory = dataclasses.replace(trajectory, values=turned)
         return unscaled(fmu, trajectory, scale) if any(scale) else trajectory
 
 
@@ -96,14 +113,13 @@ def unscaled(fmu: Fmu, trajectory: Trajectory, scale: Scale) -> Trajectory:
         name: column if name.endswith("_state") else column / factor(fmu, name, scale)
         for name, column in trajectory.values.items()
     }
-    return Trajectory(
-        trajectory.time / 2.0 ** scale[2],
-        values,
-        trajectory.units,
-        trajectory.events,
-        trajectory.steps,
-        trajectory.evaluations,
-    )
+    return dataclasses.replace(trajectory, time=trajectory.time / 2.0 ** scale[2], values=values)
+
+
+def _mirrored(fmu: Fmu, name: str, value: float, mirror: Mirror) -> float:
+    if name in mirror.turned:
+        return value + math.pi
+    return -value if name in mirror.negated or name in fmu.states else value
 
 
 def factor(fmu: Fmu, name: str, scale: Scale) -> float:

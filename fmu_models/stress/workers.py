@@ -127,8 +127,7 @@ def _work(pipe: Connection) -> None:
     from fmu_models import oscillators
     from fmu_models.codegen.package import built
     from fmu_models.simulation.fmu import Fmu
-    from fmu_models.stress.equations import Equations
-    from fmu_models.stress.judge import judge
+    from fmu_models.stress.judge import Subject, judge
 
     loaded: dict[str, Any] = {}
     with contextlib.suppress(EOFError, OSError):
@@ -137,8 +136,8 @@ def _work(pipe: Connection) -> None:
             try:
                 if case.model not in loaded:
                     loaded.clear()
-                    loaded[case.model] = Fmu.open(built(case.model)), Equations(oscillators.load(case.model))
-                cell = judge(case, *loaded[case.model])
+                    loaded[case.model] = Subject.of(oscillators.load(case.model), Fmu.open(built(case.model)))
+                cell = judge(case, loaded[case.model])
             except Exception as error:  # a fault of the judge is a failed cell, not the end of the grid
                 cell = Cell(case, "failed", None, "program", f"{type(error).__name__}: {error}")
             pipe.send(cell)

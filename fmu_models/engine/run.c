@@ -159,6 +159,30 @@ static void keep_on_walls(Run *r)
     }
 }
 
+/* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
+static void keep_without_slip(Run *r)
+{
+    Jets *j = &r->scratch;
+    signed char held[NC];
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)contact_is_held(r->at.state, c);
+        any |= held[c];
+    }
+    if (!any) {
+        return;
+    }
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)(held[c] && j->G[c][c][0] != 0.0);
+        if (r->at.state[c] != CONTACT_STICK) {
+            j->capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+        }
+    }
+    contact_project(&r->at, j, held);
+}
+
 /* a + b, and what rounding took from it */
 static double exact_sum(double a, double b, double *rest)
 {
@@ -275,6 +299,7 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         finish_segment(r);
         if (!r->segment_event) {
             memset(r->at.known, 0, sizeof r->at.known);
+            keep_without_slip(r);
             continue;
         }
         r->segment_event = 0;

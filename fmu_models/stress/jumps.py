@@ -1,6 +1,7 @@
 """What happens at the events of a run: states go on continuously; an impact keeps places and obeys its restitution.
 
-An impact of one contact without friction, with nothing else at its wall, must turn the speed u- of its gap into -e u-.
+A contact is entered, hit or changes its side where its depth, slip speed or switching function is zero. An impact of
+one contact without friction, with nothing else at its wall, must turn the speed u- of its gap into -e u-.
 """
 
 from __future__ import annotations
@@ -72,11 +73,36 @@ def jumps(
                 error = (jump - rounding.get(state.name, 0.0)) / (sizes[state.name] or 1.0)
                 if error > worst.error:
                     worst = Findings(error, f"jump of {state.name} at {group[0].time:.9g} s")
+            for event in group:
+                error = _off_boundary(equations, event, values, trajectory, (before, after), moved=impact)
+                if error > worst.error:
+                    worst = Findings(error, f"{event.contact} changes off its boundary at {group[0].time:.9g} s")
             if impact and len(group) == 1 and kinds[group[0].contact].partner is None:
                 error = _restitution(equations, trajectory, group[0], values, before, after, tick)
                 if error > worst.error:
                     worst = Findings(error, f"restitution of {group[0].contact} at {group[0].time:.9g} s")
     return worst
+
+
+def _off_boundary(
+    equations: Equations, event: Event, values: list, trajectory: Trajectory, rows: tuple[int, int], *, moved: bool
+) -> float:
+    """How far from zero depth, slip speed or switching function is where a contact changes for its sake; relative."""
+    index, contact = next((i, c) for i, c in enumerate(equations.system.contacts) if c.name == event.contact)
+    if contact.kind == "impact":
+        which = "depth" if event.is_impact else ""
+    elif (event.before == AWAY) != (event.after == AWAY) and contact.release is None:
+        which = "depth" if contact.depth is not None else ""
+    elif contact.kind in ("friction", "switch") and abs(event.before) == 1 and AWAY not in (event.before, event.after):
+        which = "" if moved else "slip"
+    else:
+        which = ""
+    if not which:
+        return 0.0
+    value, size = (np.broadcast_to(a, trajectory.time.shape) for a in equations.place(index, values, which))
+    a, b = float(value[rows[0]]), float(value[rows[1]])
+    largest = float(np.nanmax(size))
+    return 0.0 if a * b <= 0 or largest == 0 else (min(abs(a), abs(b)) - abs(a - b)) / largest
 
 
 def _restitution(

@@ -7,7 +7,7 @@ Checks against the declaration itself, at many instants of the run:
     energy       balance of energy and powers (balance.py)
 Checks of the run against itself:
     tolerance    a step tolerance a thousand times smaller
-    sampling     other output times, and so other steps
+    sampling     other output times
     units        units of mass, length and time changed by powers of two: the very same digits are expected
     mirror       where the declaration is odd, all signs turned (invariants.py)
     determinant  areas of start states shrink by e squared in an impact (invariants.py)
@@ -167,8 +167,9 @@ def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Iterator[tuple[
         yield "units", lambda: sensitivity.judge(_difference(base, trial.run(scale=UNITS)))
     if promised.mirror and not _stands_still(trial, promised, equations):
         yield "mirror", lambda: sensitivity.judge(_difference(base, trial.run(mirror=promised.mirror)))
-    if promised.divergence is not None:
-        yield "determinant", lambda: determinant(trial, base, equations, promised.divergence)
+    divergence = promised.divergence
+    if divergence is not None:
+        yield "determinant", lambda: determinant(trial, base, equations, divergence)
 
 
 def _stands_still(trial: Trial, promised: Invariants, equations: Equations) -> bool:

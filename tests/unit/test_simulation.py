@@ -57,7 +57,7 @@ def test_a_run_pauses_however_long_it_takes_to_the_next_output(monkeypatch: pyte
     calls: list[float] = []
     run = simulate(fmu, 0.01, inputs={"v_belt": 30.0}, output_times=[0.01], progress=calls.append)
     assert len(calls) == pytest.approx(run.steps / 100, abs=2)
-    assert len(calls) > 20
+    assert len(calls) > 10
     whole = simulate(fmu, 0.01, inputs={"v_belt": 30.0}, output_times=[0.01])
     assert whole["x"].tolist() == run["x"].tolist()
 

@@ -17,7 +17,7 @@ import sympy
 
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME
+from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.stress.equations import Equations
 from fmu_models.stress.roles import Model, Role, roles
 
@@ -94,6 +94,7 @@ def grid(name: str, model: Model, equations: Equations, *, until: float | None =
     for role in roles(model):
         found += _of_role(name, role, equations, duration, first=(role.does, role.of) not in seen)
         seen.add((role.does, role.of))
+    found += _coefficients(name, model, duration)
     found += _starts(name, model, equations, duration)
     found += _drives(name, equations, duration)
     found.append(Case(name, "time", "late", "late start", begin=LATE * period, duration=duration))
@@ -132,6 +133,20 @@ def _of_role(name: str, role: Role, equations: Equations, duration: float, *, fi
             duration=duration,
             quick=first and value == quick,
         )
+
+
+def _coefficients(name: str, model: Model, duration: float) -> Iterator[Case]:
+    """Static and kinetic friction that are alike, and both nothing: one alone would contradict the other."""
+    for contact in model.frictions if isinstance(model, Mechanism) else ():
+        law = getattr(contact.law, "steady", contact.law)
+        both = [getattr(law, field, None) for field in ("mu_s", "mu_k")]
+        pair = [mu for mu in both if isinstance(mu, Parameter)]
+        if len(pair) < 2:
+            continue
+        for value in (pair[0].value, 0.0):
+            label = "=".join([*(mu.name for mu in pair), f"{value:g}"])
+            given = {mu.name: value for mu in pair}
+            yield Case(name, "friction", "friction", label, parameters=given, duration=duration)
 
 
 def _starts(name: str, model: Model, equations: Equations, duration: float) -> Iterator[Case]:

@@ -61,7 +61,8 @@ def stress(
     interrupted = False
     with console.progress("stressing") as advance:
         try:
-            cells.extend(judged(chosen, advance, processes=processes))
+            for cell in judged(chosen, advance, processes=processes):
+                cells.append(cell)
         except KeyboardInterrupt:
             interrupted = True
     order = {(one.model, one.name): i for i, one in enumerate(chosen)}
@@ -72,7 +73,7 @@ def stress(
     if figure and cells:
         report.draw(cells, figure, overwrite=overwrite)
     if interrupted:
-        raise KeyboardInterrupt
+        raise typer.Abort
     if any(cell.verdict == "failed" for cell in cells):
         raise typer.Exit(1)
 

@@ -95,7 +95,7 @@ def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
     from fmu_models.report.figures import save_figure
 
     models = list(dict.fromkeys(cell.case.model for cell in cells))
-    groups = list(dict.fromkeys(map(group, cells)))
+    groups = sorted(set(map(group, cells)))
     errors = np.full((len(models), len(groups)), np.nan)
     letters: dict[tuple[int, int], str] = {}
     for cell in cells:
@@ -115,5 +115,7 @@ def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
         axes.text(column, row, letter, ha="center", va="center", fontsize=8)
     figure.colorbar(image, ax=axes, label="log10 of the largest relative error")
     axes.set_xlabel("what is extreme")
-    axes.set_title(f"accurate up to {ACCURATE:g}; r: some refused with a reason, F: some failed; grey: nothing ran")
+    axes.set_title(
+        f"accurate up to {ACCURATE:g}; r: some refused with a reason, F: some failed; grey: no such case, or none ran"
+    )
     save_figure(figure, path, overwrite=overwrite)

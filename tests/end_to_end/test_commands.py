@@ -53,7 +53,11 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    for command in ("models", "show", "export", "simulate", "maps", "map", "stress", "emulate", "fit", "compare", "demo"):
+    models, rigs = (
+        ("models", "show", "export", "simulate", "maps", "map", "stress"),
+        ("emulate", "fit", "compare", "demo"),
+    )
+    for command in models + rigs:
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 
@@ -347,3 +351,23 @@ def test_stress_answers_bad_input(stickslip, arguments, lesson):
     answer = stickslip("stress", *arguments)
     assert answer.code == 2
     assert lesson in answer.err.replace("\n", " ")
+
+
+def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
+    from fmu_models.stress import workers
+
+    whole = workers.judged
+
+    def two_then_an_interrupt(cases, progress, **options):
+        cells = whole(cases, progress, **options)
+        yield next(cells)
+        yield next(cells)
+        cells.close()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(workers, "judged", two_then_an_interrupt)
+    answer = stickslip("stress", "planar_hopf", "--json", "--processes", 1)
+    assert answer.code == 130
+    assert (answer.json["finished"], answer.json["totals"]["failed"]) == (2, 0)
+    assert answer.json["asked"] > 10
+    assert "interrupted" in answer.err

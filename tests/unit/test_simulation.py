@@ -51,7 +51,7 @@ def test_output_times_do_not_change_the_motion(rig: Fmu) -> None:
 
 
 def test_a_run_pauses_however_long_it_takes_to_the_next_output(monkeypatch: pytest.MonkeyPatch) -> None:
-    """LuGre at 30 m/s: thousands of steps to the one output time, after every hundred of which an interrupt can come."""
+    """LuGre at 30 m/s: thousands of steps to the one output time; after every hundred an interrupt can come."""
     monkeypatch.setattr(native, "ALLOWANCE", 100)
     fmu = Fmu.open(built("block_on_belt", laws={"belt": "lugre"}))
     calls: list[float] = []

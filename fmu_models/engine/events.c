@@ -287,7 +287,7 @@ RunStatus events_resolve(Run *r, EventSink sink, void *context)
     }
     if (++r->stalled > r->tolerances.max_iterations) {
         return run_fail(r, "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
-                           "not determined by the model",
+                           "not determined by the model, or rounding hides how it goes on",
                         model_contact_names[last], r->at.time, r->stalled);
     }
     return RUN_OK;

@@ -167,11 +167,13 @@ Status instance_step(Instance *m, const char *function, double time, double step
     if (core->stop_defined && end > core->stop_time + slack)
         return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end, core->stop_time);
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
+    core->run.goal = end;
     switch (run_advance(&core->run, end, stop_at_event, NULL, NULL)) {
     case RUN_ERROR: return failed(m, function, core->run.message);
     case RUN_EVENT: *event = 1; break;
     case RUN_OK:
-    case RUN_CROSSING: break; /* the FMI faces watch none */
+    case RUN_CROSSING:
+    case RUN_PAUSED: break; /* the FMI faces watch no section and never pause */
     }
     return STATUS_OK;
 }

@@ -105,8 +105,10 @@ static int proceed(Instance *m, NativeRun *run) {
         return NATIVE_ERROR;
     }
     int watches = run->crossing_capacity > 0;
+    r->goal = watches || !run->n_times ? -INFINITY : run->times[run->n_times - 1]; /* a section may stop early */
+    r->pause_at = last_step;
     while (run->next_time < run->n_times) {
-        if (run->n_events >= run->event_capacity - reserve || r->steps > last_step) return NATIVE_MORE;
+        if (run->n_events >= run->event_capacity - reserve || r->steps >= last_step) return NATIVE_MORE;
         if (watches && run->n_crossings == run->crossing_capacity) return NATIVE_MORE;
         while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
             if (pass_knot(m, run)) return NATIVE_ERROR;
@@ -127,6 +129,7 @@ static int proceed(Instance *m, NativeRun *run) {
                 run->n_crossings++;
                 continue;
             }
+            if (status == RUN_PAUSED) return NATIVE_MORE;
             if (status == RUN_EVENT && r->at.time < end) continue;
         }
         if (knot_first) continue;
@@ -146,6 +149,7 @@ int stickslip_simulate(void *instance, NativeRun *run) {
     if (!run || instance_enter(m, PHASE_STEP, __func__)) return NATIVE_ERROR;
     int status = proceed(m, run);
     if (status != NATIVE_MORE) m->core.run.section.watched = 0;
+    m->core.run.pause_at = 0;
     run->steps = m->core.run.steps;
     run->n_changes = m->core.run.events;
     run->evaluations = m->core.run.evaluations;

@@ -12,7 +12,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* a segment may reach this many times beyond the time asked for, so that short calls share it */
+/* a segment may reach this many times beyond the time asked for, so that short calls share it; a goal that lies farther ahead
+   counts instead, so that the times at which a caller looks do not change the motion */
 static const double LOOK_AHEAD = 1024.0;
 
 const Tolerances run_default_tolerances = {
@@ -24,6 +25,8 @@ const Tolerances run_default_tolerances = {
     .chatter = 1e-8,
     .crowd = 1e-9,
     .max_iterations = 1000,
+    .lap = 1000000,
+    .patience = 1000.0,
 };
 
 RunStatus run_fail(Run *r, const char *format, ...)
@@ -63,6 +66,7 @@ void run_reset(Run *r)
     memset(r, 0, sizeof *r);
     r->tolerances = run_default_tolerances;
     r->horizon = INFINITY;
+    r->goal = -INFINITY;
     memcpy(r->at.p, model_start_parameters, sizeof r->at.p);
     memcpy(r->at.u, model_start_inputs, sizeof r->at.u);
     memcpy(r->at.x, model_start_states, sizeof r->at.x);
@@ -94,7 +98,9 @@ RunStatus run_initialize(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
     }
-    r->crowd_start = r->last_event = r->at.time;
+    r->crowd_start = r->last_event = r->lap_start = r->at.time;
+    r->lap_steps = r->steps;
+    r->lap_events = r->events;
     r->crowded = 0;
     r->longest_pause = 0.0;
     memset(r->at.settles, 0, sizeof r->at.settles);
@@ -155,6 +161,30 @@ static void keep_on_walls(Run *r)
     }
 }
 
+/* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
+static void keep_without_slip(Run *r)
+{
+    Jets *j = &r->scratch;
+    signed char held[NC];
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)contact_is_held(r->at.state, c);
+        any |= held[c];
+    }
+    if (!any) {
+        return;
+    }
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)(held[c] && j->G[c][c][0] != 0.0);
+        if (r->at.state[c] != CONTACT_STICK) {
+            j->capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+        }
+    }
+    contact_project(&r->at, j, held);
+}
+
 /* a + b, and what rounding took from it */
 static double exact_sum(double a, double b, double *rest)
 {
@@ -199,7 +229,7 @@ static void move_inside(Run *r, double time, double since_start)
 /* how far a step may reach on the way to a time */
 static double step_limit(const Run *r, double end)
 {
-    return fmin(LOOK_AHEAD * (end - r->at.time), r->horizon - r->at.time);
+    return fmin(LOOK_AHEAD * (fmax(end, r->goal) - r->at.time), r->horizon - r->at.time);
 }
 
 /* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
@@ -214,6 +244,32 @@ static int reach_crossing(Run *r, double until)
     return 1;
 }
 
+/* whether the run will come to its end in hours; asked once per step, answered once per lap */
+static RunStatus check_pace(Run *r)
+{
+    const long steps = r->steps - r->lap_steps;
+    const double passed = r->at.time - r->lap_start;
+    const double left = r->goal - r->at.time;
+    if (steps < r->tolerances.lap) {
+        return RUN_OK;
+    }
+    const long events = r->events - r->lap_events;
+    r->lap_start = r->at.time;
+    r->lap_steps = r->steps;
+    r->lap_events = r->events;
+    if (left <= r->tolerances.patience * passed) {
+        return RUN_OK;
+    }
+    if (2 * events > steps) {
+        return run_fail(r, "contacts switch %.1e times per second at t = %.10g, so that the %g s still to come would take %.0e "
+                           "events: ask for a shorter time, or start elsewhere",
+                        (double)events / passed, r->at.time, left, (double)events / passed * left);
+    }
+    return run_fail(r, "the motion is so fast or so stiff at t = %.10g that the %g s still to come would take %.0e steps of %.0e s: "
+                       "ask for a shorter time, or soften what is stiff",
+                    r->at.time, left, (double)steps / passed * left, passed / (double)steps);
+}
+
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
     if (!(t >= r->at.time)) {
@@ -222,7 +278,10 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
     double rest;
     while (r->at.time < t || (r->segment_valid && r->segment_event && segment_end(r, &rest) <= t)) {
         if (!r->segment_valid) {
-            if (taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
+            if (r->pause_at && r->steps >= r->pause_at) {
+                return RUN_PAUSED;
+            }
+            if (check_pace(r) == RUN_ERROR || taylor_step(r, step_limit(r, t)) == RUN_ERROR) {
                 return RUN_ERROR;
             }
             r->section.searched = 0.0;
@@ -242,6 +301,7 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         finish_segment(r);
         if (!r->segment_event) {
             memset(r->at.known, 0, sizeof r->at.known);
+            keep_without_slip(r);
             continue;
         }
         r->segment_event = 0;

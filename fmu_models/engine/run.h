@@ -20,9 +20,11 @@ typedef struct {
                            tail of a chatter, which is completed in closed form: heights are its square, below rounding */
     double crowd;       /* so many events as max_iterations allows within this fraction of the longest time without any: none will end it */
     int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
+    long lap;           /* steps after which the pace of a run is looked at: some seconds of work */
+    double patience;    /* a run that at the pace of its last lap would need so many laps more is refused: hours of work */
 } Tolerances;
 
-typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2, RUN_CROSSING = 3 } RunStatus;
+typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2, RUN_CROSSING = 3, RUN_PAUSED = 4 } RunStatus;
 
 /* a change of contact state, or an impact, after which a rigid contact may be open as before */
 typedef struct {
@@ -69,6 +71,10 @@ typedef struct {
     int starting;                                       /* the start values are being looked at: they must not be off, by however little */
     int crowded;                                        /* events since crowd_start */
     double crowd_start, last_event, longest_pause;      /* times; the longest time without event */
+    double goal;                                        /* the time that the caller wants to reach, perhaps by many calls; -infinity if it is not sure to */
+    long pause_at;                                      /* steps at which run_advance returns for a while; 0 never */
+    double lap_start;                                   /* where the present lap began, with how many steps and events */
+    long lap_steps, lap_events;
     char message[256];                                  /* reason of the last RUN_ERROR */
 } Run;
 
@@ -88,7 +94,7 @@ RunStatus run_reconsider(Run *r, int *changed);
 /*
  * Move to time t with events handled inside. With stop_at_event, return RUN_EVENT right after the first change of a
  * contact state; r->time says where. sink (may be NULL) gets every change of contact state. With a section watched, return
- * RUN_CROSSING at each of its crossings.
+ * RUN_CROSSING at each of its crossings; with pause_at set, RUN_PAUSED once so many steps are made, to be called again.
  */
 typedef void (*EventSink)(void *context, const ContactEvent *event);
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context);

@@ -26,8 +26,8 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    commands = ("models", "show", "scene", "export", "simulate", "inspect", "maps", "map", "emulate", "fit", "compare")
-    for command in (*commands, "demo"):
+    models = ("models", "show", "scene", "export", "simulate", "inspect", "couple", "maps", "map", "stress")
+    for command in (*models, "emulate", "fit", "compare", "demo"):
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 
@@ -291,3 +291,53 @@ def test_simulate_says_which_impacts_raised_the_energy(stickslip):
     assert "raised the energy" not in stickslip(*run).out
     assert "open" in losing["contacts"]["beak"]["shares"] and "away" in losing["contacts"]["beak_friction"]["shares"]
     assert "impacts" not in stickslip("simulate", "block_on_belt", "--until", "1", "--json").json
+
+
+def test_stress_judges_models_of_every_kind_of_contact(stickslip):
+    quick = stickslip("stress", "--quick", "--json", "--figure", "heat.png")
+    assert quick.code == 0
+    content = quick.json
+    assert content["totals"]["failed"] == 0
+    assert content["finished"] == content["asked"] >= 20
+    assert {"friction", "impact", "stop", "switch"} <= {row["about"].split()[0] for row in content["cells"]}
+    assert Path("heat.png").stat().st_size > 1000
+    shown = stickslip("stress", "impact_pair", "--case", "D=*", "--every", "--processes", 1)
+    assert shown.code == 0
+    assert "D=0: refused: the walls overlap: their distance D must be positive" in shown.out
+    assert "D=6000: accurate" in shown.out
+    assert "4 of 4 cells: 2 accurate, 0 degraded, 2 refused, 0 failed" in shown.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "lesson"),
+    [
+        (("disc_rgi",), "Did you mean 'disc_rig'?"),
+        (("impact_pair", "--case", "d=0"), "No case matches 'd=0'"),
+        (("impact_pair", "--until", "-1"), "positive time"),
+        (("impact_pair", "--figure", "heat.txt"), "heat.txt"),
+    ],
+)
+def test_stress_answers_bad_input(stickslip, arguments, lesson):
+    answer = stickslip("stress", *arguments)
+    assert answer.code == 2
+    assert lesson in answer.err.replace("\n", " ")
+
+
+def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
+    from fmu_models.stress import workers
+
+    whole = workers.judged
+
+    def two_then_an_interrupt(cases, progress, **options):
+        cells = whole(cases, progress, **options)
+        yield next(cells)
+        yield next(cells)
+        cells.close()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(workers, "judged", two_then_an_interrupt)
+    answer = stickslip("stress", "planar_hopf", "--json", "--processes", 1)
+    assert answer.code == 130
+    assert (answer.json["finished"], answer.json["totals"]["failed"]) == (2, 0)
+    assert answer.json["asked"] > 10
+    assert "interrupted" in answer.err

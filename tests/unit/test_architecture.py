@@ -35,6 +35,16 @@ ROOMS = {
     },
     "fmu_models.report": BASE
     | {"fmu_models.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
+    "fmu_models.stress": BASE
+    | {
+        "fmu_models.codegen",
+        "fmu_models.console",
+        "fmu_models.language",
+        "fmu_models.lowering",
+        "fmu_models.oscillators",
+        "fmu_models.report",
+        "fmu_models.simulation",
+    },
     "fmu_models.cli": {"fmu_models"},
     "fmu_models.map_cli": {"fmu_models"},
     "fmu_models.scene_cli": {"fmu_models"},

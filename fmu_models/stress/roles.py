@@ -1,0 +1,143 @@
+"""What the parameters and inputs of a declaration do, read from where they stand in it.
+
+A parameter in the potential energy is a stiffness if the energy is curved by it, else a field; one in the dissipation
+is a damping, one in the kinetic energy an inertia. In forces, gaps and flows the factor of a function of time is an
+amplitude, the factor of the time in it a frequency; what is left of a gap is its width. The fields of a law say what
+its parameters are. A scaled model has the same roles, though all its units are "1".
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from fmu_models.language.automaton import Automaton
+from fmu_models.language.contacts import Friction
+from fmu_models.language.impacts import Impact
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import TIME, Parameter
+
+Model = Mechanism | Automaton
+
+# by the name of a field of a law
+_FIELDS = {
+    "k": "stiffness",
+    "stiffness": "stiffness",
+    "c": "damping",
+    "damping": "damping",
+    "viscous": "damping",
+    "p": "steepness",
+    "N": "load",
+    "a0": "load",
+    "mu": "friction",
+    "mu_s": "friction",
+    "mu_k": "friction",
+    "restitution": "restitution",
+}
+
+
+@dataclass(frozen=True)
+class Role:
+    """One quantity: its name, what it does, and the kind of contact that it belongs to ("body" if to none)."""
+
+    name: str
+    does: str
+    of: str
+
+
+def roles(model: Model) -> tuple[Role, ...]:
+    """The roles of all parameters and inputs that have one, each once."""
+    found: dict[str, Role] = {}
+    for role in _all_roles(model):
+        found.setdefault(role.name, role)
+    return tuple(found.values())
+
+
+def _all_roles(model: Model) -> Iterator[Role]:
+    if isinstance(model, Automaton):
+        for switch in model.switches:
+            yield from _of_expression(switch.function, model.states, "switch", "gap")
+        for flow in model.flows.values():
+            yield from _of_expression(flow, model.states, "body", "rate")
+        yield from (Role(u.name, "drive", "switch") for u in model.inputs)
+        return
+    for contact in model.contacts:
+        kind = _kind(contact)
+        if isinstance(contact, Impact):
+            yield from _of_value(contact.restitution.e, "restitution", kind)
+            yield from _of_value(contact.mu, "friction", kind)
+            yield from _of_expression(contact.gap, model.coordinates, kind, "gap")
+            continue
+        yield from _of_law(contact.law, kind)
+        region = contact.where if isinstance(contact, Friction) else contact.gap
+        if region is not None:
+            yield from _of_expression(sympy.sympify(region), model.coordinates, kind, "gap")
+    yield from _of_body(model)
+    yield from (Role(u.name, "drive", "friction" if model.frictions else "body") for u in model.inputs)
+
+
+def _of_body(model: Mechanism) -> Iterator[Role]:
+    velocities = [q.v for q in model.coordinates]
+    for symbol in _parameters(sympy.sympify(model.kinetic_energy)):
+        if not any(symbol in sympy.sympify(c.gap).free_symbols for c in model.impacts):
+            yield Role(symbol.name, "inertia", "body")
+    yield from (Role(s.name, "damping", "body") for s in _parameters(model.dissipation))
+    curvature = sympy.hessian(model.potential_energy, list(model.coordinates))
+    yield from (Role(s.name, "stiffness", "body") for s in _parameters(curvature))
+    yield from _of_expression(model.potential_energy, (*model.coordinates, *velocities), "body", "field")
+    for force in model.applied.values():
+        yield from _of_expression(force, (*model.coordinates, *velocities), "body", "field")
+
+
+def _kind(contact: Any) -> str:
+    if isinstance(contact, Friction):
+        return "friction"
+    return "impact" if isinstance(contact, Impact) else "stop"
+
+
+def _of_value(value: Any, does: str, kind: str) -> Iterator[Role]:
+    if isinstance(value, Parameter):
+        yield Role(value.name, does, kind)
+
+
+def _of_law(law: Any, kind: str) -> Iterator[Role]:
+    for field in dataclasses.fields(law):
+        value = getattr(law, field.name)
+        if isinstance(value, Parameter):
+            yield Role(value.name, _FIELDS.get(field.name, "law"), kind)
+        elif dataclasses.is_dataclass(value):
+            yield from _of_law(value, kind)
+
+
+def _of_expression(expression: sympy.Expr, states: Any, kind: str, rest: str) -> Iterator[Role]:
+    """Amplitudes and frequencies of functions of time; ``rest`` are parameters that no state is multiplied by."""
+    for part in sympy.Add.make_args(sympy.expand(expression)):
+        waves = [f for f in part.atoms(sympy.Function) if f.has(TIME)]
+        within = set().union(*(wave.free_symbols for wave in waves)) if waves else set()
+        for symbol in _parameters(part):
+            if symbol in within:
+                if any(sympy.diff(wave.args[0], TIME).has(symbol) for wave in waves):
+                    yield Role(symbol.name, "frequency", kind)
+            elif waves:
+                yield Role(symbol.name, "amplitude", kind)
+            elif part.has(*states):
+                if kind == "body":
+                    yield Role(symbol.name, _with_states(part, states, flow=rest == "rate"), kind)
+            else:
+                yield Role(symbol.name, "field" if rest == "rate" else rest, kind)
+
+
+def _with_states(part: sympy.Expr, states: Any, *, flow: bool) -> str:
+    """What a factor of states does: a rate in a flow; in an energy a stiffness, or a field if it is linear."""
+    if flow:
+        return "rate"
+    curved = any(sympy.diff(part, a, b) != 0 for a in states for b in states)
+    return "stiffness" if curved else "field"
+
+
+def _parameters(expression: Any) -> list[Parameter]:
+    return sorted((s for s in expression.free_symbols if isinstance(s, Parameter)), key=lambda s: s.declared)

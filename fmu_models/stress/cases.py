@@ -99,19 +99,13 @@ def grid(name: str, model: Model, equations: Equations, *, until: float | None =
     found += _drives(name, equations, duration)
     found.append(Case(name, "time", "late", "late start", begin=LATE * period, duration=duration))
     found.append(Case(name, "time", "long", "1e6 periods", duration=LONG * period, bounded=True))
-    if scales_exist(model):
+    if equations.has_units:
         for unit, exponents in UNITS.items():
             for sign in (1, -1):
                 scale = (sign * exponents[0], sign * exponents[1], sign * exponents[2])
                 label = f"{unit} x 2^{sign * 30}"
                 found.append(Case(name, "units", unit, label, duration=duration, scale=scale, quick=sign > 0))
     return found
-
-
-def scales_exist(model: Model) -> bool:
-    """Whether the quantities of a model have units; a scaled model cannot be scaled again."""
-    states = model.coordinates if isinstance(model, Mechanism) else model.states
-    return any(state.unit != "1" for state in states)
 
 
 def _of_role(name: str, role: Role, equations: Equations, duration: float, *, first: bool) -> Iterator[Case]:

@@ -56,6 +56,8 @@ class Equations:
         self.inputs = {u.name: u.value for u in system.inputs}
         self.starts = {s.name: s.start for s in system.states}
         self.has_energy = any(output.name == "energy" for output in system.outputs)
+        # a scaled model, whose time is scaled too, cannot be scaled again
+        self.has_units = any(state.unit != "1" for state in (system.coordinates or system.driven))
         self._symbols: list[sympy.Symbol] = [
             TIME,
             *system.parameters,

@@ -163,7 +163,7 @@ def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Iterator[tuple[
         rows = np.searchsorted(detail.time, base.time)
         yield "sampling", lambda: sensitivity.judge(_difference(base, detail, rows))
     yield "tolerance", lambda: sensitivity.judge(_difference(base, trial.run(tolerance=TIGHT)))
-    if any(base.units[name] != "1" for name in trial.fmu.states):
+    if equations.has_units:
         yield "units", lambda: sensitivity.judge(_difference(base, trial.run(scale=UNITS)))
     if promised.mirror and not _stands_still(trial, promised, equations):
         yield "mirror", lambda: sensitivity.judge(_difference(base, trial.run(mirror=promised.mirror)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,17 +9,19 @@ import typer
 
 from fmu_models import console
 from fmu_models.console import Contacts, Json, Overwrite, Settings
+from fmu_models.errors import StickslipError, nearest
 from fmu_models.files import refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.scene.scene import Scene
     from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.trajectory import Trajectory
 
 app = console.app("Models: list, show, export, simulate.")
 
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
+ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or a scene (.toml).")]
 
 
 @app.command()
@@ -71,7 +72,7 @@ def show(model: Model, contacts: Contacts = None, json: Json = False) -> None:
 
 @app.command()
 def export(
-    model: Model,
+    model: ModelOrScene,
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write. [default: MODEL.fmu]")] = None,
     fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
     contacts: Contacts = None,
@@ -79,7 +80,7 @@ def export(
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
-    """Export a model as an FMU with Model Exchange, Co-Simulation and sources.
+    """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
 
     Parameters that are set become the start values of the FMU.
 
@@ -88,9 +89,15 @@ def export(
     from fmu_models.codegen.package import export_built
     from fmu_models.simulation.fmu import Fmu
 
-    path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
     values = console.assignments(settings, "parameter")
-    export_built(model, path, contacts=console.chosen(contacts), values=values, fmi_version=fmi, overwrite=overwrite)
+    if is_scene(model):
+        scene = _scene(model, contacts)
+        path = path or Path(f"{scene.name}.fmu")
+        _export_scene(scene, path, values, fmi, overwrite)
+    else:
+        path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
+        kept = console.chosen(contacts)
+        export_built(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),
@@ -114,13 +121,18 @@ def export(
 
 @app.command()
 def simulate(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or an .fmu exported from one.")],
-    until: Annotated[float, typer.Option(help="End of the run, s.")] = 20.0,
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="Name of a model, an .fmu exported from one, or a scene (.toml).")
+    ],
+    until: Annotated[float | None, typer.Option(help="End of the run, s. [default: 20, or as the scene says]")] = None,
     settings: Settings = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
     inputs: Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input.")] = None,
     contacts: Contacts = None,
     samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 2001,
+    error: Annotated[
+        bool, typer.Option("--error", help="Run again four times otherwise, and estimate the error.")
+    ] = False,
     csv: Annotated[Path | None, typer.Option(help="Write the trajectory as CSV.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
     overwrite: Overwrite = False,
@@ -132,98 +144,78 @@ def simulate(
     """
     import numpy as np
 
-    from fmu_models.codegen.package import built
-    from fmu_models.report.figures import check_format
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.report.run_summary import print_summary, summary
+    from fmu_models.simulation.accuracy import simulate_with_error
     from fmu_models.simulation.system import simulate as run
 
     refuse_existing(csv, figure, overwrite=overwrite)
     if figure:
+        from fmu_models.report.figures import check_format
+
         check_format(figure)
-    fmu = Fmu.open(model if model.endswith(".fmu") else built(model, contacts=console.chosen(contacts)))
+    changed = {
+        "parameters": console.assignments(settings, "parameter"),
+        "start": console.assignments(start, "start value"),
+        "inputs": console.assignments(inputs, "input"),
+    }
+    fmu, given = _to_run(model, contacts, until, changed)
+    stop = given["stop_time"]
+    given["output_times"] = np.linspace(0.0, stop, samples) if stop > 0 else None
     with console.progress("simulating") as advance:
-        trajectory = run(
-            fmu,
-            until,
-            parameters=console.assignments(settings, "parameter"),
-            start=console.assignments(start, "start value"),
-            inputs=console.assignments(inputs, "input"),
-            output_times=np.linspace(0.0, until, samples) if until > 0 else None,
-            progress=advance,
-        )
+        if error:
+            trajectory, estimate = simulate_with_error(fmu, progress=advance, **given)
+        else:
+            trajectory, estimate = run(fmu, progress=advance, **given), None
     if csv:
         trajectory.write_csv(csv, overwrite=overwrite)
     if figure:
         from fmu_models.report.trajectory_figure import draw
 
         draw(trajectory, fmu, figure, overwrite=overwrite)
-    content = _summary(fmu, trajectory, until)
+    content = summary(fmu, trajectory, stop, estimate)
     content["files"] = [str(path) for path in (csv, figure) if path]
-    console.say(json, content, lambda out: _print_summary(content, out))
+    console.say(json, content, lambda out: print_summary(content, out))
 
 
-def _summary(fmu: Fmu, trajectory: Trajectory, until: float) -> dict[str, Any]:
-    """What happened: ranges, ends, events per contact, share of the run in each contact state, impacts."""
-    from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES
-
-    ranges = {
-        name: {
-            "unit": trajectory.units[name],
-            "min": float(trajectory[name].min()),
-            "max": float(trajectory[name].max()),
-            "end": float(trajectory[name][-1]),
-        }
-        for name in (*fmu.states, *fmu.outputs)
-    }
-    contacts = {}
-    rigid = fmu.impacts
-    for name in fmu.contacts:
-        names = RIGID_STATES if name in rigid else CONTACT_STATES
-        events = [event for event in trajectory.events if event.contact == name]
-        first = events[0].before if events else int(trajectory[f"{name}_state"][0])
-        changes = [(0.0, first), *((event.time, event.after) for event in events), (until, first)]
-        shares: dict[str, float] = {}
-        for (begin, state), (end, _) in itertools.pairwise(changes):
-            shares[names[state]] = shares.get(names[state], 0.0) + (end - begin) / until
-        contacts[name] = {"events": len(events), "shares": shares}
-    content: dict[str, Any] = {
-        "model": fmu.description.modelName,
-        "until": until,
-        "ranges": ranges,
-        "contacts": contacts,
-        "steps": trajectory.steps,
-    }
-    if rigid:
-        gains = [event.work for event in trajectory.gains]
-        content["impacts"] = {
-            "count": len(trajectory.impacts),
-            "work": sum(event.work for event in trajectory.impacts),
-            "raised_energy": len(gains),
-            "raised_by": sum(gains),
-            "largest_raise": max(gains, default=0.0),
-        }
-    return content
+def is_scene(model: str) -> bool:
+    """Whether what stands for a model is the path of a scene."""
+    return model.endswith(".toml")
 
 
-def _print_summary(content: dict[str, Any], out: Console) -> None:
-    out.print(f"[bold]{content['model']}[/bold] to t = {content['until']:g} s in {content['steps']} steps")
-    made = console.table("quantity", ">min", ">max", ">at the end", "unit")
-    for name, row in content["ranges"].items():
-        made.add_row(name, *(f"{row[key]:.6g}" for key in ("min", "max", "end")), row["unit"])
-    out.print(made)
-    for name, row in content["contacts"].items():
-        shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
-        out.print(f"contact {name}: {row['events']} events; of the time {shares}")
-    if "impacts" in content:
-        _print_impacts(content["impacts"], out)
-    for path in content["files"]:
-        out.print(f"written: {path}")
+def _scene(path: str, contacts: str | None) -> Scene:
+    from fmu_models.scene.read import read_scene
+
+    if contacts is not None:
+        raise StickslipError("A scene says itself which contacts are in use: change 'contacts' there.")
+    return read_scene(path)
 
 
-def _print_impacts(impacts: dict[str, Any], out: Console) -> None:
-    out.print(f"{impacts['count']} impacts; work of their impulses {impacts['work']:.6g} J")
-    if impacts["raised_energy"]:
-        out.print(
-            f"{impacts['raised_energy']} of {impacts['count']} impacts raised the energy (largest "
-            f"{impacts['largest_raise']:.2g} J): Newton's restitution with friction can do that; Poisson's cannot"
+def _to_run(
+    model: str, contacts: str | None, until: float | None, changed: dict[str, dict[str, float]]
+) -> tuple[Fmu, dict[str, Any]]:
+    """The FMU of a model, file or scene, and the arguments of ``simulate``."""
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
+
+    if is_scene(model):
+        from fmu_models.scene.compute import arguments
+        from fmu_models.scene.reduce import built_scene
+
+        scene = _scene(model, contacts)
+        return Fmu.open(built_scene(scene)), arguments(scene, until, **changed)
+    path = model if model.endswith(".fmu") else built(model, contacts=console.chosen(contacts))
+    return Fmu.open(path), {"stop_time": 20.0 if until is None else until, **changed}
+
+
+def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, overwrite: bool) -> None:
+    import dataclasses
+
+    from fmu_models.scene.compute import arguments
+    from fmu_models.scene.reduce import export_scene
+
+    free = arguments(scene, parameters=values)["parameters"]
+    if unknown := [name for name in free if name not in scene.free]:
+        raise StickslipError(
+            f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
         )
+    export_scene(dataclasses.replace(scene, free=free), path, fmi_version=fmi, overwrite=overwrite)

@@ -70,6 +70,9 @@ def compare(
     fitted: Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")],
     logs: Logs,
     settings: Settings = None,
+    scene: Annotated[
+        str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
+    ] = None,
     figure: FigurePath = None,
     overwrite: Overwrite = False,
     json: Json = False,
@@ -79,13 +82,19 @@ def compare(
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure portraits.png
     """
     from identification.model import compare as compare_model
+    from identification.model import scene_simulator
     from identification.result import FrictionFit
 
     refuse_existing(figure, overwrite=overwrite)
     found = FrictionFit.from_json(_read_text(fitted))
+    simulate = None
+    if scene:
+        from fmu_models.scene.read import read_scene
+
+        simulate = scene_simulator(found, read_scene(scene))
     with console.progress("comparing") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"))
-        comparisons = compare_model(found, read)
+        comparisons = compare_model(found, read, simulate=simulate)
         advance(0.7)
         if figure:
             _draw_portraits(comparisons, figure, overwrite)

@@ -2,7 +2,7 @@
 
 Every estimator reduces its logs to equations of one form,
     sum_j average_j mu(slip_ij; q) = measured_i,     i = 1..n,
-with residuals that depend on one another inside a slip segment (a cluster). They are solved by least squares (lmfit)
+with residuals that depend on one another inside a slip segment (a cluster). They are solved by least squares
 after whitening each cluster by the known colour of the sensor noise. A law is a value: names, bounds, mu, its gradient.
 
 Conti: mu(v) = (mu_s - mu_k)/(1 + p v) + mu_k. Source: disc_rig paper, eq. (28), Table 1.
@@ -92,12 +92,12 @@ class Solution:
 
 
 def solve(regression: Regression, law: FittableLaw, start: np.ndarray | None = None) -> Solution:
-    """Least squares by lmfit (trust region, bounds of the law). start: (m,) or None for the law's own guess.
+    """Least squares within the bounds of the law, by a trust region. start: (m,) or None for the law's own guess.
 
     Raises:
         StickslipError: fewer equations than parameters.
     """
-    import lmfit
+    from scipy.optimize import least_squares
 
     count = len(law.parameters)
     if len(regression.measured) <= count:
@@ -110,25 +110,25 @@ def solve(regression: Regression, law: FittableLaw, start: np.ndarray | None = N
     if start is None:
         start = law.start(regression.slip @ regression.average, regression.measured)
     start = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-    parameters = lmfit.Parameters()
-    for spec, value in zip(law.parameters, start, strict=True):
-        parameters.add(spec.name, value=float(value), min=spec.minimum, max=spec.maximum)
 
-    def values(p: lmfit.Parameters) -> np.ndarray:
-        return np.array([p[spec.name].value for spec in law.parameters])
+    def residual(q: np.ndarray) -> np.ndarray:
+        return regression.whitened(regression.model(law, q) - regression.measured)
 
-    def residual(p: lmfit.Parameters) -> np.ndarray:
-        return regression.whitened(regression.model(law, values(p)) - regression.measured)
+    def gradient(q: np.ndarray) -> np.ndarray:
+        return regression.whitened(regression.model_gradient(law, q))
 
-    def gradient(p: lmfit.Parameters) -> np.ndarray:
-        return regression.whitened(regression.model_gradient(law, values(p)))
-
-    # lmfit computes a covariance of its own (not used here), which for an exact fit divides zero by zero
-    with np.errstate(invalid="ignore", divide="ignore"):
-        found = lmfit.Minimizer(residual, parameters).minimize(
-            method="least_squares", jac=gradient, x_scale="jac", ftol=1e-12, xtol=1e-12, gtol=1e-12, max_nfev=500
-        )
-    q = values(found.params)  # type: ignore[attr-defined]
+    found = least_squares(
+        residual,
+        start,
+        jac=gradient,  # pyright: ignore[reportArgumentType]  # a function, which the stubs do not know
+        bounds=(low, high),
+        x_scale="jac",
+        ftol=1e-12,
+        xtol=1e-12,
+        gtol=1e-12,
+        max_nfev=500,
+    )
+    q = np.asarray(found.x)
     raw = regression.model(law, q) - regression.measured
     edge = 1e-6 * np.maximum(np.abs(q), 1e-3)
     return Solution(
@@ -136,8 +136,8 @@ def solve(regression: Regression, law: FittableLaw, start: np.ndarray | None = N
         gradient=regression.whitened(regression.model_gradient(law, q)),
         residual=regression.whitened(raw),
         raw_residual=raw,
-        converged=bool(found.success),  # type: ignore[attr-defined]
-        message=str(found.message),  # type: ignore[attr-defined]
+        converged=bool(found.success),
+        message=str(found.message),
         at_bound=tuple(bool(b) for b in (q - low < edge) | (high - q < edge)),
     )
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +14,10 @@ from identification.pooling import Pool, RigValues, pool, rig_values
 from identification.portraits import PortraitComparison, compare_portraits, portrait
 from identification.result import FrictionFit
 from rig_io.log import RigLog
+
+if TYPE_CHECKING:
+    from fmu_models.scene.scene import Scene
+    from fmu_models.simulation.fmu import Fmu
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
 
@@ -39,21 +45,52 @@ def fmu_simulator(fit: FrictionFit) -> Simulator:
     """
     if fit.law != "Conti":
         raise StickslipError(f"The law '{fit.law}' cannot be simulated yet; 'Conti' can.")
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
+
+    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=(fit.contact,))), {})
+
+
+def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
+    """The FMU of a scene with the fitted law and constants in place of its own; its start, its laws, its other values.
+
+    Raises:
+        StickslipError: the scene is not of the contact that was fitted alone, or varies it otherwise.
+    """
+    from fmu_models.scene.reduce import built_scene, unfolded
+    from fmu_models.simulation.fmu import Fmu
+
+    if scene.contacts != (fit.contact,):
+        used = ", ".join(scene.contacts) if scene.contacts else ("all" if scene.contacts is None else "none")
+        raise StickslipError(
+            f"The fit is of '{fit.contact}' alone, scene '{scene.name}' has as contacts in use: {used}. Set "
+            f'contacts = ["{fit.contact}"] there.'
+        )
+    values = fmu_parameters(fit)
+    missing = [name for name in values if name not in scene.parameters]
+    if missing:
+        raise StickslipError(f"Scene '{scene.name}' has no parameter '{missing[0]}', which was fitted.")
+    free = unfolded(scene)
+    fixed = {name: value for name, value in free.fixed.items() if name not in values}
+    free = dataclasses.replace(free, fixed=fixed, free={**free.free, **values}, outputs=())
+    return _simulator(fit, lambda: Fmu.open(built_scene(free)), scene.start)
+
+
+def _simulator(fit: FrictionFit, opened: Callable[[], Fmu], start: Mapping[str, float]) -> Simulator:
+    """Runs of an FMU with the fitted values, after a transient; ``start`` in place of stick at rest."""
     rig = fitted_rig(fit)
 
     def run(drive_speed: float, duration: float, step: float) -> SimulatedMotion:
-        from fmu_models.codegen.package import built
-        from fmu_models.simulation.fmu import Fmu
         from fmu_models.simulation.system import simulate
 
         disc = fit.contact[-1]
         transient = TRANSIENT * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
         times = transient + step * np.arange(round(duration / step) + 1)
         trajectory = simulate(
-            Fmu.open(built("disc_rig", contacts=(fit.contact,))),
+            opened(),
             float(times[-1]),
             parameters=fmu_parameters(fit),
-            start={"theta": 0.0, "omega": rig.r * drive_speed / rig.R},
+            start={"theta": 0.0, "omega": rig.r * drive_speed / rig.R, **start},
             inputs={f"w{disc}": drive_speed},
             output_times=times,
         )

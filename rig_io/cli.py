@@ -21,7 +21,15 @@ app = console.app("The rig: emulate logs.")
 
 @app.command()
 def emulate(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder to write: CSV logs and datapackage.json.")],
+    place: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FOLDER|SCENE", help="Folder to write: CSV logs and datapackage.json; or a scene (.toml), then:"
+        ),
+    ],
+    target: Annotated[
+        Path | None, typer.Argument(metavar="[FOLDER]", help="Folder for the logs of a scene. [default: its name]")
+    ] = None,
     material: Annotated[str, typer.Option(help="Friction pair: paper/paper, liner/rubber, paper/rubber.")] = (
         "paper/rubber"
     ),
@@ -48,9 +56,20 @@ def emulate(
     """
     from dataclasses import replace
 
-    from rig_io.emulator import Disc, MicroSlip, emulate_set, standard_set
+    from rig_io.emulator import Disc, MicroSlip, standard_set
     from rig_io.emulator import material as named
 
+    if place.suffix == ".toml":
+        said = (material, speeds, second, duration, micro_slip, ripple, laser, encoder)
+        if said != ("paper/rubber", None, None, 20.0, None, True, True, True):
+            raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
+        _emulate_scene(place, target, seed, overwrite, json)
+        return
+    if target is not None:
+        raise StickslipError(
+            f"Two folders are given, '{place}' and '{target}'. Give one, or a scene (.toml) before it."
+        )
+    folder = place
     fitted = {"laser": None} if not laser else {}
     fitted |= {"encoder": None} if not encoder else {}
     fitted |= {"ripple": None} if not ripple else {}
@@ -59,6 +78,24 @@ def emulate(
     if second is not None:
         disc = Disc(named(material), second)
         settings = [replace(one, discs=(*one.discs, disc)) if one.discs else one for one in settings]
+    _emulate(folder, settings, material, seed, overwrite, json)
+
+
+def _emulate_scene(path: Path, folder: Path | None, seed: int, overwrite: bool, json: bool) -> None:
+    """One log per value of what the scene varies."""
+    from fmu_models.scene.read import read_scene
+    from rig_io.scenes import emulations
+
+    scene = read_scene(path)
+    settings = emulations(scene)
+    material = " and ".join(dict.fromkeys(disc.material.name for disc in settings[0].discs)) or "no disc in contact"
+    _emulate(folder or Path(scene.name), settings, material, seed, overwrite, json)
+
+
+def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, overwrite: bool, json: bool) -> None:
+    """Emulate the logs, write them, and say so."""
+    from rig_io.emulator import emulate_set
+
     done = 0
 
     with console.progress("emulating") as advance:

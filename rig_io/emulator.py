@@ -29,6 +29,9 @@ from rig_io.table import SHORTEST
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from fmu_models.scene.scene import Scene
+    from fmu_models.simulation.fmu import Fmu
+
 TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments see it
 LONGEST = 1000.0  # s of transient and log; 5 million samples of the truth
 FASTEST = 100.0  # rad/s, of a drive; those of the rig reach 2.7
@@ -107,7 +110,7 @@ class Emulation:
     """One log to be emulated. Times in s, rates in Hz, angles in rad.
 
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
-    may be None: not fitted, or ideal.
+    may be None: not fitted, or ideal. scene: has the oscillator and its start in place of ``disc_rig`` at rest.
     """
 
     name: str
@@ -122,6 +125,7 @@ class Emulation:
     drive_encoder: Encoder | None = field(default_factory=Encoder)
     ripple: Ripple | None = field(default_factory=Ripple)
     micro_slip: MicroSlip | None = None
+    scene: Scene | None = None
 
     def __post_init__(self) -> None:
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
@@ -272,6 +276,8 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
         truth[contact] = {"mu_s": disc.material.mu_s, "mu_k": disc.material.mu_k, "p": disc.material.p}
     if settings.micro_slip is not None:
         truth["micro_slip"] = asdict(settings.micro_slip)
+    if settings.scene is not None:
+        truth["scene"] = {"name": settings.scene.name, "model": settings.scene.model, **settings.scene.parameters}
     return Experiment(
         kind="stick-slip" if settings.discs else "free-decay",
         contacts=settings.contacts,
@@ -283,26 +289,40 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
 
 def _simulated(settings: Emulation, drives: list[tuple[np.ndarray, np.ndarray]], total: float) -> Motion:
     """The disc's motion at `TRUTH_RATE`; it starts in stick with disc 0, whence one release leads onto the cycle."""
-    from fmu_models.codegen.package import built
-    from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.signal import Signal
     from fmu_models.simulation.system import simulate
 
-    laws = None if settings.micro_slip is None else dict.fromkeys(settings.contacts, "lugre")
+    fmu, parameters, given = _oscillator(settings)
     rig = settings.rig
     start = {"theta": settings.start_angle, "omega": 0.0}
     if drives:
         start["omega"] = rig.value("r") * float(drives[0][1][0]) / rig.value("R")
+    start |= given
     samples = int(np.ceil(total * TRUTH_RATE - 1e-9)) + 1
     trajectory = simulate(
-        Fmu.open(built("disc_rig", contacts=settings.contacts, laws=laws)),
+        fmu,
         total,
-        parameters=_parameters(settings),
+        parameters=parameters,
         start=start,
         inputs={f"w{i}": Signal(time, speed) for i, (time, speed) in enumerate(drives)},
         output_times=np.linspace(0.0, total, samples),
     )
     return Motion(trajectory.time, trajectory["theta"], trajectory["omega"])
+
+
+def _oscillator(settings: Emulation) -> tuple[Fmu, Mapping[str, float], Mapping[str, float]]:
+    """The FMU, values of its parameters, and start values that are given: those of the scene, if there is one."""
+    from fmu_models.simulation.fmu import Fmu
+
+    if settings.scene is not None:
+        from fmu_models.scene.reduce import built_scene, unfolded
+
+        scene = unfolded(settings.scene)
+        return Fmu.open(built_scene(scene)), scene.free, scene.start
+    from fmu_models.codegen.package import built
+
+    laws = None if settings.micro_slip is None else dict.fromkeys(settings.contacts, "lugre")
+    return Fmu.open(built("disc_rig", contacts=settings.contacts, laws=laws)), _parameters(settings), {}
 
 
 def _parameters(settings: Emulation) -> dict[str, float]:

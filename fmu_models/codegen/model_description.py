@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.codegen.contact_states import STATES
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
 
 if TYPE_CHECKING:
@@ -38,13 +39,6 @@ _INDICATOR_NAMES = {
     "release": "release",
     "function": "indicator",
     "gap": "indicator",
-}
-STATES = {
-    "friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away",
-    "stop": "2 away, 3 touching, 4 released while still inside",
-    "switch": "-1 negative side, 0 sliding, 1 positive side",
-    "impact": "2 open, 3 closed, 5 chattering (closed while infinitely many small bounces die out)",
-    "impact_friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away (open)",
 }
 
 

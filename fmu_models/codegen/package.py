@@ -73,10 +73,22 @@ def export(
         StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, a value that
             the model cannot have, or the compiler fails.
     """
-    path = _checked(path, fmi_version, overwrite)
+    path = checked(path, fmi_version, overwrite)
     from fmu_models.lowering.lower import lower
 
-    files = _files(_with_values(lower(mechanism), values or {}), fmi_version)
+    return write(_with_values(lower(mechanism), values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
+
+
+def write(
+    system: HybridSystem, path: str | os.PathLike[str], *, fmi_version: str = "3.0", overwrite: bool = False
+) -> Path:
+    """Write a lowered system as an FMU; the rest is as for ``export``.
+
+    Raises:
+        StickslipError: as for ``export``.
+    """
+    path = checked(path, fmi_version, overwrite)
+    files = _files(system, fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
@@ -118,15 +130,14 @@ def built(
     Raises:
         StickslipError: as for ``variant`` and ``export``.
     """
-    _checked(f"{model_name}.fmu", fmi_version, overwrite=True)
+    checked(f"{model_name}.fmu", fmi_version, overwrite=True)
     options = (
         model_name,
         "all" if contacts is None else ",".join(sorted(contacts)),
         *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
         fmi_version,
-        "-".join(this_platform()[:2]),
     )
-    kept = cache_folder() / "fmus" / digest(_sources_digest(), *options) / f"{Path(model_name).name}.fmu"
+    kept = kept_folder(*options) / f"{Path(model_name).name}.fmu"
     if not kept.is_file():
         export(variant(model_name, contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
     return kept
@@ -147,7 +158,7 @@ def export_built(
     Raises:
         StickslipError: as for ``variant`` and ``export``.
     """
-    path = _checked(path, fmi_version, overwrite)
+    path = checked(path, fmi_version, overwrite)
     if values:
         mechanism = variant(model_name, contacts, laws)
         return export(mechanism, path, values=values, fmi_version=fmi_version, overwrite=overwrite)
@@ -157,8 +168,17 @@ def export_built(
     return path
 
 
-def _checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> Path:
-    """Refuse before the work what would be refused after it."""
+def kept_folder(*options: str) -> Path:
+    """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
+    return cache_folder() / "fmus" / digest(_sources_digest(), *options, "-".join(this_platform()[:2]))
+
+
+def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> Path:
+    """The path of an FMU to be written; refuses before the work what would be refused after it.
+
+    Raises:
+        StickslipError: unknown version, another suffix than .fmu, or ``path`` exists and ``overwrite`` is false.
+    """
     if fmi_version not in FMI_VERSIONS:
         raise StickslipError(f"There is no FMI {fmi_version} export. Choose {' or '.join(FMI_VERSIONS)}.")
     path = Path(path)

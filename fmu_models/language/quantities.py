@@ -24,6 +24,12 @@ class Quantity(sympy.Dummy):
         symbol.description = description
         return symbol
 
+    def _with(self, **attributes: float) -> Self:
+        """The same quantity, equal to this one in expressions, with other attributes."""
+        same = sympy.Dummy.__new__(type(self), self.name, self.dummy_index, **self.assumptions0)
+        same.__dict__.update(self.__dict__, **attributes)
+        return same
+
     @property
     def declared(self) -> int:
         """Rank in the order of declaration."""
@@ -71,11 +77,9 @@ class Parameter(Quantity):
         symbol.positive = positive
         return symbol
 
-    def with_value(self, value: float) -> Parameter:
+    def with_value(self, value: float) -> Self:
         """The same quantity (equal to this one in expressions) with another default."""
-        same = sympy.Dummy.__new__(type(self), self.name, self.dummy_index, **self.assumptions0)
-        same.__dict__.update(self.__dict__, value=float(value))
-        return same
+        return self._with(value=float(value))
 
 
 class Rate(Quantity):
@@ -102,6 +106,10 @@ class Input(Quantity):
         symbol.rate.value = 0.0
         return symbol
 
+    def with_value(self, value: float) -> Self:
+        """The same input (equal to this one in expressions) with another default."""
+        return self._with(value=float(value))
+
 
 class Acceleration(Quantity):
     """Rate of a velocity or of a state of an automaton, contact forces included; only outputs may use it."""
@@ -124,6 +132,10 @@ class State(Quantity):
         symbol = cls._state(name, unit, description, start, nominal)
         symbol.rate = Acceleration._create(f"{name}_rate", per_second(unit), f"rate of {name}: {description}")
         return symbol
+
+    def with_start(self, start: float) -> Self:
+        """The same state (equal to this one in expressions) with another start value."""
+        return self._with(start=float(start))
 
     @classmethod
     def _state(cls, name: str, unit: str, description: str, start: float, nominal: float) -> Self:

@@ -227,6 +227,12 @@ def parse_unit(unit: str) -> Any:
 
 
 @cache
+def known_units() -> tuple[str, ...]:
+    """Names and symbols of all units, without prefixes."""
+    return tuple(sorted(name for name in dir(_registry()) if not name.startswith("_")))
+
+
+@cache
 def _dimension(unit: str) -> Dimension:
     items: Mapping[Any, Any] = dict(parse_unit(unit).to_base_units().unit_items())
     powers = {str(name): sympy.nsimplify(power) for name, power in items.items() if str(name) != "radian"}

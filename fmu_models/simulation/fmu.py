@@ -100,7 +100,7 @@ class Fmu:
     @property
     def impacts(self) -> list[str]:
         """Names of the rigid contacts, their friction left out."""
-        from fmu_models.codegen.model_description import STATES
+        from fmu_models.codegen.contact_states import STATES
 
         described = ((name, self.variables[f"{name}_state"].description or "") for name in self.contacts)
         return [name for name, description in described if description.endswith(STATES["impact"])]

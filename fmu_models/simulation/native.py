@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import time
 from collections.abc import Callable, Iterator
 from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_uint32, c_void_p
 from dataclasses import dataclass
@@ -77,12 +78,13 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What came of it: values (n, m), events (k,) of dtype EVENT, and counters of the engine."""
+    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s."""
 
     values: NDArray[np.float64]
     events: NDArray
     steps: int
     evaluations: int
+    seconds: float
 
 
 def library_of(dll: ctypes.CDLL, name: str) -> Callable[..., int]:
@@ -114,9 +116,12 @@ def run(
     c = _structure(request, values, buffer)
     chunks = []
     status = MORE
+    seconds = 0.0
     while status == MORE:
         c.n_events = 0
+        begin = time.perf_counter()
         status = simulate(instance, ctypes.byref(c))
+        seconds += time.perf_counter() - begin
         if c.n_events:
             chunks.append(buffer[: c.n_events].copy())
         if progress:
@@ -124,7 +129,7 @@ def run(
     if status != DONE:
         return None
     events = np.concatenate(chunks) if chunks else buffer[:0]
-    return Result(values, events, c.steps, c.evaluations)
+    return Result(values, events, c.steps, c.evaluations, seconds)
 
 
 def crossings(

@@ -206,4 +206,4 @@ def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], r
         Event(time, contacts[c], before, after, work, contacts[c] in rigid)
         for time, c, before, after, work in result.events.tolist()
     )
-    return Trajectory(times, values, units, events, result.steps, result.evaluations)
+    return Trajectory(times, values, units, events, result.steps, result.evaluations, result.seconds)

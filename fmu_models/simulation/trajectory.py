@@ -69,6 +69,7 @@ class Trajectory:
         units: unit per variable, "1" for a pure number.
         events: every change of contact state and every impact, in order of time, whatever the output times.
         steps, evaluations: what the engine did (Taylor steps; orders of series computed).
+        seconds: wall time that it took, s.
     """
 
     time: NDArray[np.float64]
@@ -77,6 +78,7 @@ class Trajectory:
     events: tuple[Event, ...]
     steps: int
     evaluations: int
+    seconds: float = 0.0
 
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":
@@ -93,8 +95,10 @@ class Trajectory:
     @property
     def gains(self) -> tuple[Event, ...]:
         """The impacts that raised the energy of the bodies in contact, as friction with Newton's restitution can."""
-        energy = np.abs(self.values.get("energy", np.zeros(1))).max()
-        return tuple(event for event in self.impacts if event.work > ROUNDING * energy)
+        works = [abs(event.work) for event in self.impacts]
+        # a scene may leave out the energy; an elastic impact is then judged by the largest work of all
+        largest = np.abs(self.values["energy"]).max() if "energy" in self.values else max(works, default=0.0)
+        return tuple(event for event in self.impacts if event.work > ROUNDING * largest)
 
     def frame(self) -> pandas.DataFrame:
         """The variables as columns of a table indexed by time (s)."""

@@ -65,7 +65,7 @@ def test_the_installed_command_starts_without_heavy_imports():
         "from identification import cli\n"
         "try: cli.main()\n"
         "except SystemExit: pass\n"
-        "heavy = {'numpy', 'scipy', 'sympy', 'matplotlib', 'pandas', 'lmfit', 'fmpy', 'pint'} & set(sys.modules)\n"
+        "heavy = {'numpy', 'scipy', 'sympy', 'matplotlib', 'pandas', 'fmpy', 'pint'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)

@@ -47,8 +47,8 @@ def test_cycle_at_the_end_of_disc_0():
 def test_wide_overlap_is_class_b(w0, w1, period, minimum, maximum, stick0, stick1):
     cycle = steady_cycle(RIG, inputs={"w0": w0, "w1": w1}, parameters={"alpha": 1.5}, start={"theta": 0.14})
     assert cycle.period == pytest.approx(period, rel=1e-9)
-    assert cycle.minimum == pytest.approx(minimum, rel=1e-9)
-    assert cycle.maximum == pytest.approx(maximum, rel=1e-9)
+    assert cycle.minimum["theta"] == pytest.approx(minimum, rel=1e-9)
+    assert cycle.maximum["theta"] == pytest.approx(maximum, rel=1e-9)
     assert cycle.stick.get("disc0", 0.0) == pytest.approx(stick0, abs=1e-10)
     assert cycle.stick.get("disc1", 0.0) == pytest.approx(stick1, abs=1e-10)
 

@@ -24,10 +24,20 @@ ROOMS = {
     | {"fmu_models.language", "fmu_models.lowering", "fmu_models.engine", "fmu_models.oscillators"},
     "fmu_models.simulation": BASE | {"fmu_models.codegen", "fmu_models.engine"},
     "fmu_models.analyses": BASE | {"fmu_models.language", "fmu_models.simulation"},
+    "fmu_models.scene": BASE
+    | {
+        "fmu_models.language",
+        "fmu_models.lowering",
+        "fmu_models.codegen",
+        "fmu_models.engine",
+        "fmu_models.simulation",
+        "fmu_models.analyses",
+    },
     "fmu_models.report": BASE
     | {"fmu_models.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
     "fmu_models.cli": {"fmu_models"},
     "fmu_models.map_cli": {"fmu_models"},
+    "fmu_models.scene_cli": {"fmu_models"},
     "rig_io": {"fmu_models"},
     "identification": {"fmu_models", "rig_io"},
 }

@@ -1,0 +1,373 @@
+"""What a scene says, held against its model: names, units, bounds, contacts that are needed, a start that is possible.
+
+    title = "Disc rig, class a"                 what it is
+    source = "..."                              where it comes from
+    model = "disc_rig"                          as 'stickslip models' lists them
+    contacts = ["disc0"]                        those in use; all if left out
+    outputs = ["F0", "energy"]                  those to show; if left out those the model declares, without the derived
+    stop_time = "25 s"
+    [laws]         disc0 = "lugre"              another law for a contact
+    [parameters]   N0 = "8 N"                   fixed: constants of the code, as all parameters that are named nowhere;
+                                                an input here is held at its value and is a constant, too
+    [free]         mu_s0 = 0.65                 stay parameters of the FMU, with this start value
+    [drives]       w0 = "8 rpm"                 inputs: a constant, { from = 0, to = "1 rad/s", begin = 0, end = "5 s" }
+                                                or { times = [0, 5, 10], values = [0, 1, 1] }
+    [start]        theta = "5 deg"
+    [compute]      kind = "cycle"               see Compute; over = "w0", values = [...]
+    [[reference]]  at = 0.41, period = 1.0, tolerance = 1e-9
+    [sensors]      of an emulated bench
+
+A value is a number in the unit of the model or a text of number and unit.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.scene.scene import Compute, Drive, Reference, Scene
+from fmu_models.scene.toml_reader import Document
+
+if TYPE_CHECKING:
+    from fmu_models.language.automaton import Automaton
+    from fmu_models.language.mechanism import Mechanism
+    from fmu_models.language.quantities import Quantity
+
+_KEYS = (
+    *("title", "source", "model", "contacts", "outputs", "stop_time"),
+    *("laws", "parameters", "free", "drives", "start", "compute", "reference", "sensors"),
+)
+_COMPUTE = ("kind", "samples", "over", "values", "follow", "period", "forcing", "periods", "autonomous")
+_KINDS = ("trajectory", "cycle", "strobe", "orbit")
+
+
+def checked_scene(document: Document) -> Scene:
+    """The scene of a document.
+
+    Raises:
+        StickslipError: what is wrong, with its line, what was expected and what to do.
+    """
+    document.check_keys(_KEYS)
+    return _Check(document).scene()
+
+
+class _Check:
+    def __init__(self, document: Document) -> None:
+        self.doc = document
+        self.full = self._load()
+        self.kept, self.laws = self._variant()
+        parameters: dict[str, Quantity] = {p.name: p for p in self.kept.parameters}
+        inputs: dict[str, Quantity] = {u.name: u for u in self.kept.inputs}
+        self.parameters, self.inputs = parameters, inputs
+        self.lost = self._lost()
+
+    def scene(self) -> Scene:
+        doc = self.doc
+        free = self._values("free", self.parameters, "parameter")
+        given = self._values("parameters", {**self.parameters, **self.inputs}, "parameter")
+        drives = self._drives()
+        for name in given:
+            for other in ("free", "drives"):
+                if name in (free if other == "free" else drives):
+                    raise doc.fault(
+                        f"'{name}' is both fixed in [parameters] and given in [{other}]. Keep it in [parameters] to fold "
+                        f"it into the code, or in [{other}] to be able to change it.",
+                        "parameters",
+                        name,
+                    )
+        defaults = {n: p.value for n, p in self.parameters.items() if n not in free}  # pyright: ignore[reportAttributeAccessIssue]
+        scene = Scene(
+            name=_identifier(doc.path.stem),
+            title=doc.text("title"),
+            source=doc.text("source", default=self.full.source),
+            model=doc.text("model"),
+            contacts=self.contacts,
+            laws=self.laws,
+            fixed={**defaults, **given},
+            free=free,
+            drives=drives,
+            start=self._start(),
+            outputs=self._outputs(),
+            stop_time=self._stop_time(),
+            compute=self._compute(free, drives),
+            references=self._references(),
+            sensors=doc.table("sensors"),
+            lines={key: doc.line("sensors", key) or 0 for key in doc.table("sensors")},
+            path=str(doc.path),
+        )
+        self._check_values(scene)
+        self._check_start(scene)
+        return scene
+
+    # the model
+
+    def _load(self) -> Mechanism | Automaton:
+        from fmu_models.codegen.package import variant
+
+        try:
+            return variant(self.doc.text("model"))
+        except StickslipError as error:
+            raise self.doc.fault(str(error), "model") from error
+
+    def _variant(self) -> tuple[Mechanism | Automaton, dict[str, str]]:
+        """The model with the contacts in use and their laws."""
+        from fmu_models.codegen.package import variant
+
+        doc = self.doc
+        self.contacts = doc.names("contacts")
+        laws = {contact: doc.text(contact, "laws") for contact in doc.table("laws")}
+        known = [contact.name for contact in self.full.contacts]
+        for name in self.contacts or ():
+            if name not in known:
+                raise doc.fault(f"{self.full.name} has no contact '{name}'.{nearest(name, known)}", "contacts", name)
+        for name in laws:
+            if name in known and self.contacts is not None and name not in self.contacts:
+                raise doc.fault(
+                    f"'{name}' gets a law but is left out. Add it to contacts, or take it out of [laws].", "laws", name
+                )
+        if self.contacts is not None:
+            self.contacts = tuple(name for name in known if name in self.contacts)
+        try:
+            return variant(self.full.name, self.contacts, laws), laws
+        except StickslipError as error:
+            raise doc.fault(str(error), *(("laws", next(iter(laws))) if laws else ("contacts",))) from error
+
+    def _lost(self) -> dict[str, str]:
+        """What went with the contacts left out: name of a quantity, and its contact."""
+        if self.contacts is None:
+            return {}
+        here = {s.name for s in self.kept.symbols if hasattr(s, "name")} | {o.name for o in self.kept.outputs}
+        lost = {}
+        for contact in self.full.contacts:
+            if contact.name in self.contacts:
+                continue
+            symbols: Any = {*getattr(contact, "symbols", ()), *getattr(contact, "shown", ())}
+            outputs = [o for o in self.full.outputs if o.expression.free_symbols & symbols]
+            names = {*(s.name for s in symbols), *(o.name for o in outputs), f"{contact.name}_force"}
+            lost |= {name: contact.name for name in names if name not in here}
+        return lost
+
+    def _stranger(self, kind: str, name: str, known: Any, *place: str | int) -> StickslipError:
+        """The error for a name that the scene's system does not have."""
+        if name in self.lost:
+            contact = self.lost[name]
+            return self.doc.fault(
+                f"{kind} '{name}' needs contact '{contact}', which the scene leaves out. Add '{contact}' to contacts, or "
+                f"remove '{name}'.",
+                *place,
+            )
+        has = nearest(name, known) if known else f" It has no {kind}s."
+        return self.doc.fault(f"{self.full.name} has no {kind} '{name}'.{has}", *place)
+
+    # values
+
+    def _values(self, table: str, known: Mapping[str, Quantity], kind: str) -> dict[str, float]:
+        found = {}
+        for name, raw in self.doc.table(table).items():
+            if name not in known:
+                raise self._stranger(kind, name, known, table, name)
+            found[name] = self.doc.value(raw, known[name].unit, table, name)
+        return found
+
+    def _drives(self) -> dict[str, Drive]:
+        """Every input that is not held, at its default where the scene does not name it."""
+        found: dict[str, Drive] = {}
+        given = self.doc.table("drives")
+        for name in given:
+            if name not in self.inputs:
+                hint = " A parameter stands in [parameters] or [free]." if name in self.parameters else ""
+                fault = self._stranger("drive", name, self.inputs, "drives", name)
+                raise StickslipError(f"{fault}{hint}")
+        held = self.doc.table("parameters")
+        for name, quantity in self.inputs.items():
+            if name in given:
+                found[name] = self._drive(given[name], quantity.unit, name)
+            elif name not in held:
+                value = float(quantity.value)  # pyright: ignore[reportAttributeAccessIssue]  # an Input
+                found[name] = Drive(times=(0.0,), values=(value,))
+        return found
+
+    def _drive(self, raw: Any, unit: str, name: str) -> Drive:
+        doc, place = self.doc, ("drives", name)
+        if not isinstance(raw, dict):
+            return Drive(times=(0.0,), values=(doc.value(raw, unit, *place),))
+        keys = ("times", "values") if "times" in raw or "values" in raw else ("from", "to", "begin", "end")
+        doc.check_keys(keys, *place)
+        for key in keys:
+            if key not in raw:
+                raise doc.fault(f"drive '{name}' lacks '{key}'. It needs {', '.join(keys)}.", *place)
+        if keys[0] == "from":
+            times = [doc.value(raw[key], "s", *place, key) for key in ("begin", "end")]
+            values = [doc.value(raw[key], unit, *place, key) for key in ("from", "to")]
+        else:
+            times, values = (
+                self._list(raw["times"], "s", *place, "times"),
+                self._list(raw["values"], unit, *place, "values"),
+            )
+        if len(times) != len(values) or len(times) < 2 or any(b < a for a, b in zip(times, times[1:], strict=False)):
+            raise doc.fault(
+                f"drive '{name}' needs ascending times, at least two, and a value for each; found {len(times)} times and "
+                f"{len(values)} values.",
+                *place,
+            )
+        return Drive(times=tuple(times), values=tuple(values))
+
+    def _list(self, raw: Any, unit: str, *place: str | int) -> list[float]:
+        if not isinstance(raw, list):
+            raise self.doc.fault(f"'{place[-1]}' must be a list of values, found {raw!r}.", *place)
+        return [self.doc.value(entry, unit, *place, i) for i, entry in enumerate(raw)]
+
+    def _start(self) -> dict[str, float]:
+        from fmu_models.lowering.lower import lower
+
+        self.system = lower(self.kept)
+        known = {state.name: state.unit for state in self.system.states}
+        known |= {f"{c.name}_memory": "m/s" for c in self.system.contacts if c.remembers}
+        found = {}
+        for name, raw in self.doc.table("start").items():
+            if name not in known:
+                raise self._stranger("state", name, known, "start", name)
+            found[name] = self.doc.value(raw, known[name], "start", name)
+        return found
+
+    def _outputs(self) -> tuple[str, ...]:
+        from fmu_models.language.mechanism import Mechanism
+
+        asked = self.doc.names("outputs")
+        known = [output.name for output in self.system.outputs]
+        if asked is None:
+            declared = {output.name for output in self.kept.outputs} if isinstance(self.kept, Mechanism) else set(known)
+            return tuple(name for name in known if name in declared)
+        for name in asked:
+            if name not in known:
+                states = {state.name for state in self.system.states}
+                if name in states:
+                    raise self.doc.fault(
+                        f"'{name}' is a state, and states are always shown. Remove it.", "outputs", name
+                    )
+                raise self._stranger("output", name, known, "outputs", name)
+        return asked
+
+    def _stop_time(self) -> float:
+        raw = self.doc.table().get("stop_time")
+        if raw is None:
+            raise self.doc.fault("'stop_time' is missing. Add when the run ends: stop_time = \"20 s\"")
+        found = self.doc.value(raw, "s", "stop_time")
+        if found <= 0.0:
+            raise self.doc.fault(f"the run must end after it starts, found stop_time = {found:g} s.", "stop_time")
+        return found
+
+    # what to compute
+
+    def _compute(self, free: Mapping[str, float], drives: Mapping[str, Drive]) -> Compute:
+        doc = self.doc
+        doc.check_keys(_COMPUTE, "compute")
+        table = doc.table("compute")
+        kind: Any = doc.text("kind", "compute", default="trajectory")
+        if kind not in _KINDS:
+            raise doc.fault(f"there is nothing to compute called '{kind}'.{nearest(kind, _KINDS)}", "compute", "kind")
+        over, unit = table.get("over"), "1"
+        if over is not None:
+            over = doc.text("over", "compute")
+            if over not in free and over not in drives:
+                hint = (
+                    " It is fixed: move it to [free]." if over in self.parameters else nearest(over, (*free, *drives))
+                )
+                raise doc.fault(f"'{over}' is neither a drive nor free.{hint}", "compute", "over")
+            unit = {**self.parameters, **self.inputs}[over].unit
+        if (over is None) != ("values" not in table):
+            raise doc.fault("'over' and 'values' go together: what is varied, and which values it takes.", "compute")
+        forcing = table.get("forcing")
+        if forcing is not None:
+            forcing = doc.text("forcing", "compute")
+            if forcing not in self.parameters:
+                raise self._stranger("parameter", forcing, self.parameters, "compute", "forcing")
+        period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
+        if kind in ("strobe", "orbit") and (period is None) == (forcing is None):
+            raise doc.fault(
+                f"a {kind} needs either 'period', s, or 'forcing', the parameter that is the frequency.", "compute"
+            )
+        if period is not None and period <= 0.0:
+            raise doc.fault(f"the period must be positive, found {period:g} s.", "compute", "period")
+        return Compute(
+            kind=kind,
+            samples=doc.count("samples", 2001, 2, "compute"),
+            over=over,
+            values=tuple(self._list(table["values"], unit, "compute", "values")) if over else (),
+            follow=doc.flag("follow", "compute"),
+            period=period,
+            forcing=forcing,
+            angular=forcing is not None and self.parameters[forcing].unit == "rad/s",
+            periods=doc.count("periods", 1, 1, "compute"),
+            autonomous=doc.flag("autonomous", "compute"),
+        )
+
+    def _references(self) -> tuple[Reference, ...]:
+        doc = self.doc
+        raw = doc.data.get("reference", [])
+        if not isinstance(raw, list):
+            raise doc.fault("references are written as [[reference]], in double brackets.", "reference")
+        found = []
+        for i, table in enumerate(raw):
+            values = {name: doc.value(value, "1", "reference", i, name) for name, value in table.items()}
+            at, tolerance = values.pop("at", None), values.pop("tolerance", 1e-9)
+            found.append(Reference(values=values, tolerance=tolerance, at=at))
+        return tuple(found)
+
+    # the whole
+
+    def _check_values(self, scene: Scene) -> None:
+        from fmu_models.language.values import check_values
+
+        values = {name: value for name, value in scene.parameters.items() if name in self.parameters}
+        try:
+            check_values(self.kept, values)
+        except StickslipError as error:
+            # the message begins with the parameter, or ends with "(found a = 1, b = 2)."
+            names = re.findall(r"\b([A-Za-z]\w*) = ", str(error))
+            tables = [(t, n) for n in names for t in ("parameters", "free") if n in self.doc.table(t)]
+            raise self.doc.fault(str(error), *(tables[0] if tables else ("model",))) from error
+
+    def _check_start(self, scene: Scene) -> None:
+        """A rigid contact cannot begin behind its wall; a start inside some stops needs the speed of entry."""
+        import sympy
+
+        from fmu_models.language.quantities import TIME
+
+        drives = {name: drive.values[0] for name, drive in scene.drives.items()}
+        values = {**scene.parameters, **drives, **{s.name: s.start for s in self.system.states}, **scene.start}
+        quantities = (*self.system.parameters, *self.system.inputs, *self.system.states)
+        point: dict[Any, Any] = {TIME: sympy.S.Zero, **{q: sympy.Float(values[q.name]) for q in quantities}}
+        for contact in self.system.contacts:
+            if contact.depth is None or not (contact.kind == "impact" or contact.remembers):
+                continue
+            depth = float(contact.depth.xreplace(point))
+            scale = sum(abs(float(term.xreplace(point))) for term in contact.depth_terms)
+            if depth <= _ROUNDING * scale:
+                continue
+            involved = [s.name for s in self.system.states if s in contact.depth.free_symbols]
+            place = next((("start", n) for n in involved if n in self.doc.table("start")), ("start",))
+            if contact.kind == "impact":
+                raise self.doc.fault(
+                    f"the start lies {depth:.6g} m behind the wall of contact '{contact.name}' "
+                    f"({contact.description}). Choose {', '.join(involved)} such that its gap is not negative.",
+                    *place,
+                )
+            if f"{contact.name}_memory" not in scene.start:
+                raise self.doc.fault(
+                    f"the start lies {depth:.6g} inside stop '{contact.name}', whose force depends on the speed of entry. "
+                    f"Add {contact.name}_memory to [start], or start outside.",
+                    *place,
+                )
+
+
+# of the terms of a gap that cancel: rounding of a start at a wall, as the engine takes it
+_ROUNDING = 1e-13
+
+
+def _identifier(stem: str) -> str:
+    """The name of an FMU, from that of a file."""
+    name = re.sub(r"\W+", "_", stem, flags=re.ASCII)
+    return name if re.match(r"[A-Za-z]", name) else f"scene_{name}"

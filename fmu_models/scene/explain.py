@@ -1,0 +1,70 @@
+"""What a scene leaves out of its model, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from fmu_models.codegen.package import variant
+from fmu_models.language.quantities import Input, InternalState, Parameter
+from fmu_models.scene.reduce import reduced
+from fmu_models.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A part of the model that the scene's FMU does not have: what kind of part, its name, and why it is not there."""
+
+    kind: str
+    name: str
+    why: str
+
+
+def left_out(scene: Scene) -> tuple[LeftOut, ...]:
+    """What a scene leaves out, by kind."""
+    from fmu_models.lowering.lower import lower
+
+    whole = variant(scene.model)
+    law_contacts = [name for name in scene.laws if scene.contacts is None or name in scene.contacts]
+    if law_contacts:
+        whole = variant(scene.model, laws={name: scene.laws[name] for name in law_contacts})
+    mechanism = variant(scene.model, scene.contacts, scene.laws)
+    system, small = lower(whole), reduced(scene)
+    kept = {contact.name for contact in small.contacts}
+    gone = [contact for contact in whole.contacts if scene.contacts is not None and contact.name not in scene.contacts]
+    belongs = {s.name: contact.name for contact in gone for s in _symbols(contact) - mechanism.symbols}
+    found = [LeftOut("contact", c.name, "not among the contacts in use") for c in system.contacts if c.name not in kept]
+    states = {state.name for state in small.states}
+    found += [
+        LeftOut("state", z.name, f"belongs to contact {belongs[z.name]}")
+        for z in system.internal_states
+        if z.name not in states
+    ]
+    present = {q.name for q in (*small.parameters, *small.inputs)}
+    for quantity in (*system.parameters, *system.inputs):
+        if quantity.name in present:
+            continue
+        kind = "parameter" if isinstance(quantity, Parameter) else "input"
+        if quantity.name in scene.fixed:
+            unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+            why = f"constant of the code, {scene.fixed[quantity.name]:g}{unit}"
+        else:
+            why = f"belongs to contact {belongs.get(quantity.name, 'left out')}"
+        found.append(LeftOut(kind, quantity.name, why))
+    possible = {output.name for output in lower(mechanism).outputs}
+    for output in system.outputs:
+        if output.name not in scene.outputs:
+            of = sorted({belongs[s.name] for s in _free(output.expression) if s.name in belongs})
+            why = "not asked for" if output.name in possible else f"shows contact {', '.join(of)}"
+            found.append(LeftOut("output", output.name, why))
+    return tuple(found)
+
+
+def _symbols(contact: Any) -> set[Any]:
+    """What belongs to a contact: its parameters, inputs, internal states and what outputs show of it."""
+    own = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
+    return own | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}
+
+
+def _free(expression: Any) -> set[Any]:
+    return expression.free_symbols

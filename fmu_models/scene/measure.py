@@ -1,0 +1,191 @@
+"""What a scene saves, measured here and now against the FMU of its whole model.
+
+Building and starting are timed in processes of their own, as a user meets them: from the start of the interpreter to the
+first result. Runs are timed in pairs, one of each in turn.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmu_models.codegen.package import built, variant
+from fmu_models.engine.toolchain import cache_folder
+from fmu_models.errors import StickslipError
+from fmu_models.scene.compute import arguments
+from fmu_models.scene.reduce import built_scene
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.system import simulate
+
+PAIRS = 21
+LONGEST = 5.0  # s, after which no further pair of runs is begun
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large an FMU is: numbers of its parts, by its XML, and bytes."""
+
+    contacts: int
+    indicators: int
+    states: int
+    parameters: int
+    inputs: int
+    outputs: int
+    bytes: int
+
+
+def size(fmu: Fmu) -> Size:
+    """Count the parts of an FMU."""
+    description: Any = fmu.description
+    indicators = description.numberOfEventIndicators if fmu.fmi == 2 else len(description.eventIndicators)
+    return Size(
+        contacts=len(fmu.contacts),
+        indicators=int(indicators),
+        states=len(fmu.states),
+        parameters=len(fmu.parameters),
+        inputs=len(fmu.inputs),
+        outputs=len(fmu.outputs),
+        bytes=fmu.path.stat().st_size,
+    )
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Times of runs of the scene's FMU and of that of its model.
+
+    Attributes:
+        scene, model: s, median wall time of the engine per run.
+        faster: median of the ratios of the pairs.
+        difference: largest difference of a state, in fractions of its size; None if the runs are different motions,
+            since contacts that are left out cannot be switched off in the model.
+        muted: parameters by which they were switched off, with their values.
+    """
+
+    scene: float
+    model: float
+    faster: float
+    difference: float | None
+    muted: Mapping[str, float]
+
+
+def whole_model(scene: Scene) -> Fmu:
+    """The FMU of the model with all its contacts, parameters and outputs, under the laws of the scene."""
+    return Fmu.open(built(scene.model, laws=scene.laws))
+
+
+def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
+    """Run the scene's FMU and that of its model in turn, ends recorded only.
+
+    Raises:
+        StickslipError: as for ``simulate``.
+    """
+    small, large = Fmu.open(built_scene(scene)), whole_model(scene)
+    muted = _muting(scene)
+    own = arguments(scene)
+    everything = _for_model(scene, large, own, muted or {})
+    times = np.linspace(0.0, own["stop_time"], 501)
+    one, other = simulate(small, **own, output_times=times), simulate(large, **everything, output_times=times)
+    sizes = {name: float(np.abs(one[name]).max()) or 1.0 for name in small.states}
+    gaps = [float(np.abs(one[name] - other[name]).max()) / size for name, size in sizes.items()]
+    measured: list[tuple[float, float]] = []
+    end = {"output_times": [own["stop_time"]]}
+    begin = time.monotonic()
+    while len(measured) < pairs and (len(measured) < 3 or time.monotonic() - begin < LONGEST):
+        measured.append((simulate(small, **own | end).seconds, simulate(large, **everything | end).seconds))
+    return Runs(
+        scene=statistics.median(a for a, _ in measured),
+        model=statistics.median(b for _, b in measured),
+        faster=statistics.median(b / a for a, b in measured),
+        difference=None if muted is None else max(gaps),
+        muted=muted or {},
+    )
+
+
+def _for_model(scene: Scene, model: Fmu, own: Mapping[str, Any], muted: Mapping[str, float]) -> dict[str, Any]:
+    """Arguments with which the FMU of the whole model does what the scene does."""
+    fixed = {name: value for name, value in scene.fixed.items() if name in model.parameters}
+    held = {name: value for name, value in scene.fixed.items() if name in model.inputs}
+    return {
+        **own,
+        "parameters": {**fixed, **own["parameters"], **muted},
+        "inputs": {**held, **own["inputs"]},
+    }
+
+
+def _muting(scene: Scene) -> dict[str, float] | None:
+    """Values of parameters of the whole model that take the force from every contact left out; None if there are none."""
+    from fmu_models.language.stops import Stop
+
+    if scene.contacts is None:
+        return {}
+    whole, kept = variant(scene.model), variant(scene.model, scene.contacts)
+    shared = {p.name for p in kept.parameters}
+    muted: dict[str, float] = {}
+    for contact in whole.contacts:
+        if contact.name in scene.contacts:
+            continue
+        own: list[Any] = [p for p in whole.parameters if p in contact.symbols and p.name not in shared]
+        zeros = [p for p in own if p.minimum == 0.0 and not p.positive]
+        force: Any = contact.compression if isinstance(contact, Stop) else getattr(contact, "law", None)
+        if force is not None and not isinstance(contact, Stop):
+            force = contact.law.force(contact.slip_speed, contact.sign)  # pyright: ignore[reportAttributeAccessIssue]
+        choices = [[p] for p in zeros] + [zeros]
+        silent = next((c for c in choices if force is not None and force.xreplace(dict.fromkeys(c, 0)) == 0), None)
+        if silent is None:
+            return None
+        muted |= {p.name: 0.0 for p in silent}
+    return muted
+
+
+def time_build(scene: Scene, of_model: bool) -> float:
+    """Seconds to a first result with an empty cache: the FMU of the scene, or of its whole model, is built."""
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+        # the compiler's own cache stays: it holds the C library, which is made once per installation
+        compiler = os.environ.get("ZIG_GLOBAL_CACHE_DIR", str(cache_folder() / "zig"))
+        return _child(scene, of_model, {"STICKSLIP_CACHE": folder, "ZIG_GLOBAL_CACHE_DIR": compiler})
+
+
+def time_start(scene: Scene, of_model: bool) -> float:
+    """Seconds to a first result with an FMU that was built before."""
+    return _child(scene, of_model, {})
+
+
+def _child(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> float:
+    root = str(Path(__file__).parents[2])
+    paths = os.pathsep.join(path for path in (root, os.environ.get("PYTHONPATH", "")) if path)
+    begin = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-m", __name__, "model" if of_model else "scene"],
+        input=scene.to_json(),
+        env={**os.environ, **environment, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        raise StickslipError(f"The time could not be measured:\n{done.stderr.strip()}")
+    return time.perf_counter() - begin
+
+
+def _main() -> None:
+    """The process whose work is timed: the scene comes on standard input."""
+    scene = Scene.from_json(sys.stdin.read())
+    own = arguments(scene)
+    fmu = whole_model(scene) if sys.argv[1] == "model" else Fmu.open(built_scene(scene))
+    run = own if sys.argv[1] == "scene" else _for_model(scene, fmu, own, {})
+    simulate(fmu, **run, output_times=[own["stop_time"]])
+
+
+if __name__ == "__main__":
+    _main()

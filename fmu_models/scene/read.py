@@ -1,0 +1,65 @@
+"""Scenes from files: checked against their model once, and kept until file or model change."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from fmu_models.codegen.package import kept_folder
+from fmu_models.engine.toolchain import digest
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.files import write_whole
+from fmu_models.scene.scene import Scene
+from fmu_models.scene.toml_reader import read_document
+
+SUFFIX = ".toml"
+
+
+def read_scene(path: str | os.PathLike[str]) -> Scene:
+    """Read a scene; one that was read before needs neither its model nor SymPy.
+
+    Args:
+        path: of a TOML file, or the name of one in ``data/scenes``.
+
+    Raises:
+        StickslipError: no such file, or what is wrong in it, with its line.
+    """
+    path = find(path)
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise StickslipError(f"'{path}' cannot be read ({error.strerror}). Give a scene, a TOML file.") from error
+    kept = kept_folder("scene", str(path), digest(text), digest(*_own_sources())) / "scene.json"
+    if kept.is_file():
+        return Scene.from_json(kept.read_text("utf-8"))
+    from fmu_models.scene.check import checked_scene
+
+    scene = checked_scene(read_document(path))
+    with write_whole(kept, overwrite=True) as temporary:
+        temporary.write_text(scene.to_json(), "utf-8")
+    return scene
+
+
+def find(path: str | os.PathLike[str]) -> Path:
+    """The file of a scene that is given by its path, or by the name of one in ``data/scenes``.
+
+    Raises:
+        StickslipError: there is none.
+    """
+    given = Path(path)
+    if given.is_file():
+        return given
+    known = {file.stem: file for file in files()}
+    stem = given.stem if given.suffix == SUFFIX else str(given)
+    if given.parent == Path() and stem in known:
+        return known[stem]
+    raise StickslipError(f"There is no scene '{path}'.{nearest(stem, known)}")
+
+
+def files() -> list[Path]:
+    """The scenes that come along, by name: those in ``data/scenes`` beside the packages."""
+    return sorted((Path(__file__).parents[2] / "data" / "scenes").glob(f"*{SUFFIX}"))
+
+
+def _own_sources() -> list[bytes]:
+    return [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]

@@ -1,0 +1,86 @@
+"""The smallest FMU for a scene: the contacts in use, constants folded into the code, the outputs asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fmu_models.codegen.package import checked, kept_folder, variant, write
+from fmu_models.files import write_whole
+from fmu_models.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from fmu_models.lowering.hybrid_system import HybridSystem
+
+
+def reduced(scene: Scene) -> HybridSystem:
+    """The system of a scene: what its FMU is made from.
+
+    Raises:
+        StickslipError: a free parameter has a value that the model cannot have.
+    """
+    from fmu_models.language.values import check_values
+    from fmu_models.lowering.fold import fold
+    from fmu_models.lowering.lower import lower
+
+    system = fold(
+        lower(variant(scene.model, scene.contacts, scene.laws)),
+        fixed=scene.fixed,
+        values={**scene.free, **{name: drive.values[0] for name, drive in scene.drives.items()}},
+        start=scene.start,
+        outputs=scene.outputs,
+    )
+    check_values(system, scene.free)
+    return dataclasses.replace(system, name=scene.name, title=scene.title, source=scene.source)
+
+
+def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
+    """The FMU of a scene, from the user's cache if it was built before (then without any symbolic work).
+
+    Raises:
+        StickslipError: unknown version, or the compiler fails.
+    """
+    checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
+    kept = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
+    if not kept.is_file():
+        write(reduced(scene), kept, fmi_version=fmi_version, overwrite=True)
+    return kept
+
+
+def export_scene(
+    scene: Scene, path: str | os.PathLike[str], *, fmi_version: str = "3.0", overwrite: bool = False
+) -> Path:
+    """Write the FMU of a scene to ``path``.
+
+    Raises:
+        StickslipError: as for ``built_scene``, or ``path`` exists or cannot be written.
+    """
+    path = checked(path, fmi_version, overwrite)
+    kept = built_scene(scene, fmi_version)
+    with write_whole(path, overwrite=overwrite) as temporary:
+        shutil.copyfile(kept, temporary)
+    return path
+
+
+def unfolded(scene: Scene) -> Scene:
+    """The scene with the inputs that it holds as drives again: for whoever lets them vary."""
+    from fmu_models.scene.scene import Drive
+
+    inputs = {u.name for u in variant(scene.model, scene.contacts, scene.laws).inputs}
+    held = {name: Drive(times=(0.0,), values=(scene.fixed[name],)) for name in inputs if name in scene.fixed}
+    fixed = {name: value for name, value in scene.fixed.items() if name not in held}
+    return dataclasses.replace(scene, fixed=fixed, drives={**scene.drives, **held})
+
+
+def _content(scene: Scene) -> str:
+    """All that the FMU depends on, as text; when the run ends and what is computed does not matter."""
+    drives = {name: drive.values[0] for name, drive in scene.drives.items()}
+    parts = (
+        *(scene.name, scene.title, scene.source, scene.model, scene.contacts, dict(scene.laws)),
+        *(dict(scene.fixed), dict(scene.free), drives, dict(scene.start), scene.outputs),
+    )
+    return json.dumps(parts, sort_keys=True)

@@ -1,0 +1,134 @@
+"""What a scene says, checked and in SI units: plain values that need neither the model nor SymPy."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Kind = Literal["trajectory", "cycle", "strobe", "orbit"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """An input over time: straight lines between knots. times: (n,) s; values: (n,) in the unit of the input."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    @property
+    def constant(self) -> float | None:
+        """Its value, if it has only one."""
+        return self.values[0] if len(set(self.values)) == 1 else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compute:
+    """What to compute.
+
+    Attributes:
+        kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe": the
+            states once per period, and how many different ones are left at the end; "orbit": the periodic motion near
+            the start, stable or not, and its multipliers.
+        samples: number of output times of a trajectory.
+        over, values: a drive or free parameter, and the values it takes, one run for each.
+        follow: each of these runs starts where the one before it ended.
+        period: s, of a strobe or an orbit; None if ``forcing`` says it.
+        forcing: the parameter that is the frequency of the forcing, in rad/s if ``angular``, else in cycles.
+        periods: of the forcing in one period of the motion.
+        autonomous: nothing forces the orbit, ``period`` is a guess.
+    """
+
+    kind: Kind = "trajectory"
+    samples: int = 2001
+    over: str | None = None
+    values: tuple[float, ...] = ()
+    follow: bool = False
+    period: float | None = None
+    forcing: str | None = None
+    angular: bool = False
+    periods: int = 1
+    autonomous: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """Known values of what is computed, by name.
+
+    Attributes:
+        values: by the name of the result.
+        tolerance: by which a result may differ, relative to the value, absolute where it is zero.
+        at: value of the swept quantity, None if nothing is swept.
+    """
+
+    values: Mapping[str, float]
+    tolerance: float = 1e-9
+    at: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """A checked scene. All values are in the units of the model.
+
+    Attributes:
+        name: identifier, also of its FMU; that of the file.
+        title, source: for people.
+        model: name of the oscillator.
+        contacts: those in use, in the order of the model; None for all.
+        laws: per contact the name of another law.
+        fixed: parameters, and inputs held at one value, that become constants of the code; those that the scene does
+            not name have their defaults here.
+        free: parameters that stay parameters, with their start values.
+        drives: inputs that stay inputs.
+        start: states, and speeds at which stops were entered, at time zero.
+        outputs: names of the outputs to show.
+        stop_time: s, end of the run.
+        compute: what to compute.
+        references: known values of it.
+        sensors: for an emulator of a bench, which checks it; ``lines`` says in which line of ``path`` each key stands.
+    """
+
+    name: str
+    title: str
+    source: str
+    model: str
+    contacts: tuple[str, ...] | None
+    laws: Mapping[str, str]
+    fixed: Mapping[str, float]
+    free: Mapping[str, float]
+    drives: Mapping[str, Drive]
+    start: Mapping[str, float]
+    outputs: tuple[str, ...]
+    stop_time: float
+    compute: Compute = Compute()
+    references: tuple[Reference, ...] = ()
+    sensors: Mapping[str, Any] = field(default_factory=dict)
+    lines: Mapping[str, int] = field(default_factory=dict)
+    path: str = ""
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Every value that the scene gives to a parameter or to an input it holds, fixed or free."""
+        return {**self.fixed, **self.free}
+
+    def to_json(self) -> str:
+        """The scene as text, from which ``from_json`` makes it again."""
+        return json.dumps(dataclasses.asdict(self), indent=1)
+
+    @classmethod
+    def from_json(cls, text: str) -> Scene:
+        """The scene that ``to_json`` wrote."""
+        data = json.loads(text)
+        drives = {name: Drive(times=tuple(d["times"]), values=tuple(d["values"])) for name, d in data["drives"].items()}
+        compute = Compute(**{**data["compute"], "values": tuple(data["compute"]["values"])})
+        contacts = None if data["contacts"] is None else tuple(data["contacts"])
+        changed: dict[str, Any] = {
+            "drives": drives,
+            "compute": compute,
+            "contacts": contacts,
+            "outputs": tuple(data["outputs"]),
+            "references": tuple(Reference(**reference) for reference in data["references"]),
+        }
+        return cls(**{**data, **changed})

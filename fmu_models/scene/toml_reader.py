@@ -1,0 +1,206 @@
+"""A TOML file whose faults can be named by their line."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from fmu_models.errors import StickslipError, nearest
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
+_KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
+
+
+class Document:
+    """A parsed file; a place in it is the sequence of its keys.
+
+    Raises:
+        StickslipError: it cannot be read, or is not TOML.
+    """
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        self._text = text
+        try:
+            self.data: dict[str, Any] = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise StickslipError(f"{path} is not TOML: {error}.") from error
+        self._lines = _index(text)
+
+    def line(self, *place: str | int) -> int | None:
+        """Line of a key, or of the nearest table around it; from 1."""
+        for length in range(len(place), 0, -1):
+            if found := self._lines.get(place[:length]):
+                rest = place[length:]
+                return self._inside(found, str(rest[0])) if rest and isinstance(rest[0], str) else found
+        return None
+
+    def _inside(self, begin: int, word: str) -> int:
+        """Line of a word in a value that begins in a line: values may take several."""
+        pattern = re.compile(rf"\b{re.escape(word)}\b")
+        for number, text in enumerate(self._text.splitlines()[begin - 1 :], begin):
+            if pattern.search(text):
+                return number
+            if number > begin and (_HEADER.match(text) or _KEY.match(text)):
+                break
+        return begin
+
+    def fault(self, message: str, *place: str | int) -> StickslipError:
+        """The error to raise for what stands at a place."""
+        number = self.line(*place)
+        return StickslipError(f"{self.path}, line {number}: {message}" if number else f"{self.path}: {message}")
+
+    def check_keys(self, known: Iterable[str], *place: str | int) -> None:
+        """Refuse keys of a table that nobody reads.
+
+        Raises:
+            StickslipError: which, and the nearest known one.
+        """
+        choices = list(known)
+        for key in self.table(*place):
+            if key not in choices:
+                where = f"in [{'.'.join(str(p) for p in place)}]" if place else "at the top of a scene"
+                raise self.fault(f"'{key}' is not a key {where}.{nearest(key, choices)}", *place, key)
+
+    def table(self, *place: str | int) -> dict[str, Any]:
+        """The table at a place, empty if there is none."""
+        found: Any = self.data
+        for key in place:
+            found = found.get(key, {}) if isinstance(found, dict) else found[key]
+        if not isinstance(found, dict):
+            raise self.fault(f"'{place[-1]}' must be a table of names and values, found {found!r}.", *place)
+        return found
+
+    def text(self, key: str, *place: str, default: str | None = None) -> str:
+        """A text."""
+        found = self.table(*place).get(key, default)
+        if found is None:
+            raise self.fault(f"'{key}' is missing. Add it: {key} = \"...\"", *place)
+        if not isinstance(found, str):
+            raise self.fault(f"'{key}' must be a text in quotation marks, found {found!r}.", *place, key)
+        return found
+
+    def names(self, key: str, *place: str) -> tuple[str, ...] | None:
+        """A list of names; None if there is none."""
+        found = self.table(*place).get(key)
+        if found is None:
+            return None
+        if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
+            raise self.fault(f"'{key}' must be a list of names, such as [\"disc0\"], found {found!r}.", *place, key)
+        for i, name in enumerate(found):
+            if name in found[:i]:
+                raise self.fault(f"'{name}' stands twice in '{key}'. Name it once.", *place, key)
+        return tuple(found)
+
+    def flag(self, key: str, *place: str) -> bool:
+        """True or false; false if left out."""
+        found = self.table(*place).get(key, False)
+        if not isinstance(found, bool):
+            raise self.fault(f"'{key}' must be true or false, found {found!r}.", *place, key)
+        return found
+
+    def count(self, key: str, default: int, least: int, *place: str) -> int:
+        """A whole number, at least ``least``."""
+        found = self.table(*place).get(key, default)
+        if isinstance(found, bool) or not isinstance(found, int) or found < least:
+            raise self.fault(f"'{key}' must be a whole number from {least} on, found {found!r}.", *place, key)
+        return found
+
+    def value(self, raw: Any, unit: str, *place: str | int) -> float:
+        """A number, or a text of number and unit, in ``unit``.
+
+        Raises:
+            StickslipError: neither, not finite, an unknown unit, or a unit of something else.
+        """
+        what = str(place[-1] if isinstance(place[-1], str) else place[-2])
+        if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+            raise self.fault(
+                f"'{what}' must be a number in {unit}, or a text such as \"1 {unit}\", found {raw!r}.", *place
+            )
+        if isinstance(raw, str):
+            try:
+                raw = converted(raw, unit, f"'{what}'")
+            except StickslipError as error:
+                raise self.fault(str(error), *place) from error
+        if not math.isfinite(raw):
+            raise self.fault(f"'{what}' must be a finite number, found {raw}.", *place)
+        return float(raw)
+
+
+def converted(text: str, unit: str, what: str) -> float:
+    """A text of number and unit, as a number in ``unit``.
+
+    Raises:
+        StickslipError: no number, an unknown unit, or a unit of something else; begins with ``what``.
+    """
+    from pint import DimensionalityError, PintError
+
+    from fmu_models.language.units import known_units, parse_unit
+
+    match = _NUMBER.match(text)
+    if not match:
+        raise StickslipError(f'{what} must be a number with a unit, such as "1 {unit}", found "{text}".')
+    number, given = float(match[1]), match[2]
+    if not given or given == unit:
+        return number
+    try:
+        scale = parse_unit(given).to(parse_unit(unit).units)
+    except DimensionalityError as error:
+        raise StickslipError(f'{what} = "{text}" cannot be converted to {unit}, its unit.') from error
+    except (PintError, AttributeError, ValueError, TypeError, SyntaxError) as error:
+        unknown = _unknown(given)
+        close = difflib.get_close_matches(unknown, known_units(), n=1, cutoff=0.6)
+        hint = f"Did you mean '{close[0]}'?" if close else f"Its unit is {unit}."
+        raise StickslipError(f"{what} = \"{text}\": '{unknown}' is not a unit. {hint}") from error
+    return number * float(scale.magnitude)
+
+
+def _unknown(unit: str) -> str:
+    """The word of a unit that is not one."""
+    from fmu_models.language.units import parse_unit
+
+    for word in re.findall(r"[^\W\d]+", unit):
+        try:
+            parse_unit(word)
+        except Exception:  # pint raises errors of many kinds
+            return word
+    return unit
+
+
+def read_document(path: Path) -> Document:
+    """Read a file.
+
+    Raises:
+        StickslipError: it cannot be read, or is not TOML.
+    """
+    try:
+        return Document(path, path.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise StickslipError(f"'{path}' cannot be read ({error}). Give a scene, a TOML file.") from error
+
+
+def _index(text: str) -> Mapping[tuple[str | int, ...], int]:
+    """Line of every table and key."""
+    found: dict[tuple[str | int, ...], int] = {}
+    table: tuple[str | int, ...] = ()
+    counts: dict[tuple[str | int, ...], int] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        if header := _HEADER.match(line):
+            table = _keys(header[2])
+            if header[1] == "[[":
+                counts[table] = counts.get(table, -1) + 1
+                table = (*table, counts[table])
+            found.setdefault(table, number)
+        elif key := _KEY.match(line):
+            found.setdefault((*table, *_keys(key[1])), number)
+    return found
+
+
+def _keys(text: str) -> tuple[str | int, ...]:
+    return tuple(part.strip().strip("\"'") for part in text.split("."))

@@ -1,0 +1,127 @@
+"""A scene of the disc rig as the bench would see it: logs to be emulated, one per value of what the scene varies.
+
+    [sensors]
+    laser = true             fitted or not; likewise encoder (of the body), drive_encoder, ripple (unevenness of the drives)
+    transient = "5 s"        before the log begins; 0 without a disc in contact
+    duration = "20 s"        of each log
+    sampling_rate = "1 kHz"
+
+Sensors are those of the paper with the standard faults; what is left out is as shown. The drives may be uneven, so that
+speeds which the scene holds are inputs again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.scene.scene import Drive, Scene
+from rig_io.drive import Ripple
+from rig_io.emulator import MATERIALS, RIG, Disc, Emulation, Material
+from rig_io.log import RigConstants
+from rig_io.sensors.encoder import Encoder
+from rig_io.sensors.laser import Laser
+
+MODELS = ("disc_rig", "disc_rig_sequential", "disc_rig_overlapping")
+_FITTED: dict[str, Callable[[], Any]] = {
+    "laser": Laser,
+    "encoder": Encoder,
+    "drive_encoder": Encoder,
+    "ripple": Ripple,
+}
+_TIMES = {"transient": (5.0, "s"), "duration": (20.0, "s"), "sampling_rate": (1000.0, "1/s")}
+
+
+def emulations(scene: Scene) -> list[Emulation]:
+    """What is to be emulated for a scene.
+
+    Raises:
+        StickslipError: it is not of the disc rig, varies something else than a drive, has a drive that is not steady, or
+            its sensors are not those of the rig.
+    """
+    if scene.model not in MODELS:
+        raise StickslipError(
+            f"{scene.path}: '{scene.model}' is not the rig, so that no bench can be emulated for it. The rig's models are "
+            f"{', '.join(MODELS)}."
+        )
+    settings = _sensors(scene)
+    over, values = scene.compute.over, scene.compute.values
+    if over is None:
+        return [_emulation(scene, scene.name, settings)]
+    if over not in scene.drives:
+        raise StickslipError(f"{scene.path}: logs differ by the speeds of their drives, not by '{over}'. Vary a drive.")
+    return [
+        _emulation(
+            replace(scene, drives={**scene.drives, over: Drive(times=(0.0,), values=(value,))}),
+            f"{scene.name}-{value:g}",
+            settings,
+        )
+        for value in values
+    ]
+
+
+def _emulation(scene: Scene, name: str, settings: dict[str, Any]) -> Emulation:
+    values = scene.parameters
+    contacts = ("disc0", "disc1") if scene.contacts is None else scene.contacts
+    if contacts not in ((), ("disc0",), ("disc0", "disc1")):
+        raise StickslipError(f"{scene.path}: the bench is emulated with disc 0, both discs or none, not {contacts}.")
+    discs = tuple(Disc(_material(values, i), _speed(scene, f"w{i}")) for i in range(len(contacts)))
+    names = ("J", "k", "c", "R", "r", "N0", "N1")
+    rig = RigConstants(
+        **{key: replace(getattr(RIG, key), value=values.get(key, getattr(RIG, key).value)) for key in names}
+    )
+    return Emulation(name, discs=discs, rig=rig, scene=scene, start_angle=scene.start.get("theta", 0.0), **settings)
+
+
+def _material(values: dict[str, float], i: int) -> Material:
+    """The pair on disc i, by its name if it is one of the paper's."""
+    mu_s, mu_k, p = (values[f"{name}{i}"] for name in ("mu_s", "mu_k", "p"))
+    known = (m for m in MATERIALS.values() if (m.mu_s, m.mu_k, m.p) == (mu_s, mu_k, p))
+    return next(known, Material(f"mu_s {mu_s:g}, mu_k {mu_k:g}, p {p:g} s/m", mu_s, mu_k, p))
+
+
+def _speed(scene: Scene, name: str) -> float:
+    """Nominal speed of a drive, rad/s."""
+    if name in scene.fixed:
+        return scene.fixed[name]
+    speed = scene.drives[name].constant
+    if speed is None:
+        raise StickslipError(
+            f"{scene.path}: drive '{name}' varies in time; the emulated bench drives at steady speeds."
+        )
+    return speed
+
+
+def _sensors(scene: Scene) -> dict[str, Any]:
+    """Settings of an Emulation from the table of the sensors."""
+    settings: dict[str, Any] = {}
+    known = (*_FITTED, *_TIMES)
+    for key, raw in scene.sensors.items():
+        where = f"{scene.path}, line {scene.lines[key]}"
+        if key not in known:
+            raise StickslipError(f"{where}: '{key}' is not a key in [sensors].{nearest(key, known)}")
+        if key in _FITTED:
+            if not isinstance(raw, bool):
+                raise StickslipError(f"{where}: '{key}' must be true or false, found {raw!r}.")
+            settings[key] = _FITTED[key]() if raw else None
+        else:
+            settings[key] = _quantity(raw, _TIMES[key][1], f"{where}: '{key}'")
+    defaults = {key: default for key, (default, _) in _TIMES.items()}
+    if scene.contacts == ():
+        defaults["transient"] = 0.0  # a free decay would be over
+    return {**defaults, **settings}
+
+
+def _quantity(raw: Any, unit: str, what: str) -> float:
+    """A number in ``unit``, or a text of number and unit."""
+    from fmu_models.scene.toml_reader import converted
+
+    if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+        raise StickslipError(f"{what} must be a number in {unit} or a text with a unit, found {raw!r}.")
+    found = converted(raw, unit, what) if isinstance(raw, str) else float(raw)
+    if not math.isfinite(found):
+        raise StickslipError(f"{what} must be a finite number, found {found}.")
+    return found

@@ -1,0 +1,96 @@
+"""Error estimates against errors that are known."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_models.codegen.package import built
+from fmu_models.errors import StickslipError
+from fmu_models.simulation.accuracy import simulate_with_error
+from fmu_models.simulation.fmu import Fmu
+
+
+def free_decay(t: float) -> list[float]:
+    s, w = 0.055 / (2 * 0.0548), math.sqrt(2.62 / 0.0548 - (0.055 / (2 * 0.0548)) ** 2)
+    decay = 0.15 * math.exp(-s * t)
+    return [
+        decay * (math.cos(w * t) + s / w * math.sin(w * t)),
+        -decay * (w + s * s / w) * math.sin(w * t),
+    ]
+
+
+# name, end s, arguments, states at the end as printed or in closed form, rounding of these
+KNOWN: list[tuple[str, float, dict[str, Any], list[float], float]] = [
+    ("discontinuous_support", 20 * math.pi, {}, [3.648464099396639, 2.514570496974713], 1e-15),
+    (
+        "discontinuous_support",
+        20 * math.pi,
+        {"parameters": {"ks": 1e5}, "start": {"x": 3.440645004751037, "v": 2.060653451073986}},
+        [3.440645004751037, 2.060653451073986],
+        1e-15,
+    ),
+    ("bouncing_ball", 1.0, {}, [0.005115361730320378, -0.41084764605635454], 1e-17),
+    ("fermi_accelerator", 20 * math.pi, {}, [8.573434546814733, 16.00131151416345], 1e-14),
+]
+
+
+@pytest.mark.parametrize(("name", "end", "arguments", "known", "digits"), KNOWN)
+def test_the_estimate_is_near_the_error(name, end, arguments, known, digits):
+    """Not less than a third of it, and no more than some hundred roundings beyond: neither lie nor fear."""
+    run, estimate = simulate_with_error(Fmu.open(built(name)), end, **arguments)
+    states = list(estimate.end)
+    for state, value in zip(states, known, strict=True):
+        error = abs(run[state][-1] - value)
+        size = np.abs(run[state]).max()
+        assert error <= 3 * estimate.end[state] + digits
+        assert estimate.end[state] <= 30 * error + 1e-12 * size
+    assert estimate.apart is None and not estimate.refused
+    assert estimate.seconds[0] > 0.0 and estimate.seconds[1] > estimate.seconds[0]
+
+
+def test_closed_form_of_the_free_decay():
+    fmu = Fmu.open(built("disc_rig", contacts=[]))
+    run, estimate = simulate_with_error(fmu, 3.0, start={"theta": 0.15})
+    for state, value in zip(("theta", "omega"), free_decay(3.0), strict=True):
+        assert abs(run[state][-1] - value) <= 3 * estimate.end[state] + 1e-16
+
+
+def test_the_estimate_sees_a_sensitive_motion():
+    """Chaos doubles errors at its rate, from rounding to the size of the motion: the estimate says when."""
+    fmu = Fmu.open(built("hinge_clearance"))
+    short = simulate_with_error(fmu, 40.0, parameters={"f": 0.405})[1]
+    long = simulate_with_error(fmu, 300.0, parameters={"f": 0.405})[1]
+    assert short.apart is None and short.relative < 1e-6
+    assert long.apart is not None and 60.0 < long.apart < 200.0
+    assert long.relative <= 1e-3
+
+
+def test_equal_drives_stay_equal():
+    """Moved by one rounding, two discs of one speed remain so: stick on both is no other motion."""
+    fmu = Fmu.open(built("disc_rig"))
+    estimate = simulate_with_error(fmu, 10.0, inputs={"w0": 0.83, "w1": 0.83})[1]
+    assert estimate.apart is None
+    assert estimate.relative < 1e-12
+
+
+def test_velocities_that_jump_are_not_compared_at_their_events():
+    """An output time at an impact would show the jump of a run in which it comes one rounding later."""
+    fmu = Fmu.open(built("bouncing_ball"))
+    first = simulate_with_error(fmu, 1.0)[0].events[0].time
+    estimate = simulate_with_error(fmu, 1.0, output_times=[0.0, first, 1.0])[1]
+    assert estimate.states["v"] < 1e-13
+
+
+def test_progress_rises_to_one():
+    seen: list[float] = []
+    simulate_with_error(Fmu.open(built("hinge_clearance")), 50.0, progress=seen.append)
+    assert seen == sorted(seen) and seen[-1] == pytest.approx(1.0)
+
+
+def test_what_simulate_refuses_is_refused():
+    with pytest.raises(StickslipError, match="must end after it starts"):
+        simulate_with_error(Fmu.open(built("bouncing_ball")), -1.0)

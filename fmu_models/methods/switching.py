@@ -34,6 +34,7 @@ REST = 1e-9
 MOST = 100_000  # events of a run
 SHORTEST = 1e-12  # of the run: events closer than this for CROWD of them in a row are infinitely many
 CROWD = 50
+LOOK_AHEAD = 1e-8  # of the run: two events are simultaneous if they lie a thousandth of this apart
 BETTER = "Use event-driven Taylor or Moreau time-stepping."
 
 
@@ -139,7 +140,7 @@ class Run:
             crowd = crowd + 1 if t - before < SHORTEST * stop else 0
             if crowd > CROWD:
                 raise NotTreated(f"at {float(t):g} s events follow each other without end (chatter). {BETTER}")
-            mode, z = self._after(mode, self.watches(mode)[fell], t, z)
+            mode, z = self._after_all(mode, self.watches(mode)[fell], t, z, stop)
             if progress:
                 progress(float(t / stop))
         raise NotTreated(f"more than {MOST} events by {float(t):g} s. {BETTER}")
@@ -176,6 +177,29 @@ class Run:
     def _watched(self, mode: Mode, t: Any, z: Any) -> list[Any]:
         return self.values(("watches", mode), lambda: [w.expression for w in self.watches(mode)], t, z)
 
+    def _after_all(self, mode: Mode, fell: Watch, t: Any, z: Any, stop: Any) -> tuple[Mode, Any]:
+        """Mode and state after an event and all others at the same time, one after the other."""
+        done: set[int] = set()
+        due: Watch | None = fell
+        while due is not None:
+            done.add(due.i)
+            before = mode
+            mode, z = self._after(mode, due, t, z)
+            done |= {j for j, (old, new) in enumerate(zip(before, mode, strict=True)) if old != new}
+            due = self._due(mode, done, t, z, stop)
+        return mode, z
+
+    def _due(self, mode: Mode, done: set[int], t: Any, z: Any, stop: Any) -> Watch | None:
+        """A watched function of another contact that is zero now and about to be negative."""
+        now = self._watched(mode, t, z)
+        step = LOOK_AHEAD * stop
+        rates = self.values(("rates", mode), lambda: list(self.equations.rates(mode)), t, z)
+        soon = self._watched(mode, t + step, [a + step * rate for a, rate in zip(z, rates, strict=True)])
+        for watch, first, then in zip(self.watches(mode), now, soon, strict=True):
+            if watch.i not in done and then < 0 and first <= 1e-3 * abs(then - first):
+                return watch
+        return None
+
     def _after(self, mode: Mode, fell: Watch, t: Any, z: Any) -> tuple[Mode, Any]:
         """Mode and state after one event."""
         i, contact = fell.i, self.contacts[fell.i]
@@ -204,6 +228,8 @@ class Run:
                 "enter": PLUS if self._slips(t, z)[i] >= 0 else MINUS,
             }[fell.what]
             made = tuple(after)
+            if STICK in made:  # the forces that held the others may not suffice any more
+                made, z = self._settle(made, t, z, {})
         self._note(t, mode, made, i if fell.what == "collide" and made[i] == OPEN else None)
         return made, z
 

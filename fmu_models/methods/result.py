@@ -79,13 +79,13 @@ class MethodRun:
     Attributes:
         end: (n_states,) at the end of the run, SI.
         switches: those that the method reports, in order; None if it knows of none.
-        evaluations: right-hand sides; of a Taylor method orders of series.
+        evaluations: right-hand sides; of a Taylor method orders of series; None if the method does not say.
         seconds: wall time of the run itself: instances, compilation and start-up are outside.
     """
 
     end: NDArray[np.float64]
     switches: tuple[Switch, ...] | None
-    evaluations: int
+    evaluations: int | None
     seconds: float
 
 

@@ -46,6 +46,6 @@ class FmpyCvode:
             except Exception as error:  # fmpy raises plain exceptions
                 raise NotTreated(f"fmpy stopped: {error}") from error
             seconds = time.perf_counter() - begin
-            return MethodRun(np.array([float(made[name][-1]) for name in problem.states]), None, 0, seconds)
+            return MethodRun(np.array([float(made[name][-1]) for name in problem.states]), None, None, seconds)
 
         return run

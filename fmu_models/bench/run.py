@@ -1,0 +1,230 @@
+"""Every method at every tolerance on one problem: error, events, cost.
+
+Times are medians over rounds. In a round every row is run once, each right after a run of the first method, so that
+what disturbs the machine disturbs both: their ratio is the median of the ratios of the pairs. What a method does once
+(opening, compiling) is outside the times. Memory is the peak of what Python's allocator, numpy's arrays included, hands
+out in one further run; compiled code that allocates for itself is not seen.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import statistics
+import threading
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+from fmu_models.bench.events import EventErrors, event_errors
+from fmu_models.bench.reference import TRUST, Reference, reference
+from fmu_models.methods.catalogue import OURS
+from fmu_models.methods.result import Method, MethodRun, NotInstalled, NotTreated, Problem
+
+ROUNDS = 15
+LONGEST = 5.0  # s of one run, after which it is given up, with the method's tighter tolerances
+FIRST = 30.0  # s of all first runs, after which no further row is begun
+REPEATING = 12.0  # s of all rounds
+TRACED = 0.5  # s: longer runs are not made again for their memory
+WRONG = 1.0  # in nominal values: an end state further off is of another motion
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method at one tolerance.
+
+    Attributes:
+        error: of the end state, in nominal values of the states.
+        ranked: the error is beyond doubt of the reference.
+        events: against those of the reference; None if the method reports none.
+        evaluations: right-hand sides, None if unknown.
+        seconds, spread: median of the wall time and distance of its quartiles, s.
+        ratio: median of the times in those of the first method, pair by pair; None if only run once.
+        runs: number of timed runs.
+        memory: bytes, None if not measured.
+    """
+
+    method: str
+    family: str
+    tolerance: float
+    error: float
+    ranked: bool
+    events: EventErrors | None
+    evaluations: int | None
+    seconds: float
+    spread: float
+    ratio: float | None
+    runs: int
+    memory: int | None
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A method, or one tolerance of it, without a result, and why."""
+
+    method: str
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All rows of a problem.
+
+    Attributes:
+        reference: sentence that says what errors are measured against.
+        own_error: of the reference, in nominal values.
+        expected: number of events, None if the reference has none.
+        interrupted: not everything was run.
+        seconds: wall time of everything, s.
+    """
+
+    name: str
+    title: str
+    stop_time: float
+    states: tuple[str, ...]
+    reference: str
+    own_error: float
+    expected: int | None
+    rows: tuple[Row, ...]
+    refusals: tuple[Refusal, ...]
+    interrupted: bool
+    seconds: float
+
+
+@dataclass(eq=False)
+class _Entry:
+    method: Method
+    tolerance: float
+    make: Callable[[float], MethodRun]
+    first: MethodRun
+    times: list[float]
+    ratios: list[float]
+
+
+def compare(problem: Problem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None) -> Comparison:
+    """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
+
+    Raises:
+        StickslipError: there is no reference.
+        KeyboardInterrupt: before there is one.
+    """
+    begin = time.monotonic()
+    known = reference(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
+    entries: list[_Entry] = []
+    refusals: list[Refusal] = []
+    rows: list[Row] = []
+    interrupted = False
+    try:
+        for entry in _first_runs(problem, methods, refusals, lambda f: progress(0.3 + 0.35 * f)):
+            entries.append(entry)
+            rows.append(_row(entry, known, problem))
+        _rounds(entries, lambda f: progress(0.65 + 0.25 * f))
+        for i, entry in enumerate(entries):
+            rows[i] = replace(_row(entry, known, problem), memory=_memory(entry))
+            progress(0.9 + 0.1 * (i + 1) / len(entries))
+    except KeyboardInterrupt:
+        interrupted = True
+    expected = None if known.switches is None else sum(s.matters for s in known.switches)
+    return Comparison(
+        problem.name, problem.title, problem.stop_time, problem.states, known.sentence, known.own_error(), expected,
+        tuple(rows), tuple(refusals), interrupted, time.monotonic() - begin,
+    )  # fmt: skip
+
+
+def _first_runs(
+    problem: Problem, methods: Sequence[Method], refusals: list[Refusal], progress: Callable[[float], None]
+) -> Iterator[_Entry]:
+    """One run per row, which also warms up; loose tolerances first, so that the dear ones fall to the time limit."""
+    begin = time.monotonic()
+    for i, method in enumerate(methods):
+        try:
+            make = method.prepare(problem)
+        except (NotTreated, NotInstalled) as error:
+            refusals.append(Refusal(method.name, str(error)))
+            continue
+        for tolerance in method.tolerances:
+            if time.monotonic() - begin > FIRST:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time for all methods was used up"))
+                break
+            try:
+                with _limit(LONGEST):
+                    first = make(tolerance)
+            except (NotTreated, TimeoutError) as error:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
+                if isinstance(error, TimeoutError):
+                    break
+                continue
+            yield _Entry(method, tolerance, make, first, [], [])
+        progress((i + 1) / len(methods))
+
+
+def _rounds(entries: Sequence[_Entry], progress: Callable[[float], None]) -> None:
+    """Timed runs in turn, each after one of the first method."""
+    base = next((e for e in entries if e.method.name == OURS.name), entries[0] if entries else None)
+    share = REPEATING / max(1, len(entries))
+    for i in range(ROUNDS):
+        for entry in entries:
+            # a row that is dear has had its share after fewer rounds, or after its first run
+            if base is None or i >= share / entry.first.seconds + (entry.first.seconds < TRACED):
+                continue
+            paired = base.make(base.tolerance).seconds
+            seconds = entry.make(entry.tolerance).seconds
+            entry.times.append(seconds)
+            entry.ratios.append(seconds / paired)
+        progress((i + 1) / ROUNDS)
+
+
+def _row(entry: _Entry, known: Reference, problem: Problem) -> Row:
+    method, first = entry.method, entry.first
+    error = known.error(first.end)
+    events = None
+    if first.switches is not None and known.switches is not None:
+        events = event_errors(first.switches, known.switches, problem.stop_time)
+    times = entry.times or [first.seconds]
+    quarters = statistics.quantiles(times, n=4) if len(times) > 1 else [times[0]] * 3
+    return Row(
+        method=method.name,
+        family=method.family,
+        tolerance=entry.tolerance,
+        error=error,
+        ranked=math.isfinite(error) and error > TRUST * known.own_error(method),
+        events=events,
+        evaluations=first.evaluations,
+        seconds=statistics.median(times),
+        spread=quarters[2] - quarters[0],
+        ratio=statistics.median(entry.ratios) if entry.ratios else None,
+        runs=len(times),
+        memory=None,
+    )
+
+
+def _memory(entry: _Entry) -> int | None:
+    if entry.first.seconds > TRACED:
+        return None
+    tracemalloc.start()
+    try:
+        entry.make(entry.tolerance)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@contextmanager
+def _limit(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in what takes longer; only where the system has alarms, and in the main thread."""
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(*_: object) -> None:
+        raise TimeoutError(f"given up after {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

@@ -46,7 +46,9 @@ def draw(made: Comparison) -> Figure:
     floor = made.own_error
     if math.isfinite(floor):
         for axis in axes[:2]:
-            axis.axhspan(TINIEST / 10, 3.0 * max(floor, TINIEST), color="0.92", zorder=0, label="error of the reference, times 3")
+            axis.axhspan(
+                TINIEST / 10, 3.0 * max(floor, TINIEST), color="0.92", zorder=0, label="error of the reference, times 3"
+            )
             axis.set_ylim(bottom=max(TINIEST / 3, min(_lowest(made.rows), floor) / 3))
     axes[0].set_ylabel("error of the end state (in nominal values, 1)")
     axes[1].set_ylabel("error of the end state (in nominal values, 1)")
@@ -61,7 +63,7 @@ def _points(rows: Sequence[Row]) -> tuple[list[tuple[float, float]], ...]:
     """Pairs of cost and error for the three axes."""
     errors = [min(LARGEST, max(TINIEST, row.error if math.isfinite(row.error) else LARGEST)) for row in rows]
     time = [(row.seconds, error) for row, error in zip(rows, errors, strict=True)]
-    work = [(row.evaluations, error) for row, error in zip(rows, errors, strict=True) if row.evaluations]
+    work = [(float(row.evaluations), error) for row, error in zip(rows, errors, strict=True) if row.evaluations]
     events = [
         (row.seconds, max(TINIEST, row.events.time))
         for row in rows

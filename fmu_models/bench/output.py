@@ -22,12 +22,12 @@ COLUMNS = (
     *("method", "tolerance", "error", "ranked", "event time error, s", "missed", "extra", "right-hand sides"),
     *("median, s", "spread, s", "of ours", "runs", "memory, kB"),
 )
-NARROW = ("method", ">tol.", ">error", ">events, s", ">missed", ">rhs", ">median, s", ">spread", ">of ours", ">kB")
+NARROW = ("method", ">tol.", ">error", ">event t.", ">missed", ">rhs", ">time, s", ">spread", ">of ours", ">kB")
 CAPTION = (
     "Error: largest difference of a state at the end, in its nominal value; '<' where it is no larger than three times "
-    "what the reference itself may be wrong, so that it does not rank. Events: largest error of their times. Missed, extra: events of the reference without "
-    "counterpart, events without one there. Time: median and distance of quartiles of runs in turn; 'of ours': median of "
-    "the ratios of pairs. Memory: peak of Python's allocations in one run."
+    "what the reference itself may be wrong, so that it does not rank. Event t.: largest error of an event time, s. "
+    "Missed, extra: events of the reference without counterpart, events without one there. Time: median and distance "
+    "of quartiles of runs in turn; 'of ours': median of the ratios of pairs. Memory: peak of Python's allocations."
 )
 
 
@@ -55,7 +55,7 @@ def cells(row: Row) -> list[str]:
     return [
         row.method,
         f"{row.tolerance:.0e}",
-        f"{'' if row.ranked else '< '}{row.error:.1e}" if math.isfinite(row.error) else "none",
+        f"{'' if row.ranked else '<'}{row.error:.1e}" if math.isfinite(row.error) else "none",
         "yes" if row.ranked else "no",
         "-" if events is None or events.time is None else f"{events.time:.1e}",
         "-" if events is None else f"{events.missed} of {events.expected}",
@@ -63,7 +63,7 @@ def cells(row: Row) -> list[str]:
         "-" if row.evaluations is None else str(row.evaluations),
         f"{row.seconds:.2e}",
         f"{row.spread:.0e}",
-        "-" if row.ratio is None else f"{row.ratio:.3g}",
+        "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}",
         str(row.runs),
         "-" if row.memory is None else f"{row.memory / 1000:.0f}",
     ]
@@ -148,7 +148,7 @@ def _section(one: Comparison) -> list[str]:
 
     heads = "".join(f"<th>{html.escape(name)}</th>" for name in COLUMNS)
     body = "\n".join(
-        f'<tr{"" if row.ranked else " class=unranked"}>'
+        f"<tr{'' if row.ranked else ' class=unranked'}>"
         + "".join(f"<td>{html.escape(text)}</td>" for text in cells(row))
         + "</tr>"
         for row in one.rows

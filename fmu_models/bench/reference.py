@@ -100,7 +100,8 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
     if len(runs) == 1:  # our own engine alone: its contacts under a foreign integrator
         try:
             made = FmpyCvode().prepare(problem)(1e-10)
-            runs.append((Witness("FmpyCvode", "fmpy's CVode at 1e-10 (which shares the treatment of contacts)", made.end), made))
+            how = "fmpy's CVode at 1e-10 (which shares the treatment of contacts)"
+            runs.append((Witness("FmpyCvode", how, made.end), made))
         except NotTreated:
             pass
     if not runs:
@@ -111,8 +112,8 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
     if len(runs) > 1 and not agreeing:
         other = runs[1][0]
         raise StickslipError(
-            f"{problem.name}: {runs[0][0].how} and {other.how} end {made.error(other.end):.1g} apart, in nominal values "
-            "of the states: the motion is chaotic or grazes, and no end state can be compared. Choose a shorter run "
-            "(--until)."
+            f"{problem.name}: {runs[0][0].how} and {other.how} end {made.error(other.end):.1g} apart, in nominal "
+            "values of the states: the motion is chaotic or grazes, and no end state can be compared. Choose a "
+            "shorter run (--until)."
         )
     return Reference(first.end, first.switches, (runs[0][0], *agreeing), problem.nominal)

@@ -24,9 +24,10 @@ from fmu_models.methods.catalogue import OURS
 from fmu_models.methods.result import Method, MethodRun, NotInstalled, NotTreated, Problem
 
 ROUNDS = 15
-LONGEST = 5.0  # s of one run, after which it is given up, with the method's tighter tolerances
-FIRST = 30.0  # s of all first runs, after which no further row is begun
-REPEATING = 12.0  # s of all rounds
+LONGEST = 4.0  # s of one run, after which it is given up, with the method's tighter tolerances
+REPEATING = 12.0  # s of all rounds, as the first runs let expect
+# s from the begin, after which no further first run, timed run or run for memory is begun: a scene stays below 60 s
+FIRST_UNTIL, TIMED_UNTIL, TRACED_UNTIL = 32.0, 44.0, 52.0
 TRACED = 0.5  # s: longer runs are not made again for their memory
 WRONG = 1.0  # in nominal values: an end state further off is of another motion
 
@@ -103,7 +104,9 @@ class _Entry:
     ratios: list[float]
 
 
-def compare(problem: Problem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None) -> Comparison:
+def compare(
+    problem: Problem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
+) -> Comparison:
     """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
 
     Raises:
@@ -117,12 +120,13 @@ def compare(problem: Problem, methods: Sequence[Method], progress: Callable[[flo
     rows: list[Row] = []
     interrupted = False
     try:
-        for entry in _first_runs(problem, methods, refusals, lambda f: progress(0.3 + 0.35 * f)):
+        for entry in _first_runs(problem, methods, refusals, begin + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
             entries.append(entry)
             rows.append(_row(entry, known, problem))
-        _rounds(entries, lambda f: progress(0.65 + 0.25 * f))
+        _rounds(entries, begin + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
         for i, entry in enumerate(entries):
-            rows[i] = replace(_row(entry, known, problem), memory=_memory(entry))
+            memory = _memory(entry) if time.monotonic() < begin + TRACED_UNTIL else None
+            rows[i] = replace(_row(entry, known, problem), memory=memory)
             progress(0.9 + 0.1 * (i + 1) / len(entries))
     except KeyboardInterrupt:
         interrupted = True
@@ -134,10 +138,13 @@ def compare(problem: Problem, methods: Sequence[Method], progress: Callable[[flo
 
 
 def _first_runs(
-    problem: Problem, methods: Sequence[Method], refusals: list[Refusal], progress: Callable[[float], None]
+    problem: Problem,
+    methods: Sequence[Method],
+    refusals: list[Refusal],
+    until: float,
+    progress: Callable[[float], None],
 ) -> Iterator[_Entry]:
     """One run per row, which also warms up; loose tolerances first, so that the dear ones fall to the time limit."""
-    begin = time.monotonic()
     for i, method in enumerate(methods):
         try:
             make = method.prepare(problem)
@@ -145,8 +152,8 @@ def _first_runs(
             refusals.append(Refusal(method.name, str(error)))
             continue
         for tolerance in method.tolerances:
-            if time.monotonic() - begin > FIRST:
-                refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time for all methods was used up"))
+            if time.monotonic() > until:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time was used up"))
                 break
             try:
                 with _limit(LONGEST):
@@ -160,14 +167,15 @@ def _first_runs(
         progress((i + 1) / len(methods))
 
 
-def _rounds(entries: Sequence[_Entry], progress: Callable[[float], None]) -> None:
+def _rounds(entries: Sequence[_Entry], until: float, progress: Callable[[float], None]) -> None:
     """Timed runs in turn, each after one of the first method."""
     base = next((e for e in entries if e.method.name == OURS.name), entries[0] if entries else None)
     share = REPEATING / max(1, len(entries))
     for i in range(ROUNDS):
         for entry in entries:
             # a row that is dear has had its share after fewer rounds, or after its first run
-            if base is None or i >= share / entry.first.seconds + (entry.first.seconds < TRACED):
+            enough = i >= share / entry.first.seconds + (entry.first.seconds < TRACED)
+            if base is None or enough or time.monotonic() > until:
                 continue
             paired = base.make(base.tolerance).seconds
             seconds = entry.make(entry.tolerance).seconds

@@ -14,7 +14,7 @@ pays no more than Python must.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,10 +34,12 @@ class Equations:
     Attributes:
         n: number of states; ``memories`` holds the contacts whose speed of entry is behind them in z.
         symbols: of z.
+        pull: 1/s, at which a contact that sticks loses the slip it has: y' = -pull y instead of 0.
     """
 
-    def __init__(self, system: HybridSystem) -> None:
+    def __init__(self, system: HybridSystem, pull: float = 0.0) -> None:
         self.system = system
+        self.pull = pull
         self.contacts = system.contacts
         self.n = len(system.states)
         self.memories = tuple(i for i, contact in enumerate(system.contacts) if contact.remembers)
@@ -65,7 +67,7 @@ class Equations:
         chosen = (s if s in (MINUS, PLUS) else 0 for s in mode)
         return {c.sign_symbol: sympy.Integer(s) for c, s in zip(self.contacts, chosen, strict=True)}
 
-    @lru_cache(maxsize=None)  # noqa: B019  (an Equations lives as long as its problem)
+    @cache  # noqa: B019  (an Equations lives as long as its problem)
     def forces(self, mode: Mode) -> tuple[Any, ...]:
         """lambda of every contact in a mode.
 
@@ -87,6 +89,8 @@ class Equations:
         rates = []
         for i in unknown:
             rate = self.place(self.contacts[i].slip_rate, signs)
+            if self.pull and mode[i] == STICK:
+                rate += self.pull * self.contacts[i].slip
             rates.append(rate + sum((G[i, j] * force for j, force in enumerate(forces)), sympy.S.Zero))
         matrix, right = sympy.linear_eq_to_matrix(rates, [names[i] for i in unknown])
         if sympy.simplify(matrix.det()) == 0:

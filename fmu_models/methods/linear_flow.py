@@ -113,7 +113,7 @@ class _Stepper:
         return stop, flow.states(x), None
 
     def _dip(self, flow: _Linear, t: Any, before: Any, x: Any, now: Any, then: Any, step: Any) -> Any:
-        """The first zero of a function that is lowest near t and below zero there, though not where it was looked at."""
+        """The first zero of a function that is lowest near t and below zero there, but nowhere it was looked at."""
         found = []
         for i, (a, b, c) in enumerate(zip(before[1], now, then, strict=True)):
             curvature = a - 2 * b + c
@@ -142,7 +142,8 @@ class _Linear:
         self._waves = [sympy.lambdify([TIME], w, "mpmath") for w in waves]
         pairs = [(sympy.Dummy("c"), sympy.Dummy("s")) for _ in waves]
         clock = sympy.Dummy("clock")
-        known = {f(w): s for w, p in zip(waves, pairs, strict=True) for f, s in zip((sympy.cos, sympy.sin), p, strict=True)}
+        known = {sympy.cos(w): c for w, (c, _) in zip(waves, pairs, strict=True)}
+        known |= {sympy.sin(w): s for w, (_, s) in zip(waves, pairs, strict=True)}
         rates = [r.xreplace(known).xreplace({TIME: clock}) for r in rates]
         for w, (c, s) in zip(waves, pairs, strict=True):
             speed = sympy.diff(w, TIME)

@@ -62,7 +62,9 @@ class Moreau:
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
             if contact.poisson:
-                raise NotTreated(f"'{contact.name}': Poisson's restitution is not that of Moreau's scheme. Use event-driven Taylor.")
+                raise NotTreated(
+                    f"'{contact.name}': Poisson's restitution is not that of Moreau's scheme. Use event-driven Taylor."
+                )
             if contact.reset or contact.remembers:
                 what = "states jump" if contact.reset else "the force knows the speed of entry"
                 raise NotTreated(f"'{contact.name}': {what}, which its steps do not see. Use event-driven Taylor.")
@@ -165,9 +167,7 @@ class _Stepping:
             rates[n + len(system.driven) + i] = equations.place(rate, signs)
         return rates
 
-    def _step(
-        self, t: float, z: Any, h: float, mode: Mode, active: list[int], last: Any
-    ) -> tuple[Any, Any, list[int]]:
+    def _step(self, t: float, z: Any, h: float, mode: Mode, active: list[int], last: Any) -> tuple[Any, Any, list[int]]:
         """One step: state, impulses (n_contacts,), and the contacts whose friction is at its limit."""
         theta, n_q, n_v, size = self.theta, self.n_q, self.n_v, z.size
         field, limits = self._functions(mode)

@@ -90,4 +90,5 @@ class Sides:
 
         if value(t0) * value(t1) > 0.0:
             return t1
-        return float(brentq(value, t0, t1, xtol=1e-15 * max(abs(t1), t1 - t0), rtol=8.9e-16))
+        found: Any = brentq(value, t0, t1, xtol=1e-15 * max(abs(t1), t1 - t0))
+        return float(found)

@@ -19,7 +19,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final
 
-import numpy as np
 import sympy
 from scipy.integrate import solve_ivp
 
@@ -56,7 +55,7 @@ class Smoothing:
         equations = Equations(problem.system)
         field = equations.function(self._rates(equations))
         sides = Sides(equations)
-        seen = not any(c.sticks or c.depth is not None and c.kind == "friction" for c in equations.contacts)
+        seen = not any(c.sticks or (c.depth is not None and c.kind == "friction") for c in equations.contacts)
 
         def make(tolerance: float) -> MethodRun:
             def once() -> tuple[Any, tuple | None, int]:

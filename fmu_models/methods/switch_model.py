@@ -2,15 +2,16 @@
 
     friction, sliding switch, boundary y = 0
         |y| > eta                    slip with the sign of y
-        |y| <= eta, G+ < 0 < G-      stick: lambda keeps y' = 0, Filippov's mean of both fields
+        |y| <= eta, G+ < 0 < G-      stick: Filippov's mean of both fields, led to the middle: y' = -sqrt(k/m) y
         |y| <= eta otherwise         transition: the field of the side that the motion goes to
     stop, boundaries depth = 0 (m) and, if it lets go by force, F = 0 (N); switch without sliding, h = 0
         inside or outside the band   the field of the side
         in the band                  crossing: the mean of both fields
 
-with G the rate of y, grad y . f, by the fields on both sides; G+ < 0 < G- is the same as |lambda| < capacity. The
-system is integrated by RKF45 as one of ordinary equations. ``frozen`` decides the mode once per step rather than for
-every stage: the step then goes on beyond the boundary by the wrong field, and no error estimate sees it.
+with G the rate of y, grad y . f, by the fields on both sides; G+ < 0 < G- is the same as |lambda| < capacity. For k/m
+stands the largest stiffness over mass that the accelerations have at the start. RKF45 integrates all of it as ordinary
+equations. ``frozen`` decides the mode once per step rather than for every stage: the step then goes on beyond the
+boundary by the wrong field, and no error estimate sees it.
 
 Sources: Leine, van Campen, de Kraker, van den Steen, Stick-slip vibrations induced by alternate friction models,
 Nonlinear Dynamics 16 (1998); Leine, Bifurcations in discontinuous mechanical systems of Filippov-type (2000).
@@ -18,11 +19,12 @@ Nonlinear Dynamics 16 (1998); Leine, Bifurcations in discontinuous mechanical sy
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final
 
-import numpy as np
+import sympy
 from scipy.interpolate import CubicHermiteSpline
 
 from fmu_models.methods.equations import HALF, Equations, Mode
@@ -69,7 +71,7 @@ class SwitchModel:
             if contact.reset or contact.remembers:
                 what = "states jump" if contact.reset else "the force knows the speed of entry"
                 raise NotTreated(f"'{contact.name}': {what}, which no field has. Use event-driven Taylor.")
-        equations = Equations(problem.system)
+        equations = Equations(problem.system, pull=_frequency(problem))
         model = _Bands(equations, self.eta)
         sides = Sides(equations)
         warm: list[bool] = []
@@ -84,6 +86,16 @@ class SwitchModel:
             return timed(once, equations.n)
 
         return make
+
+
+def _frequency(problem: Problem) -> float:
+    """sqrt(k/m), rad/s: of the largest slope of an acceleration over its own coordinate; 1 rad/s without any."""
+    equations = Equations(problem.system)
+    pairs = zip(problem.system.coordinates, problem.system.acceleration, strict=False)
+    signs = equations.signs((STICK,) * len(equations.contacts))
+    slopes = [sympy.diff(equations.place(a, signs), q) for q, a in pairs]
+    found = equations.function(slopes)(0.0, equations.start(problem.start).tolist())
+    return math.sqrt(max((abs(value) for value in found), default=0.0)) or 1.0
 
 
 def _run(model: _Bands, sides: Sides, problem: Problem, tolerance: float, frozen: bool) -> tuple[Any, tuple, int]:

@@ -65,9 +65,9 @@ def watches(equations: Equations, mode: Mode) -> list[Watch]:
     found: list[Watch] = []
     forces, signs = equations.forces(mode), equations.signs(mode)
     for i, (contact, state) in enumerate(zip(equations.contacts, mode, strict=True)):
-        depth = contact.depth
+        depth: Any = contact.depth
         if contact.kind == "stop":
-            release = None if contact.release is None else equations.place(contact.release, signs)
+            release: Any = None if contact.release is None else equations.place(contact.release, signs)
             if state == OPEN:
                 found.append(Watch(i, "touch", -depth))
             elif state == CLOSED:

@@ -49,12 +49,15 @@ class HeyokaTaylor:
         try:
             heyoka = importlib.import_module("heyoka")
         except ImportError:
-            raise NotInstalled("heyoka.py is not installed. Install the extra: pip install 'stickslip[bench]'.") from None
+            what = "heyoka.py is not installed. Install the extra: pip install 'stickslip[bench]'."
+            raise NotInstalled(what) from None
         heyoka.set_logger_level_error()
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
             if contact.rooted:
-                raise NotTreated(f"'{contact.name}': a root of the depth has no Taylor series at entry. Use scipy with events.")
+                raise NotTreated(
+                    f"'{contact.name}': a root of the depth has no Taylor series at entry. Use scipy with events."
+                )
         equations = Equations(problem.system)
         run = Run(equations)
         steppers: dict[float, _Stepper] = {}

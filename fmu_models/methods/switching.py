@@ -30,7 +30,7 @@ from typing import Any, Protocol
 from fmu_models.methods.equations import Equations, Mode, first_mode
 from fmu_models.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated, Switch
 
-REST = 1e-9
+REST = 1e-12
 MOST = 100_000  # events of a run
 SHORTEST = 1e-12  # of the run: events closer than this for CROWD of them in a row are infinitely many
 CROWD = 50

@@ -9,17 +9,15 @@ out in one further run; compiled code that allocates for itself is not seen.
 from __future__ import annotations
 
 import math
-import signal
 import statistics
-import threading
 import time
 import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from fmu_models.bench.events import EventErrors, event_errors
-from fmu_models.bench.reference import TRUST, Reference, reference
+from fmu_models.bench.limit import limit
+from fmu_models.bench.reference import TRUST, Parted, Reference, reference
 from fmu_models.methods.catalogue import OURS
 from fmu_models.methods.result import Method, MethodRun, NotInstalled, NotTreated, Problem
 
@@ -29,7 +27,8 @@ REPEATING = 12.0  # s of all rounds, as the first runs let expect
 # s from the begin, after which no further first run, timed run or run for memory is begun: a scene stays below 60 s
 FIRST_UNTIL, TIMED_UNTIL, TRACED_UNTIL = 32.0, 44.0, 52.0
 TRACED = 0.5  # s: longer runs are not made again for their memory
-WRONG = 1.0  # in nominal values: an end state further off is of another motion
+EVENTS = 600  # of a longer run only the part with so many is compared
+HALVINGS = 5  # of a run that no two codes end alike
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ def compare(
         KeyboardInterrupt: before there is one.
     """
     begin = time.monotonic()
-    known = reference(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
+    problem, known = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
     entries: list[_Entry] = []
     refusals: list[Refusal] = []
     rows: list[Row] = []
@@ -137,6 +136,19 @@ def compare(
     )  # fmt: skip
 
 
+def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Reference]:
+    """The problem and its reference; as much of a chaotic run as codes agree on, halved until they do."""
+    events = OURS.prepare(problem)(OURS.tolerances[0]).switches or ()
+    if len(events) > EVENTS:
+        problem = replace(problem, stop_time=(events[EVENTS - 1].time + events[EVENTS].time) / 2)
+    for _ in range(HALVINGS):
+        try:
+            return problem, reference(problem, tick)
+        except Parted:
+            problem = replace(problem, stop_time=problem.stop_time / 2)
+    return problem, reference(problem, tick)
+
+
 def _first_runs(
     problem: Problem,
     methods: Sequence[Method],
@@ -156,7 +168,7 @@ def _first_runs(
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time was used up"))
                 break
             try:
-                with _limit(LONGEST):
+                with limit(LONGEST):
                     first = make(tolerance)
             except (NotTreated, TimeoutError) as error:
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
@@ -217,22 +229,3 @@ def _memory(entry: _Entry) -> int | None:
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-
-
-@contextmanager
-def _limit(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError in what takes longer; only where the system has alarms, and in the main thread."""
-    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(*_: object) -> None:
-        raise TimeoutError(f"given up after {seconds:g} s")
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)

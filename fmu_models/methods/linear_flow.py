@@ -9,6 +9,7 @@ needs no periodic or particular solutions, so that resonance and vanishing dampi
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final
@@ -24,7 +25,7 @@ from fmu_models.methods.switching import Run
 
 DIGITS = 40
 LOOK = 0.05  # of the shortest time constant: events are looked for this often, and at every minimum
-MOST = 40_000  # looks of a run: half a minute
+LONGEST = 8.0  # s of a run: other references are there for longer ones
 NAME = "closed form, piecewise linear"
 
 
@@ -80,6 +81,8 @@ class _Stepper:
         self.run = run
         self.evaluations = 0
         self._modes: dict[Mode, _Linear] = {}
+        self._last: Any = 0
+        self._begun = time.monotonic()
 
     def advance(self, mode: Mode, t: Any, z: Any, stop: Any) -> tuple[Any, Any, int | None]:
         """Until an event or the end."""
@@ -89,10 +92,12 @@ class _Stepper:
         x = flow.lift(t, z)
         values = flow.watched(t, z)
         before: tuple[Any, Any] | None = None  # state and values one look back
-        h = min(flow.look, stop) / 64
+        # small bounces follow small ones: the first look comes well before the last interval is over
+        h = min(flow.look, stop, 16 * (t - self._last) if t > self._last else flow.look) / 64
+        self._last = t
         while t < stop:
             self.evaluations += 1
-            if self.evaluations > MOST:
+            if time.monotonic() - self._begun > LONGEST:
                 raise NotTreated(f"{NAME}: the run is too long for {DIGITS} digits. Use event-driven Taylor.")
             whole = h >= flow.look and t + flow.look <= stop
             step = flow.look if whole else min(h, stop - t)

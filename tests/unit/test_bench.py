@@ -142,7 +142,7 @@ def test_page_needs_nothing_but_itself(short, tmp_path):
     write_page([compare(short, (OURS, ScipyEvents(tolerances=(1e-6,))))], tmp_path / "page.html", overwrite=False)
     page = (tmp_path / "page.html").read_text("utf-8")
     assert "<svg" in page
-    for outside in ("src=", "href=\"http", "@import", "<script", "<link"):
+    for outside in ("src=", 'href="http', "@import", "<script", "<link"):
         assert outside not in page
     assert "closed form" in page
 

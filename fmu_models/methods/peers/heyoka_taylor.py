@@ -10,6 +10,7 @@ Notices of the Royal Astronomical Society 504 (2021).
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, final
@@ -28,6 +29,8 @@ from fmu_models.methods.result import (
     timed,
 )
 from fmu_models.methods.switching import Run
+
+AGAIN = 1e-9  # of the run: a slip that ends so soon after it began has not begun
 
 
 @final
@@ -78,6 +81,20 @@ class HeyokaTaylor:
         return make
 
 
+def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
+    """heyoka's expression; whole powers as products, since the series of a power of zero is not a number."""
+    powers = [p for p in expression.atoms(sympy.Pow) if p.exp.is_Integer and 1 < p.exp < 10]
+    if not powers:
+        return heyoka.from_sympy(expression, table)
+    known = dict(table)
+    placed = {}
+    for power in powers:
+        base = _converted(heyoka, power.base, table)
+        placed[power] = sympy.Symbol(f"power{len(placed)}")
+        known[placed[power]] = math.prod([base] * (int(power.exp) - 1), start=base)
+    return heyoka.from_sympy(expression.xreplace(placed), known)
+
+
 class _Stepper:
     def __init__(self, heyoka: Any, run: Run, tolerance: float, extended: bool) -> None:
         self.heyoka, self.run, self.tolerance, self.extended = heyoka, run, tolerance, extended
@@ -96,7 +113,7 @@ class _Stepper:
         table = dict(zip(symbols, variables, strict=True)) | {plain[TIME]: hy.time}
 
         def made(expression: Any) -> Any:
-            return hy.from_sympy(sympy.sympify(expression).xreplace(plain), table)
+            return _converted(hy, sympy.sympify(expression).xreplace(plain), table)
 
         falling = hy.event_direction.negative
         options = {"fp_type": np.longdouble} if self.extended else {}
@@ -119,9 +136,19 @@ class _Stepper:
         integrator.state[:] = z
         if self.run.watches(mode):
             integrator.reset_cooldowns()
-        outcome, _, _, steps, _, _ = integrator.propagate_until(stop)
-        self.evaluations += steps * (integrator.order + 1)
-        code = int(outcome)
+        watched = self.run.watches(mode)
+        while True:
+            outcome, _, _, steps, _, _ = integrator.propagate_until(stop)
+            self.evaluations += steps * (integrator.order + 1)
+            code = int(outcome)
+            # a slip that has just been released starts at zero without acceleration: there rounding decides its sign
+            fell = -code - 1
+            released = code < 0 and fell < len(watched) and watched[fell].what == "slip"
+            if not (released and integrator.time - t < AGAIN * stop):
+                break
+            # its slope is zero as well, and heyoka's pause after an event as long as its slope is small
+            integrator.propagate_until(min(stop, t + AGAIN * stop))
+            integrator.reset_cooldowns()
         if outcome == self.heyoka.taylor_outcome.time_limit:
             return stop, integrator.state.copy(), None
         if code < 0 and -code - 1 < len(self.run.watches(mode)):

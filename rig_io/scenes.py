@@ -1,7 +1,7 @@
 """A scene of the disc rig as the bench would see it: logs to be emulated, one per value of what the scene varies.
 
     [sensors]
-    laser = true             fitted or not; likewise encoder (of the body), drive_encoder, ripple (unevenness of the drives)
+    laser = true             fitted or not; likewise encoder (of the body), drive_encoder, ripple (of the drives)
     transient = "5 s"        before the log begins; 0 without a disc in contact
     duration = "20 s"        of each log
     sampling_rate = "1 kHz"
@@ -39,13 +39,13 @@ def emulations(scene: Scene) -> list[Emulation]:
     """What is to be emulated for a scene.
 
     Raises:
-        StickslipError: it is not of the disc rig, varies something else than a drive, has a drive that is not steady, or
-            its sensors are not those of the rig.
+        StickslipError: it is not of the disc rig, varies something else than a drive, has a drive that is not steady,
+            or its sensors are not those of the rig.
     """
     if scene.model not in MODELS:
         raise StickslipError(
-            f"{scene.path}: '{scene.model}' is not the rig, so that no bench can be emulated for it. The rig's models are "
-            f"{', '.join(MODELS)}."
+            f"{scene.path}: '{scene.model}' is not the rig, so that no bench can be emulated for it. The rig's models "
+            f"are {', '.join(MODELS)}."
         )
     settings = _sensors(scene)
     over, values = scene.compute.over, scene.compute.values

@@ -1,7 +1,7 @@
 """The motion that a run ends in, measured to rounding: its period, its extremes, its shares of stick.
 
-A cycle begins where a contact starts to stick (or, where none ever does, at the last kind of event), and ends where that
-happens again in the same state. Extremes lie where the rate of a state vanishes.
+A cycle begins where a contact starts to stick (or, where none ever does, at the last kind of event), and ends where
+that happens again in the same state. Extremes lie where the rate of a state vanishes.
 """
 
 from __future__ import annotations

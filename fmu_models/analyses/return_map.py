@@ -3,8 +3,9 @@
     x -> start(x) -> motion -> first accepted crossing of the section -> value of the state x there
 
 The map of a mechanism with impacts jumps where two events change their order, and has no value where the motion does
-not return; ``maps.find_crossings`` tells its fixed points and jumps apart. Its slope is exact: with D the derivative of
-the flow up to the time of the crossing, s the direction of the start and q the state that names the section,
+not return; ``crossings.find_crossings`` tells its fixed points and jumps apart. Its slope is exact: with D the
+derivative of the flow up to the time of the crossing, s the direction of the start and q the state that names the
+section,
 
     slope = (D s)_x - x' (D s)_q / q'
 """

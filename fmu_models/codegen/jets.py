@@ -226,13 +226,15 @@ class Recurrences:
     def _pair(self, e: Expr) -> Affine:
         """Sine and cosine, circular or hyperbolic: each needs the lower orders of the other."""
         h = "" if e.func in (sympy.sin, sympy.cos) else "h"
-        argument = (None if h else self._phase(e.args[0])) or self._series(self._affine(e.args[0]))
+        phase = None if h else self._phase(e.args[0])
+        argument = phase or self._series(self._affine(e.args[0]))
         sine, cosine = (f"sin{h}", argument), (f"cos{h}", argument)
+        kind = "_phase" if phase else h
         if sine not in self._nodes:
             s, c = self._slots.new(), self._slots.new()
             self._nodes |= {sine: s, cosine: c}
-            self.lines.append(f"{s}[k] = jet_sin{h}({argument}, {c}, k);")
-            self.lines.append(f"{c}[k] = jet_cos{h}({argument}, {s}, k);")
+            self.lines.append(f"{s}[k] = jet_sin{kind}({argument}, {c}, k);")
+            self.lines.append(f"{c}[k] = jet_cos{kind}({argument}, {s}, k);")
         return _alone(self._nodes[sine if e.func in (sympy.sin, sympy.sinh) else cosine])
 
     def _tanh(self, argument: str) -> Affine:

@@ -28,6 +28,7 @@ typedef struct {
     int series_order;            /* orders of the trial's series in r->scratch, 0 if only order 0 is there */
     double length;
     signed char zeros[NC];       /* leading zeros of the indicator of each candidate in this trial */
+    double tie;                  /* a stick margin below this fraction of the capacity is one */
 } Trial;
 
 /* the largest term of c[from..order] over length */
@@ -142,7 +143,7 @@ static int stick_holds(Run *r, Trial *trial, int c)
         return 0;
     }
     const double margin = capacity - fabs(j->force[c][0]);
-    if (!trial->at_limit[c] && fabs(margin) > tolerance * capacity) {
+    if (!trial->at_limit[c] && fabs(margin) > trial->tie * capacity) {
         return margin > 0.0;
     }
     expand(r, trial);
@@ -333,7 +334,9 @@ static RunStatus no_state(Run *r, const Trial *trial)
 
 RunStatus choice_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
-    Trial trial = {.count = 0, .at_limit = at_limit};
+    /* between a margin too negative to be a tie and a rate of slip too small not to be one nothing fits: then look less closely */
+    const double COARSER = 1e3;
+    Trial trial = {.count = 0, .at_limit = at_limit, .tie = r->tolerances.margin};
     int rigid = 0;
     memcpy(trial.before, r->at.state, sizeof trial.before);
     for (int c = 0; c < MODEL_NC; c++) {
@@ -346,7 +349,12 @@ RunStatus choice_make(Run *r, const signed char *candidate, const signed char *a
     if (trial.count == 0) {
         return RUN_OK;
     }
-    if (!search(r, &trial)) {
+    int found = search(r, &trial);
+    if (!found && rigid) {
+        trial.tie *= COARSER;
+        found = search(r, &trial);
+    }
+    if (!found) {
         memcpy(r->at.state, trial.before, sizeof trial.before);
         if (rigid) {
             return no_state(r, &trial);

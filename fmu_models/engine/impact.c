@@ -76,6 +76,10 @@ static int phase_holds(const Run *r, const Problem *problem, const ImpactPhase *
     for (int i = 0; i < problem->count; i++) {
         const int c = problem->contact[i];
         const int friction = model_contact_partner[c];
+        /* more contacts than the motion has directions cannot all be held: their equations have no solution */
+        if (phase->held[c] && !(fabs(after[c] - problem->target[c]) <= speed)) {
+            return 0;
+        }
         /* not a number holds nowhere */
         if (!(phase->held[c] ? impulse[c] - problem->given[c] >= -tolerance * largest : after[c] - problem->target[c] >= -speed)) {
             return 0;
@@ -85,8 +89,9 @@ static int phase_holds(const Run *r, const Problem *problem, const ImpactPhase *
         }
         const double limit = model_friction(r->at.p, r->at.d, friction) * impulse[c];
         const double sign = phase->friction[friction] == CONTACT_SLIP_PLUS ? 1.0 : -1.0;
-        if (!(phase->friction[friction] == CONTACT_STICK ? fabs(impulse[friction]) <= limit + tolerance * largest
-                                                         : sign * after[friction] >= -speed)) {
+        if (!(phase->friction[friction] == CONTACT_STICK
+                  ? fabs(impulse[friction]) <= limit + tolerance * largest && fabs(after[friction]) <= speed
+                  : sign * after[friction] >= -speed)) {
             return 0;
         }
     }

@@ -147,6 +147,17 @@ static inline Real jet_cos(const Real *a, const Real *s, int k)
     return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k);
 }
 
+/* the same where a is linear in time: of order 1, or 2 where the series run in the root of time */
+static inline Real jet_sin_phase(const Real *a, const Real *c, int k)
+{
+    return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k < 2 ? k : 2);
+}
+
+static inline Real jet_cos_phase(const Real *a, const Real *s, int k)
+{
+    return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k < 2 ? k : 2);
+}
+
 /* y = sinh(a), c = cosh(a) */
 static inline Real jet_sinh(const Real *a, const Real *c, int k)
 {

@@ -4,6 +4,10 @@
  *
  *     first_fall(c, n, h): the smallest s in (0, h] with c(s) <= 0 and c > 0 before, or -1
  *         nothing to do if the sum of the positive lower bounds of the terms is positive
+ *         the low orders, whose tail is bounded by the sum of its terms, mostly decide at a fraction of the cost:
+ *             above the tail            -> no root here
+ *             falling faster than it    -> at most one root: bracket if the end is not positive, else none here
+ *             otherwise                 -> halve; after a few halvings leave it to the whole polynomial:
  *         intervals, left first:
  *             no sign change            -> no root here
  *             one change, + to -        -> bracket, refine by Newton kept inside the bracket
@@ -15,7 +19,7 @@
 #include <float.h>
 #include <math.h>
 
-enum { HALVINGS = 50 };
+enum { HALVINGS = 50, QUICK_HALVINGS = 6 };
 
 /* value and slope at s, by Horner */
 static double value_and_slope(const double *c, int n, double s, double *slope)
@@ -39,10 +43,11 @@ double polynomial_value(const double *c, int n, double s)
     return value;
 }
 
-/* the root in a bracket with c(low) > 0 >= c(high) */
-static double refine(const double *c, int n, double low, double high)
+/* the root in a bracket with c(low) > 0 >= c(high), from a first guess */
+static double refine(const double *c, int n, double low, double high, double s)
 {
-    double s = 0.5 * (low + high);
+    const double NONE = 1e-30; /* so that no step promises anything of the next, and no flag of a division by zero is left behind */
+    double step_before = NONE;
     for (int i = 0; i < 100; i++) {
         double slope;
         const double value = value_and_slope(c, n, s, &slope);
@@ -52,15 +57,34 @@ static double refine(const double *c, int n, double low, double high)
             high = s;
         }
         double next = s - value / slope;
+        int newton = 1;
         if (!(next > low && next < high)) {
             next = 0.5 * (low + high);
+            newton = 0;
         }
-        if (fabs(next - s) <= DBL_EPSILON * s) {
+        const double step = fabs(next - s);
+        /* Newton's steps shrink as step = factor * step_before^2: the next would be this long */
+        const double following = newton ? step * (step / step_before) * (step / step_before) : step;
+        if (step <= DBL_EPSILON * s || following <= 0.1 * DBL_EPSILON * s) {
             return next;
         }
+        step_before = newton ? step : NONE;
         s = next;
     }
     return high;
+}
+
+/* a few steps of Newton's method towards the root in a bracket */
+static double guess(const double *c, int n, double low, double high)
+{
+    double s = 0.5 * (low + high);
+    for (int i = 0; i < 4; i++) {
+        double slope;
+        const double value = value_and_slope(c, n, s, &slope);
+        const double next = s - value / slope;
+        s = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    return s;
 }
 
 /* Bernstein coefficients on [0, 1] of the polynomial with power coefficients b */
@@ -109,6 +133,75 @@ static int certainly_positive(const double *b, int n)
     return bound > 0.0;
 }
 
+/* least and largest of the Bernstein coefficients, or of their differences from one to the next */
+static void bounds(const double *beta, int n, int differences, double *least, double *largest)
+{
+    *least = INFINITY;
+    *largest = -INFINITY;
+    for (int i = 0; i + differences <= n; i++) {
+        const double value = differences ? beta[i + 1] - beta[i] : beta[i];
+        *least = value < *least ? value : *least;
+        *largest = value > *largest ? value : *largest;
+    }
+}
+
+/* the order from which the terms of b, b[0] > 0, are small beside it: sums of their magnitudes, of themselves and of their slopes */
+static int low_order(const double *b, int n, double *tail, double *slopes)
+{
+    const double SMALL = 1e-3;
+    int order = n;
+    *tail = 0.0;
+    *slopes = 0.0;
+    while (order > 1 && *tail + fabs(b[order]) <= SMALL * b[0]) {
+        *tail += fabs(b[order]);
+        *slopes += order * fabs(b[order]);
+        order--;
+    }
+    return order;
+}
+
+/* first_fall on [0, 1] in units of it, by the low orders; -2 where they do not decide */
+static double quick_fall(const double *b, int n)
+{
+    const double NARROW = 1.5 / (1 << QUICK_HALVINGS);
+    double stack[QUICK_HALVINGS + 1][POLYNOMIAL_TERMS];
+    double start[QUICK_HALVINGS + 1], width[QUICK_HALVINGS + 1];
+    double tail, slopes;
+    const int order = low_order(b, n, &tail, &slopes);
+    int top = 0;
+    to_bernstein(b, order, stack[0]);
+    start[0] = 0.0;
+    width[0] = 1.0;
+    while (top >= 0) {
+        double *beta = stack[top];
+        double least, largest, steepest, flattest;
+        bounds(beta, order, 0, &least, &largest);
+        if (least > tail) {
+            top--;
+            continue;
+        }
+        bounds(beta, order, 1, &steepest, &flattest);
+        const double end = start[top] + width[top];
+        if (flattest * order < -slopes * width[top]) {
+            if (!(polynomial_value(b, n, end) <= 0.0)) {
+                top--;
+                continue;
+            }
+            return refine(b, n, start[top], end, guess(b, order, start[top], end));
+        }
+        if (width[top] < NARROW) {
+            return -2.0;
+        }
+        halve(beta, order, stack[top + 1]);
+        width[top] *= 0.5;
+        width[top + 1] = width[top];
+        start[top + 1] = start[top];
+        start[top] += width[top];
+        top++;
+    }
+    return -1.0;
+}
+
 double first_fall(const double *c, int n, double h)
 {
     double b[POLYNOMIAL_TERMS];
@@ -124,6 +217,10 @@ double first_fall(const double *c, int n, double h)
     if (b[0] <= 0.0) {
         return 0.0;
     }
+    const double quick = quick_fall(b, n);
+    if (quick != -2.0) {
+        return quick < 0.0 ? -1.0 : h * quick;
+    }
     /* a stack of intervals still to be searched, the leftmost on top */
     double stack[HALVINGS + 1][POLYNOMIAL_TERMS];
     double start[HALVINGS + 1];
@@ -137,7 +234,7 @@ double first_fall(const double *c, int n, double h)
         const double width = ldexp(1.0, -depth[top]);
         const int changes = sign_changes(beta, n);
         if (changes == 1 && beta[0] > 0.0) {
-            return h * refine(b, n, start[top], start[top] + width);
+            return h * refine(b, n, start[top], start[top] + width, start[top] + 0.5 * width);
         }
         if (beta[0] <= 0.0) {
             return h * start[top];

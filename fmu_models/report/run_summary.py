@@ -97,17 +97,19 @@ def _print_error(content: dict[str, Any], out: Console) -> None:
     own, others = error["seconds"]
     states = ", ".join(f"{name} {value:.1e} {units[name]}" for name, value in error["states"].items())
     out.print(
-        f"[bold]error estimate {error['relative']:.1e}[/bold] of the largest value ({states}; events {error['event_time']:.1e} "
-        f"s); [bold]run time {own * 1e3:.3g} ms[/bold], and {others * 1e3:.3g} ms for the estimate"
+        f"[bold]error estimate {error['relative']:.1e}[/bold] of the largest value ({states}; events "
+        f"{error['event_time']:.1e} s); [bold]run time {own * 1e3:.3g} ms[/bold], "
+        f"and {others * 1e3:.3g} ms for the estimate"
     )
     out.print(
-        "  the largest difference to the same run at a tenth and a hundredth of the tolerance, and with all start values,\n"
-        f"  parameters and constant inputs moved by one rounding either way; most by: {error['by']}. No bound."
+        "  the largest difference to the same run at a tenth and a hundredth of the tolerance, and with all start\n"
+        "  values, parameters and constant inputs moved by one rounding either way; most by: "
+        f"{error['by']}. No bound."
     )
     if error["apart"] is not None:
         out.print(
-            f"  From t = {error['apart']:.6g} s on these runs are different motions (chaos, or a grazing contact): the states "
-            "after it\n  mean nothing one by one, the estimate is of what comes before."
+            f"  From t = {error['apart']:.6g} s on these are different motions (chaos, or a grazing contact):\n"
+            "  the states after it mean nothing one by one, the estimate is of what comes before."
         )
     for name, reason in error["refused"].items():
         out.print(f"  left out: {name}, which cannot be run: {reason}", markup=False)

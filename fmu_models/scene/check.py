@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.errors import StickslipError, nearest
@@ -72,8 +73,8 @@ class _Check:
             for other in ("free", "drives"):
                 if name in (free if other == "free" else drives):
                     raise doc.fault(
-                        f"'{name}' is both fixed in [parameters] and given in [{other}]. Keep it in [parameters] to fold "
-                        f"it into the code, or in [{other}] to be able to change it.",
+                        f"'{name}' is both fixed in [parameters] and given in [{other}]. Keep it in [parameters] to "
+                        f"fold it into the code, or in [{other}] to be able to change it.",
                         "parameters",
                         name,
                     )
@@ -138,14 +139,15 @@ class _Check:
         """What went with the contacts left out: name of a quantity, and its contact."""
         if self.contacts is None:
             return {}
-        here = {s.name for s in self.kept.symbols if hasattr(s, "name")} | {o.name for o in self.kept.outputs}
+        symbols: Any = self.kept.symbols
+        here = {s.name for s in symbols} | {o.name for o in self.kept.outputs}
         lost = {}
         for contact in self.full.contacts:
             if contact.name in self.contacts:
                 continue
-            symbols: Any = {*getattr(contact, "symbols", ()), *getattr(contact, "shown", ())}
+            symbols = {*getattr(contact, "symbols", ()), *getattr(contact, "shown", ())}
             outputs = [o for o in self.full.outputs if o.expression.free_symbols & symbols]
-            names = {*(s.name for s in symbols), *(o.name for o in outputs), f"{contact.name}_force"}
+            names = {*(str(s.name) for s in symbols), *(o.name for o in outputs), f"{contact.name}_force"}
             lost |= {name: contact.name for name in names if name not in here}
         return lost
 
@@ -154,8 +156,8 @@ class _Check:
         if name in self.lost:
             contact = self.lost[name]
             return self.doc.fault(
-                f"{kind} '{name}' needs contact '{contact}', which the scene leaves out. Add '{contact}' to contacts, or "
-                f"remove '{name}'.",
+                f"{kind} '{name}' needs contact '{contact}', which the scene leaves out. Add '{contact}' to contacts, "
+                f"or remove '{name}'.",
                 *place,
             )
         has = nearest(name, known) if known else f" It has no {kind}s."
@@ -206,10 +208,10 @@ class _Check:
                 self._list(raw["times"], "s", *place, "times"),
                 self._list(raw["values"], unit, *place, "values"),
             )
-        if len(times) != len(values) or len(times) < 2 or any(b < a for a, b in zip(times, times[1:], strict=False)):
+        if len(times) != len(values) or len(times) < 2 or any(b < a for a, b in pairwise(times)):
             raise doc.fault(
-                f"drive '{name}' needs ascending times, at least two, and a value for each; found {len(times)} times and "
-                f"{len(values)} values.",
+                f"drive '{name}' needs ascending times, at least two, and a value for each; found {len(times)} times "
+                f"and {len(values)} values.",
                 *place,
             )
         return Drive(times=tuple(times), values=tuple(values))
@@ -343,8 +345,9 @@ class _Check:
         for contact in self.system.contacts:
             if contact.depth is None or not (contact.kind == "impact" or contact.remembers):
                 continue
-            depth = float(contact.depth.xreplace(point))
-            scale = sum(abs(float(term.xreplace(point))) for term in contact.depth_terms)
+            expressions: Any = (contact.depth, *contact.depth_terms)
+            depth, *terms = (float(expression.xreplace(point)) for expression in expressions)
+            scale = sum(map(abs, terms))
             if depth <= _ROUNDING * scale:
                 continue
             involved = [s.name for s in self.system.states if s in contact.depth.free_symbols]
@@ -357,8 +360,8 @@ class _Check:
                 )
             if f"{contact.name}_memory" not in scene.start:
                 raise self.doc.fault(
-                    f"the start lies {depth:.6g} inside stop '{contact.name}', whose force depends on the speed of entry. "
-                    f"Add {contact.name}_memory to [start], or start outside.",
+                    f"the start lies {depth:.6g} inside stop '{contact.name}', whose force depends on the speed of "
+                    f"entry. Add {contact.name}_memory to [start], or start outside.",
                     *place,
                 )
 

@@ -64,7 +64,8 @@ def arguments(scene: Scene, stop_time: float | None = None, **changed: Mapping[s
         for name in changed.get(kind, {}):
             if name in scene.fixed:
                 raise StickslipError(
-                    f"'{name}' is a constant of scene '{scene.name}'. Move it to [{table}] there to be able to change it."
+                    f"'{name}' is a constant of scene '{scene.name}'. Move it to [{table}] there to be able to change "
+                    "it."
                 )
     signals = {name: _signal(d.times, d.values, stop_time) for name, d in scene.drives.items()}
     return {
@@ -98,7 +99,7 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
         if over is not None and value is not None:
             changed["inputs" if over in scene.drives else "parameters"] = {over: value}
         try:
-            row = _KINDS[scene.compute.kind](scene, fmu, arguments(scene, **changed))
+            row = _KINDS[scene.compute.kind](scene, fmu, arguments(scene, None, **changed))
         except StickslipError as error:
             raise StickslipError(f"At {over} = {value:g}: {error}" if over else str(error)) from error
         rows.append(Row(value, row.values, row.trajectory))

@@ -1,7 +1,7 @@
 """What a scene saves, measured here and now against the FMU of its whole model.
 
-Building and starting are timed in processes of their own, as a user meets them: from the start of the interpreter to the
-first result. Runs are timed in pairs, one of each in turn.
+Building and starting are timed in processes of their own, as a user meets them: from the start of the interpreter to
+the first result. Runs are timed in pairs, one of each in turn.
 """
 
 from __future__ import annotations
@@ -99,10 +99,11 @@ def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
     sizes = {name: float(np.abs(one[name]).max()) or 1.0 for name in small.states}
     gaps = [float(np.abs(one[name] - other[name]).max()) / size for name, size in sizes.items()]
     measured: list[tuple[float, float]] = []
-    end = {"output_times": [own["stop_time"]]}
+    end = [own["stop_time"]]
     begin = time.monotonic()
     while len(measured) < pairs and (len(measured) < 3 or time.monotonic() - begin < LONGEST):
-        measured.append((simulate(small, **own | end).seconds, simulate(large, **everything | end).seconds))
+        ours = simulate(small, **own, output_times=end).seconds
+        measured.append((ours, simulate(large, **everything, output_times=end).seconds))
     return Runs(
         scene=statistics.median(a for a, _ in measured),
         model=statistics.median(b for _, b in measured),
@@ -124,7 +125,7 @@ def _for_model(scene: Scene, model: Fmu, own: Mapping[str, Any], muted: Mapping[
 
 
 def _muting(scene: Scene) -> dict[str, float] | None:
-    """Values of parameters of the whole model that take the force from every contact left out; None if there are none."""
+    """Values of parameters of the model that take the force from every contact left out; None if there are none."""
     from fmu_models.language.stops import Stop
 
     if scene.contacts is None:

@@ -41,7 +41,7 @@ class ErrorEstimate:
     Attributes:
         states: per state over all output times before ``apart``, in its unit; times at events are left out, since
             velocities may jump there.
-        end: per state at the last output time.
+        end: per state at the last output time, even if an event is there.
         relative: the largest of ``states`` in fractions of the largest magnitude of each.
         event_time: s, by which an event before ``apart`` moved.
         apart: s, from where on a companion is another motion: its states differ by more than a thousandth of their
@@ -79,8 +79,8 @@ def simulate_with_error(
     """
     stages = len(COMPANIONS) + 1
 
-    def stage(i: int) -> Callable[[float], None] | None:
-        return None if progress is None else lambda fraction: progress((i + fraction) / stages)
+    def stage(i: int) -> Callable[[float], None]:
+        return lambda fraction: progress((i + fraction) / stages) if progress else None
 
     given = {"parameters": dict(parameters or {}), "start": dict(start or {}), "inputs": dict(inputs or {})}
     trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **given, **run)
@@ -164,6 +164,12 @@ def _shared_events(one: Trajectory, other: Trajectory) -> tuple[_Events, float]:
     else:
         longer = max(one.events, other.events, key=len)
         until = longer[len(times)].time if len(longer) > len(times) else math.inf
+    # an event at the very end of the run may come after it in the other one
+    last = max(moved, default=0.0)
+    if one.time[-1] - until <= 10.0 * last:
+        times.append(until)
+        moved.append(last)
+        until = math.inf
     return (np.array(times), np.array(moved)), until
 
 

@@ -53,7 +53,19 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    for command in ("models", "show", "export", "simulate", "maps", "map", "emulate", "fit", "compare", "demo"):
+    for command in (
+        "models",
+        "show",
+        "scene",
+        "export",
+        "simulate",
+        "maps",
+        "map",
+        "emulate",
+        "fit",
+        "compare",
+        "demo",
+    ):
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 

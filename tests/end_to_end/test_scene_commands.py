@@ -78,7 +78,7 @@ def test_simulate_and_export_take_a_scene(stickslip, tmp_path):
     code, out, _ = stickslip("simulate", CLASS_A, "--until", 10, "--input", "w0=0.41", "--json")
     content = json.loads(out)
     assert code == 0
-    assert content["model"] == "disc_rig_class_a" and content["contacts"]["disc0"]["events"] == 19
+    assert content["model"] == "disc_rig_class_a" and content["contacts"]["disc0"]["events"] == 18
     assert set(content["ranges"]) == {"theta", "omega", "F0"}
     assert stickslip("export", CLASS_A, "--fmi", "2.0")[0] == 0
     description = fmpy.read_model_description(tmp_path / "disc_rig_class_a.fmu")

@@ -154,7 +154,7 @@ def test_areas_shrink_by_e_squared_per_impact(gamma, e, periods):
     assert impacts > 2
     derivative = flow_derivative(BALL, periods * T, start=start, parameters=scaled(gamma, e)).by_start
     size = np.linalg.norm(derivative, 2) ** 2
-    assert np.linalg.det(derivative) == pytest.approx(e ** (2 * impacts), rel=1e-8, abs=1e-13 * size)
+    assert np.linalg.det(derivative) == pytest.approx(e ** (2 * impacts), rel=1e-8, abs=float(1e-13 * size))
 
 
 @pytest.mark.parametrize(("e", "end"), [(0.5, 2.6817425236699174), (0.9, 10.671661474326789)])

@@ -74,7 +74,7 @@ def test_multipliers(L, e, m):
     orbit = orbit_at(FERMI, m * T, start, start_time=time, parameters={"L": L, "e": e})
     assert orbit.residual < 1e-11
     scale = np.linalg.norm(orbit.monodromy, 2) ** 2
-    assert np.linalg.det(orbit.monodromy) == pytest.approx(e**2, abs=1e-13 * scale)
+    assert np.linalg.det(orbit.monodromy) == pytest.approx(e**2, abs=float(1e-13 * scale))
     assert np.trace(orbit.monodromy) == pytest.approx(trace, abs=1e-10)
     if e < 1.0:
         low, high = range_of_stability(e, m)
@@ -141,7 +141,7 @@ def test_elastic_walls_lose_nothing():
     assert np.diff([event.time for event in still.impacts]) == pytest.approx(10 / 3, abs=1e-11)
     derivative = flow_derivative(FERMI, 5 * T, parameters={"L": 10.0, "e": 1.0}, start=start).by_start
     scale = np.linalg.norm(derivative, 2) ** 2
-    assert np.linalg.det(derivative) == pytest.approx(1.0, abs=1e-12 * scale)
+    assert np.linalg.det(derivative) == pytest.approx(1.0, abs=float(1e-12 * scale))
 
 
 def test_each_impact_of_the_elastic_wall():

@@ -115,7 +115,7 @@ def test_volume_shrinks_by_e_squared_per_impact(case):
         if orbit.residual < 1e-9:
             scale = np.linalg.norm(orbit.monodromy, 2) ** 2
             expected = p["e"] ** 4 * math.exp(-p["c"] * T / p["M"])
-            assert np.linalg.det(orbit.monodromy) == pytest.approx(expected, abs=1e-13 * scale)
+            assert np.linalg.det(orbit.monodromy) == pytest.approx(expected, abs=float(1e-13 * scale))
             checked += 1
     assert checked
 

@@ -109,6 +109,9 @@ def test_centres():
         assert back.states["phi_S"] == pytest.approx(angle, abs=1e-13)
         assert back.time == pytest.approx(1 / frequency, rel=1e-10)
         assert return_map().slope(angle) == pytest.approx(1.0, abs=1e-10)
+    # at its very edge, on either side, too little is missing for the sleeve to slip
+    for beyond in (0.0, 1e-11, 1e-10, 1e-9):
+        assert return_map()(high + beyond) == pytest.approx(low, abs=2e-9)
     # from just outside it the sleeve slips for a moment
     slips = {d: bool(simulate(TOY, 0.1, start={"phi_S": low + d}).events) for d in (-1e-8, 1e-8)}
     assert slips == {-1e-8: True, 1e-8: False}

@@ -27,7 +27,7 @@ from fmu_models.lowering.lower import lower
 from fmu_models.oscillators import load, names
 
 RIG = load("disc_rig")
-CONTI = RIG.contacts[0].law
+CONTI = RIG.law_of("disc0")
 assert isinstance(CONTI, Conti)
 LUGRE = RIG.restricted_to(["disc0"]).with_law(disc0=LuGre.around(CONTI, "0"))
 

@@ -1,0 +1,37 @@
+"""What scenes save: the FMU of each against that of its whole model, by size and by time per run, in pairs.
+
+    python tests/benchmarks/bench_scenes.py [pairs]
+
+Scenes that leave contacts out are compared where these can be switched off in the whole model by a parameter (a normal
+force of zero), so that both make the same motion; the others differ in constants and outputs alone.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from fmu_models.scene.measure import size, time_runs, whole_model
+from fmu_models.scene.read import files, read_scene
+from fmu_models.scene.reduce import built_scene
+from fmu_models.simulation.fmu import Fmu
+
+
+def main(pairs: int = 51) -> None:
+    print(f"{'scene':40s} {'indicators':>11s} {'states':>7s} {'parameters':>11s} {'outputs':>8s} {'kB':>9s}", end="")
+    print(f" {'ms per run':>17s} {'faster':>7s} {'difference':>11s}")
+    for path in files():
+        scene = read_scene(path)
+        a, b = size(Fmu.open(built_scene(scene))), size(whole_model(scene))
+        runs = time_runs(scene, pairs)
+        parts = [
+            f"{getattr(a, what)}/{getattr(b, what)}".rjust(width)
+            for what, width in (("indicators", 11), ("states", 7), ("parameters", 11), ("outputs", 8))
+        ]
+        parts.append(f"{a.bytes / 1000:.0f}/{b.bytes / 1000:.0f}".rjust(9))
+        parts.append(f"{runs.scene * 1e3:.3f}/{runs.model * 1e3:.3f}".rjust(17))
+        gap = "other motion" if runs.difference is None else f"{runs.difference:.1e}"
+        print(f"{scene.name:40s} {' '.join(parts)} {runs.faster:7.2f} {gap:>11s}", flush=True)
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:]))

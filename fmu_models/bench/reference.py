@@ -117,15 +117,15 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
             pass
     if not runs:
         raise StickslipError(f"{problem.name}: no method can run it. Simulate it: stickslip simulate {problem.name}")
-    made = Reference(runs[0][1].end, None, (), problem.nominal)
     for witness, run in runs:
-        made = Reference(run.end, run.switches, (), problem.nominal)
-        agreeing = sorted((w for w, _ in runs if w is not witness), key=lambda w: made.error(w.end))
-        agreeing = [w for w in agreeing if made.error(w.end) < APART]
+        alone = Reference(run.end, run.switches, (), problem.nominal)
+        others = sorted((alone.error(w.end), i) for i, (w, _) in enumerate(runs) if w is not witness)
+        agreeing = tuple(runs[i][0] for distance, i in others if distance < APART)
         if agreeing or len(runs) == 1:
             return Reference(run.end, run.switches, (witness, *agreeing), problem.nominal)
-    other = runs[1][0]
+    first, other = runs[0], runs[1][0]
+    apart = Reference(first[1].end, None, (), problem.nominal).error(other.end)
     raise Parted(
-        f"{problem.name}: {runs[0][0].how} and {other.how} end {made.error(other.end):.1g} apart, in nominal values of "
-        "the states: the motion is chaotic or grazes, and no end state can be compared. Choose a shorter run (--until)."
+        f"{problem.name}: {first[0].how} and {other.how} end {apart:.1g} apart, in nominal values of the states: the "
+        "motion is chaotic or grazes, and no end state can be compared. Choose a shorter run (--until)."
     )

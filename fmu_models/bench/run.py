@@ -138,7 +138,7 @@ def compare(
 
 def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Reference]:
     """The problem and its reference; as much of a chaotic run as codes agree on, halved until they do."""
-    events = OURS.prepare(problem)(OURS.tolerances[0]).switches or ()
+    events = list(OURS.prepare(problem)(OURS.tolerances[0]).switches or ())
     if len(events) > EVENTS:
         problem = replace(problem, stop_time=(events[EVENTS - 1].time + events[EVENTS].time) / 2)
     for _ in range(HALVINGS):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fmu_models.errors import StickslipError, nearest
+from fmu_models.methods.event_runge_kutta import EventRungeKutta
 from fmu_models.methods.event_taylor import EventTaylor
 from fmu_models.methods.moreau import Moreau
 from fmu_models.methods.peers.fmpy_cvode import FmpyCvode
@@ -22,6 +23,8 @@ def methods() -> tuple[Method, ...]:
         HeyokaTaylor(),
         ScipyEvents("DOP853"),
         ScipyEvents("RK45"),
+        EventRungeKutta("dopri5"),
+        EventRungeKutta("dop853"),
         FmpyCvode(),
         SwitchModel(1e-2),
         SwitchModel(1e-3),

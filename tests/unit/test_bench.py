@@ -3,6 +3,8 @@
 import json
 import math
 import time
+from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -90,11 +92,14 @@ def test_rows_have_errors_costs_and_ranks(short):
 class Slow:
     """Never finishes."""
 
-    name, family, tolerances = "slow", "smoothing", (1e-3, 1e-6)
+    name = "slow"
+    family: Literal["smoothing"] = "smoothing"
+    tolerances = (1e-3, 1e-6)
 
-    def prepare(self, problem):
-        def run(tolerance):
+    def prepare(self, problem) -> Callable[[float], MethodRun]:
+        def run(tolerance: float) -> MethodRun:
             time.sleep(60)
+            raise AssertionError
 
         return run
 
@@ -104,7 +109,7 @@ class Interrupted(Slow):
 
     name = "interrupted"
 
-    def prepare(self, problem):
+    def prepare(self, problem) -> Callable[[float], MethodRun]:
         raise KeyboardInterrupt
 
 
@@ -113,7 +118,7 @@ class Broken(Slow):
 
     name = "broken"
 
-    def prepare(self, problem):
+    def prepare(self, problem) -> Callable[[float], MethodRun]:
         return lambda tolerance: MethodRun(np.array([math.nan, 0.0]), None, None, 1e-3)
 
 

@@ -101,6 +101,7 @@ class _Entry:
     first: MethodRun
     times: list[float]
     ratios: list[float]
+    memory: int | None = None
 
 
 def compare(
@@ -116,19 +117,18 @@ def compare(
     problem, known = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
     entries: list[_Entry] = []
     refusals: list[Refusal] = []
-    rows: list[Row] = []
     interrupted = False
     try:
         for entry in _first_runs(problem, methods, refusals, begin + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
             entries.append(entry)
-            rows.append(_row(entry, known, problem))
         _rounds(entries, begin + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
         for i, entry in enumerate(entries):
-            memory = _memory(entry) if time.monotonic() < begin + TRACED_UNTIL else None
-            rows[i] = replace(_row(entry, known, problem), memory=memory)
+            entry.memory = _memory(entry) if time.monotonic() < begin + TRACED_UNTIL else None
             progress(0.9 + 0.1 * (i + 1) / len(entries))
     except KeyboardInterrupt:
         interrupted = True
+    entries.sort(key=lambda entry: methods.index(entry.method))
+    rows = [_row(entry, known, problem) for entry in entries]
     expected = None if known.switches is None else sum(s.matters for s in known.switches)
     return Comparison(
         problem.name, problem.title, problem.stop_time, problem.states, known.sentence, known.own_error(), expected,
@@ -156,27 +156,33 @@ def _first_runs(
     until: float,
     progress: Callable[[float], None],
 ) -> Iterator[_Entry]:
-    """One run per row, which also warms up; loose tolerances first, so that the dear ones fall to the time limit."""
-    for i, method in enumerate(methods):
+    """One run per row, which also warms up: every method at its loosest tolerance first, then at the next."""
+    ready: dict[Method, Callable[[float], MethodRun]] = {}
+    for method in methods:
         try:
-            make = method.prepare(problem)
+            ready[method] = method.prepare(problem)
         except (NotTreated, NotInstalled) as error:
             refusals.append(Refusal(method.name, str(error)))
-            continue
-        for tolerance in method.tolerances:
+    total = sum(len(method.tolerances) for method in ready)
+    done = 0
+    for k in range(max((len(method.tolerances) for method in ready), default=0)):
+        for method in [m for m in ready if k < len(m.tolerances)]:
+            tolerance = method.tolerances[k]
+            done += 1
+            progress(done / total)
             if time.monotonic() > until:
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time was used up"))
-                break
+                continue
             try:
                 with limit(LONGEST):
-                    first = make(tolerance)
-            except (NotTreated, TimeoutError) as error:
+                    first = ready[method](tolerance)
+            except NotTreated as error:
                 refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
-                if isinstance(error, TimeoutError):
-                    break
-                continue
-            yield _Entry(method, tolerance, make, first, [], [])
-        progress((i + 1) / len(methods))
+            except TimeoutError as error:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
+                del ready[method]
+            else:
+                yield _Entry(method, tolerance, ready[method], first, [], [])
 
 
 def _rounds(entries: Sequence[_Entry], until: float, progress: Callable[[float], None]) -> None:
@@ -216,7 +222,7 @@ def _row(entry: _Entry, known: Reference, problem: Problem) -> Row:
         spread=quarters[2] - quarters[0],
         ratio=statistics.median(entry.ratios) if entry.ratios else None,
         runs=len(times),
-        memory=None,
+        memory=entry.memory,
     )
 
 

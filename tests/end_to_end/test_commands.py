@@ -62,6 +62,7 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
         "maps",
         "map",
         "emulate",
+        "bench",
         "fit",
         "compare",
         "demo",

@@ -110,7 +110,10 @@ class Interrupted(Slow):
     name = "interrupted"
 
     def prepare(self, problem) -> Callable[[float], MethodRun]:
-        raise KeyboardInterrupt
+        def run(tolerance: float) -> MethodRun:
+            raise KeyboardInterrupt
+
+        return run
 
 
 class Broken(Slow):

@@ -86,12 +86,20 @@ def print_table(made: Sequence[Comparison], out: Console) -> None:
             last = row.method
         out.print(table)
         out.print(f"Reference: {one.reference}.")
-        for refusal in one.refusals:
-            out.print(f"[bold]{refusal.method}[/bold]: {refusal.why}")
+        for why, names in _grouped(one).items():
+            out.print(f"[bold]{', '.join(names)}[/bold]: {why}")
         if one.interrupted:
             out.print("Interrupted: not everything was run.")
         out.print(f"{one.seconds:.0f} s in all\n")
     out.print(CAPTION)
+
+
+def _grouped(one: Comparison) -> dict[str, list[str]]:
+    """Methods without a result, by the reason."""
+    found: dict[str, list[str]] = {}
+    for refusal in one.refusals:
+        found.setdefault(refusal.why, []).append(refusal.method)
+    return found
 
 
 def write_csv(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
@@ -153,7 +161,9 @@ def _section(one: Comparison) -> list[str]:
         + "</tr>"
         for row in one.rows
     )
-    left = "".join(f"<li><b>{html.escape(r.method)}</b>: {html.escape(r.why)}</li>" for r in one.refusals)
+    left = "".join(
+        f"<li><b>{html.escape(', '.join(names))}</b>: {html.escape(why)}</li>" for why, names in _grouped(one).items()
+    )
     events = "" if one.expected is None else f" {one.expected} events."
     return [
         f"<h2>{html.escape(one.title)}</h2>",

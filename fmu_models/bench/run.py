@@ -28,7 +28,7 @@ REPEATING = 12.0  # s of all rounds, as the first runs let expect
 FIRST_UNTIL, TIMED_UNTIL, TRACED_UNTIL = 32.0, 44.0, 52.0
 TRACED = 0.5  # s: longer runs are not made again for their memory
 EVENTS = 600  # of a longer run only the part with so many is compared
-HALVINGS = 5  # of a run that no two codes end alike
+CUTS = 3  # to a quarter, of a run that no two codes end alike
 
 
 @dataclass(frozen=True)
@@ -137,15 +137,15 @@ def compare(
 
 
 def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Reference]:
-    """The problem and its reference; as much of a chaotic run as codes agree on, halved until they do."""
+    """The problem and its reference; of a chaotic run a quarter, until codes agree."""
     events = list(OURS.prepare(problem)(OURS.tolerances[0]).switches or ())
     if len(events) > EVENTS:
         problem = replace(problem, stop_time=(events[EVENTS - 1].time + events[EVENTS].time) / 2)
-    for _ in range(HALVINGS):
+    for _ in range(CUTS):
         try:
             return problem, reference(problem, tick)
         except Parted:
-            problem = replace(problem, stop_time=problem.stop_time / 2)
+            problem = replace(problem, stop_time=problem.stop_time / 4)
     return problem, reference(problem, tick)
 
 

@@ -40,7 +40,7 @@ class EventRungeKutta:
             # the master is a part of the suite of its own, and comparisons do without it
             master: Any = importlib.import_module("fmu_models.simulation.master")
         except ImportError:
-            raise NotInstalled(f"{self.name}: the master for Model Exchange is not part of this version.") from None
+            raise NotInstalled("the master for Model Exchange is not part of this version.") from None
         fmu = Fmu.open(problem.fmu)
         drivers: dict[float, Any] = {}
 

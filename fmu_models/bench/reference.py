@@ -30,7 +30,7 @@ APART = 1e-3  # in nominal values: two runs that differ by more are not of one m
 
 
 class Parted(StickslipError):
-    """No two codes end in the same motion."""
+    """No two codes end in the same motion, or in time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +90,7 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
         StickslipError: no two codes treat the model, or they end in different motions.
     """
     runs: list[tuple[Witness, MethodRun]] = []
+    late = False
     candidates: tuple[tuple[Method, float, str], ...] = (
         (LinearFlow(), 1e-30, "matrix exponentials between events, 40 digits"),
         (HeyokaTaylor(extended=True), 1e-19, "heyoka.py in long double at 1e-19"),
@@ -103,11 +104,16 @@ def reference(problem: Problem, tick: Callable[[], None] = lambda: None) -> Refe
         try:
             with limit(LONGEST):
                 made = method.prepare(problem)(tolerance)
-        except (NotTreated, NotInstalled, TimeoutError):
+        except (NotTreated, NotInstalled):
+            continue
+        except TimeoutError:
+            late = True
             continue
         finally:
             tick()
         runs.append((Witness(code_of(method), how, made.end, exact=isinstance(method, LinearFlow)), made))
+    if len(runs) == 1 and late:
+        raise Parted(f"{problem.name}: only one code was fast enough to be compared. Choose a shorter run (--until).")
     if len(runs) == 1:  # our own engine alone: its contacts under a foreign integrator
         try:
             made = FmpyCvode().prepare(problem)(1e-10)

@@ -27,7 +27,7 @@ REPEATING = 12.0  # s of all rounds, as the first runs let expect
 # s from the begin, after which no further first run, timed run or run for memory is begun: a scene stays below 60 s
 FIRST_UNTIL, TIMED_UNTIL, TRACED_UNTIL = 32.0, 44.0, 52.0
 TRACED = 0.5  # s: longer runs are not made again for their memory
-EVENTS = 600  # of a longer run only the part with so many is compared
+EVENTS = 300  # of a longer run only the part with so many is compared
 CUTS = 3  # to a quarter, of a run that no two codes end alike
 
 

@@ -25,8 +25,8 @@ from fmu_models.methods.switching import Run
 
 DIGITS = 40
 LOOK = 0.05  # of the shortest time constant: events are looked for this often, and at every minimum
-LONGEST = 8.0  # s of wall time for a run: other references are there for longer ones
-SEEN = 1.0  # s of wall time after which a run is given up that at its pace would take longer
+LONGEST = 12.0  # s of wall time for a run: other references are there for longer ones
+SEEN = 4.0  # s of wall time after which a run is given up that at its pace would take longer
 NAME = "closed form, piecewise linear"
 
 

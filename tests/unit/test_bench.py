@@ -181,3 +181,13 @@ def test_varying_drive_is_left_to_the_engine():
     rig = dataclasses.replace(problem("disc_rig_class_a", 1.0), steady=False)
     with pytest.raises(NotTreated, match="varies with time"):
         ScipyEvents().prepare(rig)
+
+
+def test_an_error_like_that_of_the_reference_does_not_rank():
+    """Without a closed form: the engine is better than the codes that could judge it, and is not ranked above them."""
+    result = compare(problem("disc_rig_class_a", 2.0), (OURS, ScipyEvents(tolerances=(1e-6,))))
+    ours, coarse = result.rows
+    assert "agrees with" in result.reference
+    assert not ours.ranked
+    assert ours.error < 1e-10
+    assert coarse.ranked

@@ -154,7 +154,7 @@ class _Bands:
                 mode.append(_side(min(d, r) if c.release is not None else d, eta))
             elif c.depth is not None and d < 0.0:
                 mode.append(OPEN)
-            elif abs(y) > eta:
+            elif abs(y) > eta or (c.kind == "friction" and not c.sticks):  # a law that never sticks has no jump
                 mode.append(PLUS if y > 0.0 else MINUS)
             elif c.sticks:
                 inside.append(i)

@@ -143,3 +143,11 @@ def test_infinitely_many_bounces_end_at_rest():
     chatter = problem("bouncing_ball_chatter")
     ours = OURS.prepare(chatter)(1e-14)
     assert error(ScipyEvents().prepare(chatter)(1e-12), ours.end) < 1e-9
+
+
+def test_switch_model_needs_no_band_where_nothing_jumps():
+    """Bristle friction has a kink at zero slip, no jump: the error does not know the band."""
+    rig = problem("disc_rig_micro_slip", 0.5)
+    ours = OURS.prepare(rig)(1e-14)
+    for eta in (1e-2, 1e-4):
+        assert error(SwitchModel(eta).prepare(rig)(1e-8), ours.end) < 1e-7

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fmu_models import bench_cli as bench_commands
 from fmu_models import cli as model_commands
 from fmu_models import console
 from fmu_models import map_cli as map_commands
@@ -11,7 +12,8 @@ from identification import commands as friction_commands
 from rig_io import cli as rig_commands
 
 app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
-for part in (model_commands, scene_commands, map_commands, stress_commands, rig_commands, friction_commands):
+MODELS = (model_commands, scene_commands, bench_commands, stress_commands, map_commands)
+for part in (*MODELS, rig_commands, friction_commands):
     app.registered_commands += part.app.registered_commands
 
 

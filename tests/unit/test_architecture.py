@@ -33,6 +33,16 @@ ROOMS = {
         "fmu_models.simulation",
         "fmu_models.analyses",
     },
+    "fmu_models.methods": BASE | {"fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
+    "fmu_models.bench": BASE
+    | {
+        "fmu_models.console",
+        "fmu_models.oscillators",
+        "fmu_models.lowering",
+        "fmu_models.simulation",
+        "fmu_models.methods",
+        "fmu_models.scene",
+    },
     "fmu_models.report": BASE
     | {"fmu_models.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
     "fmu_models.stress": BASE
@@ -48,6 +58,7 @@ ROOMS = {
     "fmu_models.cli": {"fmu_models"},
     "fmu_models.map_cli": {"fmu_models"},
     "fmu_models.scene_cli": {"fmu_models"},
+    "fmu_models.bench_cli": {"fmu_models"},
     "rig_io": {"fmu_models"},
     "identification": {"fmu_models", "rig_io"},
 }

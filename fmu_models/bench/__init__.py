@@ -1,0 +1,1 @@
+"""Error against run time, method by method, on scenes and models."""

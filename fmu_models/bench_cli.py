@@ -1,0 +1,78 @@
+"""Command that compares methods of integration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fmu_models import console
+from fmu_models.console import Json, Overwrite
+from fmu_models.files import refuse_existing
+
+app = console.app("Comparisons of methods.")
+
+DEFAULT = ["discontinuous_support_table_1"]
+
+
+@app.command()
+def bench(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SCENE...", help=f"Scenes (files or names) or models. [default: {DEFAULT[0]}]"),
+    ] = None,
+    until: Annotated[float | None, typer.Option(help="End of the run, s. [default: as the scene says]")] = None,
+    method: Annotated[
+        list[str] | None, typer.Option(metavar="WORD", help="Only methods with this word in their name; repeatable.")
+    ] = None,
+    page: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page with diagrams.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write every row as CSV.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw the diagram of one scene (svg, png, pdf).")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Compare methods of integration on scenes: error against run time, events missed, memory.
+
+    An interrupt ends it early; what was finished is shown and written.
+
+    Example: stickslip bench discontinuous_support_table_1 --page bench.html
+    """
+    from fmu_models.bench.output import as_json, print_table, write_csv, write_page
+    from fmu_models.bench.problems import problem
+    from fmu_models.bench.run import Comparison, compare
+    from fmu_models.errors import StickslipError
+    from fmu_models.methods.catalogue import chosen
+
+    names = scenes or DEFAULT
+    refuse_existing(page, csv, figure, overwrite=overwrite)
+    if figure:
+        from fmu_models.report.figures import check_format
+
+        check_format(figure)
+        if len(names) > 1:
+            raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
+    methods = chosen(method)
+    made: list[Comparison] = []
+    stopped = False
+    for i, name in enumerate(names):
+        try:
+            with console.progress(f"{name} ({i + 1} of {len(names)})") as advance:
+                made.append(compare(problem(name, until), methods, advance))
+        except KeyboardInterrupt:
+            stopped = True
+        if stopped or made[-1].interrupted:
+            stopped = True
+            break
+    if csv:
+        write_csv(made, csv, overwrite=overwrite)
+    if page:
+        write_page(made, page, overwrite=overwrite)
+    if figure and made:
+        from fmu_models.bench.diagram import draw
+        from fmu_models.report.figures import save_figure
+
+        save_figure(draw(made[0]), figure, overwrite=overwrite)
+    console.say(json, as_json(made), lambda out: print_table(made, out))
+    if stopped:
+        raise KeyboardInterrupt

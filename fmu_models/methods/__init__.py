@@ -1,0 +1,1 @@
+"""Methods of integration on the same declarations, side by side; one file each."""

@@ -1,0 +1,135 @@
+"""What every method gets and gives: a problem with numbers, and a run with its cost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.errors import StickslipError
+from fmu_models.lowering.hybrid_system import HybridSystem
+
+# contact states, numbered as in the FMU's variables "<contact>_state"
+MINUS, STICK, PLUS, OPEN, CLOSED, RELEASED, CHATTERING = -1, 0, 1, 2, 3, 4, 5
+
+
+class NotTreated(StickslipError):
+    """A method cannot treat a model; the message says why, and which one can."""
+
+
+class NotInstalled(StickslipError):
+    """A peer is not there."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Problem:
+    """One run, the same for every method.
+
+    Attributes:
+        name, title: of the scene or model.
+        system: lowered, every parameter and input a number; free symbols are states and the time.
+        start: (n_states,), SI; coordinates, then driven states, then internal states.
+        nominal: (n_states,), magnitude of each state.
+        stop_time: s, from time 0.
+        fmu: the exported FMU.
+        arguments: ``parameters``, ``start`` and ``inputs`` of a run of that FMU.
+        steady: inputs do not change with time; only then ``system`` has numbers for them.
+    """
+
+    name: str
+    title: str
+    system: HybridSystem
+    start: NDArray[np.float64]
+    nominal: NDArray[np.float64]
+    stop_time: float
+    fmu: Path
+    arguments: Mapping[str, Any]
+    steady: bool = True
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(state.name for state in self.system.states)
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A change of contact state or a bounce (``before`` equals ``after``) at ``time``, s."""
+
+    time: float
+    contact: str
+    before: int
+    after: int
+
+    @property
+    def matters(self) -> bool:
+        """Whether a force changed: not where a released body leaves its support for good."""
+        return (self.before, self.after) not in ((RELEASED, OPEN), (OPEN, RELEASED))
+
+
+@dataclass(frozen=True, eq=False)
+class MethodRun:
+    """What came of a run.
+
+    Attributes:
+        end: (n_states,) at the end of the run, SI.
+        switches: those that the method reports, in order; None if it knows of none.
+        evaluations: right-hand sides; of a Taylor method orders of series; None if the method does not say.
+        seconds: wall time of the run itself: instances, compilation and start-up are outside.
+    """
+
+    end: NDArray[np.float64]
+    switches: tuple[Switch, ...] | None
+    evaluations: int | None
+    seconds: float
+
+
+class Method(Protocol):
+    """A way to integrate; one file each."""
+
+    @property
+    def name(self) -> str:
+        """In a few words, with its own parameters."""
+        ...
+
+    @property
+    def family(self) -> Literal["event-driven", "switch model", "smoothing", "time-stepping"]:
+        """How it treats what is not smooth."""
+        ...
+
+    @property
+    def tolerances(self) -> tuple[float, ...]:
+        """What a work-precision diagram runs it at: relative errors of a step, or steps in parts of the run."""
+        ...
+
+    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+        """Everything that is done once per problem; what it returns makes a run at a tolerance.
+
+        Raises:
+            NotTreated: the method cannot treat the model.
+            NotInstalled: it needs a package that is not there.
+        """
+        ...
+
+
+def needs_steady_inputs(problem: Problem, method: str) -> None:
+    """Refuse a drive that varies.
+
+    Raises:
+        NotTreated: it does.
+    """
+    if not problem.steady:
+        raise NotTreated(f"{method}: a drive of {problem.name} varies with time. Use event-driven Taylor.")
+
+
+def timed(run: Callable[[], tuple[Any, tuple[Switch, ...] | None, int]], n: int) -> MethodRun:
+    """Make a run that returns end state, switches and evaluations, and measure its time."""
+    begin = time.perf_counter()
+    end, switches, evaluations = run()
+    seconds = time.perf_counter() - begin
+    return MethodRun(np.array([float(value) for value in end[:n]]), switches, evaluations, seconds)

@@ -1,0 +1,64 @@
+"""Errors of the methods on the oscillator with a support: ten periods of its known motion, soft and stiff.
+
+The numbers were found with other programs (RKF45 and scipy's solvers on hand-written equations); a factor of three
+covers what differs, the control of the steps.
+"""
+
+import numpy as np
+import pytest
+
+from fmu_models.bench.problems import problem
+from fmu_models.methods.catalogue import OURS
+from fmu_models.methods.smoothing import Smoothing
+from fmu_models.methods.switch_model import SwitchModel
+
+SOFT, STIFF = "discontinuous_support_table_1", "discontinuous_support_table_1_stiff"
+
+
+@pytest.fixture(scope="module", params=[SOFT, STIFF])
+def case(request):
+    return request.param, problem(request.param)
+
+
+def end_error(method, problem, tolerance):
+    return float(np.abs(method.prepare(problem)(tolerance).end - problem.start).max())
+
+
+def test_event_driven_is_right_to_rounding(case):
+    name, of = case
+    assert end_error(OURS, of, 1e-14) < {SOFT: 2e-14, STIFF: 2e-13}[name]
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance", "known"),
+    [
+        (SwitchModel(1e-4), 1e-8, (1.0e-6, 1.7e-5)),
+        (Smoothing("tanh", 1e-3, "DOP853"), 1e-10, (2.0e-6, 5.4e-5)),
+        (Smoothing("tanh", 1e-5, "RK45"), 1e-10, (1.8e-8, 1.0e-6)),
+        (Smoothing("arctan", 1e-3, "DOP853"), 1e-10, (4.4e-4, 5.4e-4)),
+        (Smoothing("arctan", 1e-5, "DOP853"), 1e-10, (4.4e-6, 3.6e-6)),
+    ],
+    ids=lambda value: value.name if hasattr(value, "name") else "",
+)
+def test_error_is_the_known_one(case, method, tolerance, known):
+    name, of = case
+    expected = known[(SOFT, STIFF).index(name)]
+    assert expected / 3 < end_error(method, of, tolerance) < 3 * expected
+
+
+def test_floor_of_the_switch_model_grows_with_its_band(case):
+    """As eta^2 on the soft support, whose force jumps little; about as eta on the stiff one."""
+    name, of = case
+    bands = (1e-2, 1e-3, 1e-4)
+    known = {SOFT: (2.8e-4, 2.8e-6, 2.8e-8), STIFF: (5.7e-3, 7.2e-5, 1.6e-5)}[name]
+    floors = [end_error(SwitchModel(eta), of, 1e-12) for eta in bands]
+    assert floors == pytest.approx(known, rel=0.5)
+    if name == SOFT:
+        assert np.diff(np.log10(floors)) == pytest.approx([-2.0, -2.0], abs=0.02)
+
+
+def test_frozen_mode_fails():
+    """One mode per step: the soft support is wrong by percents, the stiff one throws the mass away."""
+    frozen = SwitchModel(1e-4, frozen=True)
+    assert 4.4e-2 / 3 < end_error(frozen, problem(SOFT), 1e-8) < 3 * 4.4e-2
+    assert end_error(frozen, problem(STIFF), 1e-8) > 1e3

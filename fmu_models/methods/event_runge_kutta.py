@@ -7,16 +7,15 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993
 
 from __future__ import annotations
 
-import importlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, final
+from typing import Literal, final
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from fmu_models.methods.result import MethodRun, NotInstalled, NotTreated, Problem
+from fmu_models.methods.result import MethodRun, NotTreated, Problem
 from fmu_models.simulation.fmu import Fmu
 
 
@@ -36,17 +35,14 @@ class EventRungeKutta:
 
     def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
         """Open the FMU; one driver per tolerance."""
-        try:
-            # the master is a part of the suite of its own, and comparisons do without it
-            master: Any = importlib.import_module("fmu_models.simulation.master")
-        except ImportError:
-            raise NotInstalled("the master for Model Exchange is not part of this version.") from None
+        from fmu_models.simulation.master import Driver
+
         fmu = Fmu.open(problem.fmu)
-        drivers: dict[float, Any] = {}
+        drivers: dict[float, Driver] = {}
 
         def run(tolerance: float) -> MethodRun:
             if tolerance not in drivers:
-                drivers[tolerance] = master.Driver(fmu, method=self.order, tolerance=tolerance, record=())
+                drivers[tolerance] = Driver(fmu, method=self.order, tolerance=tolerance, record=())
             begin = time.perf_counter()
             try:
                 made = drivers[tolerance].run(problem.stop_time, output_times=[problem.stop_time], **problem.arguments)

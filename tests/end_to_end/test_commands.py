@@ -332,7 +332,7 @@ def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
         cells = whole(cases, progress, **options)
         yield next(cells)
         yield next(cells)
-        cells.close()
+        cells.close()  # type: ignore[attr-defined]  # a generator
         raise KeyboardInterrupt
 
     monkeypatch.setattr(workers, "judged", two_then_an_interrupt)

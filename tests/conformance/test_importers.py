@@ -68,8 +68,8 @@ def test_fmpy_agrees_with_the_native_run(path: Path, fmu: Fmu, native: Trajector
         assert np.allclose(result["time"][at], native.time, atol=1e-9)
         # CVode's absolute tolerance is relative to the nominal value
         scale = max(float(fmu.variables[name].nominal or 1.0), np.abs(native[name]).max())
-        # CVode keeps a global error well below this over 5 s; Co-Simulation runs our engine, from one communication point to
-        # the next: impacts enlarge what that rounds
+        # CVode keeps a global error well below this over 5 s; Co-Simulation runs our engine, from one communication
+        # point to the next: impacts enlarge what that rounds
         own = 1e-10 if fmu.impacts else 1e-11
         tolerance = 1e-5 if interface == "ModelExchange" else own
         assert np.abs(result[name][at] - native[name]).max() < tolerance * scale, name

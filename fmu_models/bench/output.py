@@ -86,6 +86,8 @@ def print_table(made: Sequence[Comparison], out: Console) -> None:
             last = row.method
         out.print(table)
         out.print(f"Reference: {one.reference}.")
+        if one.shortened:
+            out.print(one.shortened)
         for why, names in _grouped(one).items():
             out.print(f"[bold]{', '.join(names)}[/bold]: {why}")
         if one.interrupted:
@@ -168,6 +170,7 @@ def _section(one: Comparison) -> list[str]:
     return [
         f"<h2>{html.escape(one.title)}</h2>",
         f"<p>{html.escape(one.name)}, {one.stop_time:g} s.{events} Reference: {html.escape(one.reference)}.</p>",
+        f"<p>{html.escape(one.shortened)}</p>" if one.shortened else "",
         svg(one) if one.rows else "<p>No method has finished.</p>",
         f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>',
         f"<h3>Without a result</h3><ul>{left}</ul>" if left else "",

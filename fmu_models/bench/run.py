@@ -73,6 +73,7 @@ class Comparison:
     """All rows of a problem.
 
     Attributes:
+        asked_time: end of the run that was asked for, s; ``stop_time`` is earlier where that is too long to compare.
         reference: sentence that says what errors are measured against.
         own_error: of the reference, in nominal values.
         expected: number of events, None if the reference has none.
@@ -83,6 +84,7 @@ class Comparison:
     name: str
     title: str
     stop_time: float
+    asked_time: float
     states: tuple[str, ...]
     reference: str
     own_error: float
@@ -91,6 +93,16 @@ class Comparison:
     refusals: tuple[Refusal, ...]
     interrupted: bool
     seconds: float
+
+    @property
+    def shortened(self) -> str:
+        """A sentence if only the begin of the run is compared, else nothing."""
+        if self.stop_time == self.asked_time:
+            return ""
+        return (
+            f"Shortened: the first {self.stop_time:g} s of {self.asked_time:g} s are compared, {EVENTS} events at most "
+            "and not beyond where different codes part."
+        )
 
 
 @dataclass(eq=False)
@@ -114,6 +126,7 @@ def compare(
         KeyboardInterrupt: before there is one.
     """
     begin = time.monotonic()
+    asked = problem.stop_time
     problem, known = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
     entries: list[_Entry] = []
     refusals: list[Refusal] = []
@@ -131,8 +144,9 @@ def compare(
     rows = [_row(entry, known, problem) for entry in entries]
     expected = None if known.switches is None else sum(s.matters for s in known.switches)
     return Comparison(
-        problem.name, problem.title, problem.stop_time, problem.states, known.sentence, known.own_error(), expected,
-        tuple(rows), tuple(refusals), interrupted, time.monotonic() - begin,
+        problem.name, problem.title, problem.stop_time, asked, problem.states,
+        known.sentence, known.own_error(), expected, tuple(rows), tuple(refusals),
+        interrupted, time.monotonic() - begin,
     )  # fmt: skip
 
 

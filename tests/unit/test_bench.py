@@ -155,6 +155,14 @@ def test_page_needs_nothing_but_itself(short, tmp_path):
     assert "closed form" in page
 
 
+def test_a_long_run_is_shortened_and_says_so(monkeypatch, tmp_path):
+    monkeypatch.setattr(bench_run, "EVENTS", 3)
+    made = compare(problem("discontinuous_support_table_1", 30.0), (OURS,))
+    assert made.asked_time == 30.0 > made.stop_time > 3.0
+    write_page([made], tmp_path / "page.html", overwrite=False)
+    assert f"the first {made.stop_time:g} s of 30 s" in (tmp_path / "page.html").read_text("utf-8")
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [

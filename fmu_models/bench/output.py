@@ -61,7 +61,7 @@ def cells(row: Row) -> list[str]:
         "-" if events is None else f"{events.missed} of {events.expected}",
         "-" if events is None else str(events.extra),
         "-" if row.evaluations is None else str(row.evaluations),
-        f"{row.seconds:.2e}",
+        f"{row.seconds:.1e}",
         f"{row.spread:.0e}",
         "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}",
         str(row.runs),
@@ -89,7 +89,7 @@ def print_table(made: Sequence[Comparison], out: Console) -> None:
         if one.shortened:
             out.print(one.shortened)
         for why, names in _grouped(one).items():
-            out.print(f"[bold]{', '.join(names)}[/bold]: {why}")
+            out.print(console.plain(", ".join(names), "bold"), console.plain(f": {why}"), sep="")
         if one.interrupted:
             out.print("Interrupted: not everything was run.")
         out.print(f"{one.seconds:.0f} s in all\n")

@@ -1,5 +1,6 @@
 """What a comparison of methods says of events, references and ranks."""
 
+import dataclasses
 import json
 import math
 import time
@@ -8,10 +9,11 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from fmu_models.bench import run as bench_run
 from fmu_models.bench.events import event_errors
-from fmu_models.bench.output import as_json, write_page
+from fmu_models.bench.output import as_json, print_table, write_page
 from fmu_models.bench.problems import problem
 from fmu_models.bench.reference import Reference, Witness, reference
 from fmu_models.bench.run import compare
@@ -155,6 +157,14 @@ def test_page_needs_nothing_but_itself(short, tmp_path):
     assert "closed form" in page
 
 
+def test_brackets_in_a_reason_are_printed(short, capsys):
+    made = dataclasses.replace(
+        compare(short, (OURS,)), refusals=(bench_run.Refusal("peer", "install 'stickslip[bench]'"),)
+    )
+    print_table([made], Console(width=120))
+    assert "peer: install 'stickslip[bench]'" in capsys.readouterr().out
+
+
 def test_a_long_run_is_shortened_and_says_so(monkeypatch, tmp_path):
     monkeypatch.setattr(bench_run, "EVENTS", 3)
     made = compare(problem("discontinuous_support_table_1", 30.0), (OURS,))
@@ -184,7 +194,6 @@ def test_unknown_method_names_the_nearest():
 
 
 def test_varying_drive_is_left_to_the_engine():
-    import dataclasses
 
     rig = dataclasses.replace(problem("disc_rig_class_a", 1.0), steady=False)
     with pytest.raises(NotTreated, match="varies with time"):

@@ -73,6 +73,8 @@ int place_rigid(Run *r, int c, signed char *candidate);
 RunStatus place_out_of_regions(Run *r, signed char *candidate, const signed char *resting, int *moved);
 /* move the coordinates onto the walls of the contacts marked; after place_load and place_load_inertia */
 void place_on_walls(Run *r, const signed char *at_walls);
+/* closed rigid contacts stay at their walls, whatever rounding adds up to: moves the coordinates and marks the contacts; 1 if any */
+int place_closed_on_walls(Run *r, signed char *closed);
 
 /* impact.c */
 /* velocities after an impact in which these rigid contacts take part; r->scratch has the rates before it, and then those after it */

@@ -154,15 +154,7 @@ static int has_fallen(Run *r, int c, Slot slot)
 static void undo_drift(Run *r)
 {
     signed char closed[NC];
-    int any = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
-        closed[c] = (signed char)(model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY);
-        any |= closed[c];
-    }
-    if (any) {
-        place_load(r);
-        place_load_inertia(r);
-        place_on_walls(r, closed);
+    if (place_closed_on_walls(r, closed)) {
         place_load(r);
         contact_project(&r->at, &r->scratch, closed);
     }

@@ -246,3 +246,18 @@ void place_others(Run *r, signed char *candidate)
         }
     }
 }
+
+int place_closed_on_walls(Run *r, signed char *closed)
+{
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        closed[c] = (signed char)contact_is_closed(r, c);
+        any |= closed[c];
+    }
+    if (any) {
+        place_load(r);
+        place_load_inertia(r);
+        place_on_walls(r, closed);
+    }
+    return any;
+}

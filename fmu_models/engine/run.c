@@ -145,22 +145,6 @@ static void evaluate_segment(Run *r, double time, double since_start)
     r->at.time = time;
 }
 
-/* closed rigid contacts stay at their walls, whatever rounding adds up to */
-static void keep_on_walls(Run *r)
-{
-    signed char closed[NC];
-    int any = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
-        closed[c] = (signed char)(model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY);
-        any |= closed[c];
-    }
-    if (any) {
-        place_load(r);
-        place_load_inertia(r);
-        place_on_walls(r, closed);
-    }
-}
-
 /* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
 static void keep_without_slip(Run *r)
 {
@@ -212,7 +196,8 @@ static void finish_segment(Run *r)
     r->at.time_rest = rest;
     r->segment_valid = 0;
     if (MODEL_IMPACTS > 0) {
-        keep_on_walls(r);
+        signed char closed[NC];
+        place_closed_on_walls(r, closed);
     }
 }
 
@@ -222,7 +207,8 @@ static void move_inside(Run *r, double time, double since_start)
     evaluate_segment(r, time, since_start);
     r->at.time_rest = 0.0;
     if (MODEL_IMPACTS > 0) {
-        keep_on_walls(r);
+        signed char closed[NC];
+        place_closed_on_walls(r, closed);
     }
 }
 

@@ -130,7 +130,20 @@ int face_directional(const Face *face, const double *seed, double *dx)
                                                                face->state_references, n, seed, width, dx, width);
 }
 
-/* one value of a type narrower than double */
+/* the types of FMI 3 other than double, and what C and the functions call them */
+#define NARROWER(ONE) \
+    ONE(T_INT32, int32_t, Int32) \
+    ONE(T_BOOLEAN, bool, Boolean) \
+    ONE(T_FLOAT32, float, Float32) \
+    ONE(T_INT8, int8_t, Int8) \
+    ONE(T_UINT8, uint8_t, UInt8) \
+    ONE(T_INT16, int16_t, Int16) \
+    ONE(T_UINT16, uint16_t, UInt16) \
+    ONE(T_UINT32, uint32_t, UInt32) \
+    ONE(T_INT64, int64_t, Int64) \
+    ONE(T_UINT64, uint64_t, UInt64)
+
+/* one value of such a type */
 #define ONE(TAG, CTYPE, NAME)                                                                                   \
     case TAG: {                                                                                                 \
         CTYPE one = (CTYPE)0;                                                                                   \
@@ -150,16 +163,7 @@ static int read_one(const Face *face, Type type, const uint32_t *reference, doub
         return status;
     }
     switch (type) {
-        ONE(T_INT32, int32_t, Int32)
-        ONE(T_BOOLEAN, bool, Boolean)
-        ONE(T_FLOAT32, float, Float32)
-        ONE(T_INT8, int8_t, Int8)
-        ONE(T_UINT8, uint8_t, UInt8)
-        ONE(T_INT16, int16_t, Int16)
-        ONE(T_UINT16, uint16_t, UInt16)
-        ONE(T_UINT32, uint32_t, UInt32)
-        ONE(T_INT64, int64_t, Int64)
-        ONE(T_UINT64, uint64_t, UInt64)
+        NARROWER(ONE)
     case T_FLOAT64:
         break;
     }
@@ -180,16 +184,7 @@ static int write_one(const Face *face, Type type, const uint32_t *reference, dou
         return (int)CALL2(SetInteger, F_SETTERS + type)(face->instance, reference, 1, &one);
     }
     switch (type) {
-        ONE(T_INT32, int32_t, Int32)
-        ONE(T_BOOLEAN, bool, Boolean)
-        ONE(T_FLOAT32, float, Float32)
-        ONE(T_INT8, int8_t, Int8)
-        ONE(T_UINT8, uint8_t, UInt8)
-        ONE(T_INT16, int16_t, Int16)
-        ONE(T_UINT16, uint16_t, UInt16)
-        ONE(T_UINT32, uint32_t, UInt32)
-        ONE(T_INT64, int64_t, Int64)
-        ONE(T_UINT64, uint64_t, UInt64)
+        NARROWER(ONE)
     case T_FLOAT64:
         break;
     }

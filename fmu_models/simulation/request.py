@@ -14,7 +14,7 @@ from fmu_models.errors import StickslipError, nearest
 from fmu_models.simulation import foreign
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.system import check_value
+from fmu_models.simulation.system import check_span, check_value, checked_times
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelVariable
@@ -164,21 +164,9 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
 
 
 def output_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
-    """Checked output times; 1001 equally spaced ones where none are given."""
-    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
-        raise StickslipError(f"The run must end after it starts, found start {start:g} s and stop {stop:g} s.")
-    if given is None:
-        return np.linspace(start, stop, 1001)
-    times = np.array(given, dtype=float)
-    if times.ndim != 1 or times.size == 0:
-        raise StickslipError(f"Output times must be a list of numbers, found shape {times.shape}.")
-    if not np.isfinite(times).all() or (np.diff(times) < 0).any():
-        raise StickslipError("Output times must be finite and ascending. Sort them.")
-    if times[0] < start or times[-1] > stop:
-        raise StickslipError(
-            f"Output times from {times[0]:g} s to {times[-1]:g} s leave the run from {start:g} s to {stop:g} s."
-        )
-    return times
+    """Checked output times of a run from ``start`` to ``stop``, s; 1001 equally spaced ones where none are given."""
+    check_span(start, stop)
+    return checked_times(given, start, stop)
 
 
 def communication_step(fmu: Fmu, given: float | None, start: float, stop: float) -> float:

@@ -46,10 +46,7 @@ def simulate(
             that the engine cannot continue (the message says when and why).
     """
     parameters, start, inputs = dict(parameters or {}), dict(start or {}), dict(inputs or {})
-    if not (math.isfinite(start_time) and math.isfinite(stop_time) and stop_time > start_time):
-        raise StickslipError(
-            f"The run must end after it starts, found start {start_time:g} s and stop {stop_time:g} s."
-        )
+    check_span(start_time, stop_time)
     if not (math.isfinite(tolerance) and tolerance > 0):
         raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
     check_names(fmu, "parameter", parameters, fmu.parameters)
@@ -58,7 +55,7 @@ def simulate(
     values = {**parameters, **start, **{name: v for name, v in inputs.items() if not isinstance(v, Signal)}}
     for name, value in values.items():
         check_value(fmu, name, value)
-    times = _output_times(output_times, start_time, stop_time)
+    times = checked_times(output_times, start_time, stop_time)
     signals = {
         name: v if isinstance(v, Signal) else Signal.constant(float(v), start_time, stop_time)
         for name, v in inputs.items()
@@ -110,7 +107,13 @@ def check_value(fmu: Fmu, name: str, value: float) -> None:
         )
 
 
-def _output_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
+def check_span(start: float, stop: float) -> None:
+    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+        raise StickslipError(f"The run must end after it starts, found start {start:g} s and stop {stop:g} s.")
+
+
+def checked_times(given: ArrayLike | None, start: float, stop: float) -> NDArray[np.float64]:
+    """Checked output times; 1001 equally spaced ones where none are given."""
     if given is None:
         return np.linspace(start, stop, 1001)
     times = np.array(given, dtype=float)

@@ -35,6 +35,7 @@ from fmu_models.methods.result import (
     NotTreated,
     Problem,
     Switch,
+    needs_fields_alone,
     needs_steady_inputs,
     timed,
 )
@@ -65,9 +66,7 @@ class Moreau:
                 raise NotTreated(
                     f"'{contact.name}': Poisson's restitution is not that of Moreau's scheme. Use event-driven Taylor."
                 )
-            if contact.reset or contact.remembers:
-                what = "states jump" if contact.reset else "the force knows the speed of entry"
-                raise NotTreated(f"'{contact.name}': {what}, which its steps do not see. Use event-driven Taylor.")
+            needs_fields_alone(contact, "its steps do not see")
         stepping = _Stepping(Equations(problem.system), self.theta)
         warm: list[bool] = []
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.errors import StickslipError
-from fmu_models.lowering.hybrid_system import HybridSystem
+from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
 # contact states, numbered as in the FMU's variables "<contact>_state"
 MINUS, STICK, PLUS, OPEN, CLOSED, RELEASED, CHATTERING = -1, 0, 1, 2, 3, 4, 5
@@ -125,6 +125,17 @@ def needs_steady_inputs(problem: Problem, method: str) -> None:
     """
     if not problem.steady:
         raise NotTreated(f"{method}: a drive of {problem.name} varies with time. Use event-driven Taylor.")
+
+
+def needs_fields_alone(contact: ContactDynamics, method: str) -> None:
+    """Refuse a contact at which states jump by a rule or whose force remembers; ``method``: what cannot treat that.
+
+    Raises:
+        NotTreated: it is such a contact.
+    """
+    if contact.reset or contact.remembers:
+        what = "states jump" if contact.reset else "the force knows the speed of entry"
+        raise NotTreated(f"'{contact.name}': {what}, which {method}. Use event-driven Taylor.")
 
 
 def timed(run: Callable[[], tuple[Any, tuple[Switch, ...] | None, int]], n: int) -> MethodRun:

@@ -37,6 +37,7 @@ from fmu_models.methods.result import (
     MethodRun,
     NotTreated,
     Problem,
+    needs_fields_alone,
     needs_steady_inputs,
     timed,
 )
@@ -68,9 +69,7 @@ class SwitchModel:
                     f"'{contact.name}' is rigid: velocities jump there, and the switch model has fields only. "
                     "Use event-driven Taylor or Moreau time-stepping."
                 )
-            if contact.reset or contact.remembers:
-                what = "states jump" if contact.reset else "the force knows the speed of entry"
-                raise NotTreated(f"'{contact.name}': {what}, which no field has. Use event-driven Taylor.")
+            needs_fields_alone(contact, "no field has")
         equations = Equations(problem.system, pull=_frequency(problem))
         model = _Bands(equations, self.eta)
         sides = Sides(equations)

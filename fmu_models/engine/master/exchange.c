@@ -3,6 +3,7 @@
  * that is kept while it serves.
  */
 #include "coupling.h"
+#include "linear.h"
 
 #include <math.h>
 #include <string.h>
@@ -103,51 +104,18 @@ static int column_by_difference(Coupling *c, const Stage *s, int64_t input, doub
     return status;
 }
 
-/* LU with row exchanges; 0: singular */
-static int factor(double *a, int32_t *pivot, int64_t n)
+/* factors of the matrix of a loop, whose entries are of order one; 0: singular */
+static int factor(double *a, int *pivot, int n)
 {
-    for (int64_t k = 0; k < n; k++) {
-        int64_t best = k;
-        for (int64_t i = k + 1; i < n; i++) {
-            best = fabs(a[i * n + k]) > fabs(a[best * n + k]) ? i : best;
-        }
-        pivot[k] = (int32_t)best;
-        if (!(fabs(a[best * n + k]) > 1e-14)) {
+    if (!linear_real_factor(a, n, pivot)) {
+        return 0;
+    }
+    for (int k = 0; k < n; k++) {
+        if (!(fabs(a[k * n + k]) > 1e-14)) {
             return 0;
-        }
-        for (int64_t j = 0; j < n && best != k; j++) {
-            const double kept = a[k * n + j];
-            a[k * n + j] = a[best * n + j];
-            a[best * n + j] = kept;
-        }
-        for (int64_t i = k + 1; i < n; i++) {
-            a[i * n + k] /= a[k * n + k];
-            for (int64_t j = k + 1; j < n; j++) {
-                a[i * n + j] -= a[i * n + k] * a[k * n + j];
-            }
         }
     }
     return 1;
-}
-
-static void solve(const double *a, const int32_t *pivot, int64_t n, double *b)
-{
-    for (int64_t k = 0; k < n; k++) {
-        const double kept = b[pivot[k]];
-        b[pivot[k]] = b[k];
-        b[k] = kept;
-    }
-    for (int64_t i = 0; i < n; i++) {
-        for (int64_t j = 0; j < i; j++) {
-            b[i] -= a[i * n + j] * b[j];
-        }
-    }
-    for (int64_t i = n - 1; i >= 0; i--) {
-        for (int64_t j = i + 1; j < n; j++) {
-            b[i] -= a[i * n + j] * b[j];
-        }
-        b[i] /= a[i * n + i];
-    }
 }
 
 /* the matrix d(u - fed(u))/du, factored */
@@ -172,7 +140,7 @@ static int make_matrix(Coupling *c, Stage *s)
     for (int64_t i = 0; i < n * n; i++) {
         a[i] = (i % (n + 1) == 0 ? 1.0 : 0.0) - a[i];
     }
-    s->ready = factor(a, c->pivot + s->first_input, n);
+    s->ready = factor(a, c->pivot + s->first_input, (int)n);
     return s->ready ? FMI_OK : FMI_DISCARD;
 }
 
@@ -206,7 +174,7 @@ static int solve_loop(Coupling *c, Stage *s)
         for (int64_t i = 0; i < n; i++) {
             step[i] = fed(c, s->first_input + i) - u[i];
         }
-        solve(c->matrix + s->matrix, c->pivot + s->first_input, n, step);
+        linear_real_solve(c->matrix + s->matrix, (int)n, c->pivot + s->first_input, step);
         c->newton_steps++;
         double size = 0.0;
         for (int64_t i = 0; i < n; i++) {

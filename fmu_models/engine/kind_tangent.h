@@ -1,4 +1,5 @@
 /* What follows is for numbers with a tangent. */
+#pragma STDC CX_LIMITED_RANGE ON
 #include <complex.h>
 #include <tgmath.h>
 

@@ -14,6 +14,7 @@
  * Its time has an imaginary part after an event: the event comes later or earlier for a neighbour. So what saltation
  * matrices say of transitions is derived, for every kind of contact, by evaluating the same series at a complex time.
  * Undefined where an indicator falls without speed (grazing, corners): a neighbour may have another sequence of events.
+ * To rounding that is where its slope is below the tolerance `graze`.
  *
  * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7 (saltation);
  * Squire and Trapp, SIAM Review 40 (1998) (derivatives by complex arithmetic).
@@ -127,6 +128,16 @@ static Real value_at(const Real *c, int n, Real s, Real *slope)
     return value;
 }
 
+/* the first contact with a falling indicator */
+static const char *falling_contact(const Run *r)
+{
+    int c = 0;
+    while (c < MODEL_NC - 1 && !r->falling[c][SLOT_NORMAL] && !r->falling[c][SLOT_TANGENTIAL]) {
+        c++;
+    }
+    return model_contact_names[c];
+}
+
 /* the falling indicator of the step, up to its sign, and the order to which it is known; -1 if there is none */
 static int falling_series(const Run *r, const Jets *j, int order, double s, Real *series)
 {
@@ -178,6 +189,16 @@ static Real since_start(const Tangent *t, double length)
     return length - cimag(t->at.time) * _Complex_I;
 }
 
+/* whether a series falls to zero at s with a speed: not within rounding of a double root */
+static int falls_with_speed(const Run *r, const Real *series, int order, double s, double slope)
+{
+    double size = 0.0;
+    for (int k = order; k > 0; k--) {
+        size = (size + fabs(creal(series[k]))) * s;
+    }
+    return fabs(slope) * s > r->tolerances.graze * size;
+}
+
 /* to the end of the step; 0 where that has no derivative */
 static int follow(const Run *r, Tangent *t, double length, int at_event)
 {
@@ -193,6 +214,9 @@ static int follow(const Run *r, Tangent *t, double length, int at_event)
         t->untimed = order < 0;
         if (order >= 0) {
             const Real value = value_at(series, order, here, &slope);
+            if (!falls_with_speed(r, series, order, here, creal(slope))) {
+                return 0;
+            }
             s = here - cimag(value) / creal(slope) * _Complex_I;
             since = r->segment_rooted ? s * s : s;
         }
@@ -204,7 +228,7 @@ static int follow(const Run *r, Tangent *t, double length, int at_event)
         t->at.u[i] += t->at.du[i] * since;
     }
     t->at.time += since;
-    return isfinite(cimag(s));
+    return 1;
 }
 
 /* the impact with the impulses that the run has found to fit */
@@ -317,8 +341,9 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
     const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
     for (int k = 0; k < tangents->count; k++) {
         if (!follow(r, &tangents->list[k], length, at_event)) {
-            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of a contact there without "
-                               "crossing it, and neighbours may or may not", r->segment_start + length);
+            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of contact '%s' there without "
+                               "crossing it, and neighbours may or may not. Start elsewhere, or change a parameter a little",
+                            r->segment_start + length, falling_contact(r));
         }
     }
     if (inside) {

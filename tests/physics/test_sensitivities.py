@@ -212,6 +212,21 @@ def test_bounces_have_their_closed_form():
     assert struck.derivative[1, 0] == pytest.approx([1.0, -0.07, -0.005, 0.1], abs=1e-12)
 
 
+def test_the_end_of_a_chatter_has_a_time_without_derivative():
+    """Bounces n = 0, 1, ... of a ball dropped from x are at sqrt(2 x/g) (1 + 2 (e + ... + e^n)); then it rests."""
+    with SensitiveRun(Fmu.open(built("bouncing_ball")), by=["x", "e"]) as kept:
+        found = kept.run([1.0], parameters={"A": 0.0, "e": 0.5}, start={"x": 0.1, "v": 0.0})
+    fall = np.sqrt(0.2 / 9.81)
+    for n, by in enumerate(found.event_derivative[:10]):
+        powers = np.arange(1, n + 1)
+        expected = [fall * (1 + 2 * (0.5**powers).sum()) / 0.2, 2 * fall * (powers * 0.5 ** (powers - 1)).sum()]
+        assert by == pytest.approx(expected, rel=1e-10)
+    assert found.events[-1].after == 3 and found.events[-1].time == pytest.approx(3 * fall, rel=1e-7)
+    assert np.isnan(found.event_derivative[-1]).all() and np.isfinite(found.event_derivative[:-1]).all()
+    assert found.values[0] == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert found.derivative[0] == pytest.approx(np.zeros((2, 2)), abs=1e-7)
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Case:
     """A run to be compared with differences; ``by`` gives the step of each."""

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import signal
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -96,3 +99,16 @@ def test_both_versions_of_fmi_give_the_same(fmi_version):
         expected = one.run([0.3])
     with SensitiveRun(Fmu.open(built("disc_rig", contacts=("disc0",), fmi_version=fmi_version)), by=["J"]) as other:
         assert np.array_equal(other.run([0.3]).derivative, expected.derivative)
+
+
+def test_a_long_run_can_be_stopped_and_the_next_one_is_sound(kept):
+    """Ctrl-C, sent while the engine works, does not wait for the end of the run."""
+    expected = kept.run([0.3])
+    timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+    begin = time.perf_counter()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        kept.run([1e6])
+    timer.join()
+    assert time.perf_counter() - begin < 5.0
+    assert np.array_equal(kept.run([0.3]).derivative, expected.derivative)

@@ -160,9 +160,9 @@ static int falls_with_speed(const Run *r, const Real *series, int order, double 
 {
     double size = 0.0;
     for (int k = order; k > 0; k--) {
-        size = (size + fabs(creal(series[k]))) * s;
+        size = size * s + fabs(creal(series[k]));
     }
-    return fabs(slope) * s > r->tolerances.graze * size;
+    return fabs(slope) > r->tolerances.graze * size;
 }
 
 /* to the end of the step; 0 where that has no derivative */

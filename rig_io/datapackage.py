@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-import pkgutil
 import re
 import shutil
 import tempfile
@@ -17,6 +15,7 @@ from fmu_models.files import write_whole
 from rig_io import sidecar
 from rig_io.columns import COLUMNS, TIME
 from rig_io.log import Calibration, Experiment, RigConstants, RigLog
+from rig_io.readers import reader_of
 from rig_io.sidecar import SIDECAR, mapping
 from rig_io.table import checked
 
@@ -30,7 +29,7 @@ def load_log(
     """See `rig_io.log.read_log`."""
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
-    reader = _reader(path)
+    reader = reader_of(path)
     if not path.exists():
         beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
         raise StickslipError(f"There is no log '{path}'.{nearest(path.name, [other.name for other in beside])}")
@@ -144,19 +143,6 @@ def _unwritable(folder: Path, error: OSError) -> StickslipError:
     return StickslipError(
         f"'{folder}' cannot be written: {error.strerror or error}. Choose a folder you may write to, with room left."
     )
-
-
-def _reader(path: Path) -> Any:
-    """The module of `rig_io.readers` for this kind of file, by its suffix."""
-    import rig_io.readers
-
-    known: dict[str, Any] = {}
-    for module in pkgutil.iter_modules(rig_io.readers.__path__):
-        reader = importlib.import_module(f"rig_io.readers.{module.name}")
-        known.update(dict.fromkeys(reader.SUFFIXES, reader))
-    if path.suffix.lower() not in known:
-        raise StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(sorted(known))}.")
-    return known[path.suffix.lower()]
 
 
 def _check_hash(path: Path, resource: Mapping[str, Any], beside: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,13 +18,20 @@ AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped b
 class Table:
     """Numbers as read. columns: name -> (n_rows,) float64 (NaN where a cell holds no number).
 
-    units: those the file itself states; first_line: line of the first row in the file, for messages.
+    units: those the file itself states; first_line: line of the first row in the file, None where a file has no lines;
+    scalars: single numbers beside the columns; left_out: name -> why it is no column.
     """
 
     source: str
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str]
-    first_line: int
+    first_line: int | None
+    scalars: Mapping[str, float] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    def place(self, row: int) -> str:
+        """Where a row (from 0) is in the file, for messages."""
+        return f"sample {row + 1}" if self.first_line is None else f"line {self.first_line + row}"
 
 
 def checked(table: Table, stated_units: Mapping[str, str]) -> dict[str, np.ndarray]:
@@ -63,10 +70,14 @@ def checked(table: Table, stated_units: Mapping[str, str]) -> dict[str, np.ndarr
 
 
 def _missing(table: Table, name: str, what: str = "") -> StickslipError:
+    if name in table.left_out:
+        return StickslipError(
+            f"{table.source}: '{name}' is {table.left_out[name]}. It is needed as a vector of numbers."
+        )
     hint = nearest(name, table.columns)
     return StickslipError(
         f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(table.columns)}."
-        f"{hint if 'Did' in hint else ''} Rename the column in the header (names as in data/README.md)."
+        f"{hint if 'Did' in hint else ''} Rename the column (names as in data/README.md)."
     )
 
 
@@ -75,14 +86,14 @@ def _numbers(table: Table, column: Column) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         raise StickslipError(
-            f"{table.source}: column '{column.name}' has {bad.size} cells without a finite number, the first on line "
-            f"{table.first_line + bad[0]}. Cut the log before or after them, or repair them at the source."
+            f"{table.source}: column '{column.name}' has {bad.size} cells without a finite number, the first on "
+            f"{table.place(bad[0])}. Cut the log before or after them, or repair them at the source."
         )
     if column.whole:
         broken = np.flatnonzero(values != np.round(values))
         if broken.size:
             raise StickslipError(
-                f"{table.source}: column '{column.name}' counts edges, but line {table.first_line + broken[0]} holds "
+                f"{table.source}: column '{column.name}' counts edges, but {table.place(broken[0])} holds "
                 f"{values[broken[0]]:g}. Log the raw count; an angle belongs in a column 'angle' [rad]."
             )
     return values
@@ -91,9 +102,10 @@ def _numbers(table: Table, column: Column) -> np.ndarray:
 def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None) -> np.ndarray:
     """Values in the column's unit; pint is loaded only when the stated unit is not that very string."""
     if unit is None:
+        header = "" if table.first_line is None else f", or write the header as '{column.name} [{column.unit}]'"
         raise StickslipError(
             f'{table.source}: column \'{column.name}\' has no unit. Add "unit": "{column.unit}" to its field in '
-            f"datapackage.json, or write the header as '{column.name} [{column.unit}]'."
+            f"datapackage.json{header}."
         )
     if unit == column.unit or (column.unit == "1" and unit in ("", "count", "counts", "pulses")):
         return values
@@ -126,16 +138,15 @@ def _check_time(table: Table, time: np.ndarray) -> None:
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0)
     if back.size:
-        line = table.first_line + back[0] + 1
         raise StickslipError(
-            f"{table.source}: time falls from {time[back[0]]:.9g} s to {time[back[0] + 1]:.9g} s on line {line} "
-            f"({back.size} such steps). Sort the rows by time, or split the file where the clock was reset."
+            f"{table.source}: time falls from {time[back[0]]:.9g} s to {time[back[0] + 1]:.9g} s on "
+            f"{table.place(back[0] + 1)} ({back.size} such steps). Sort the rows by time, or "
+            "split the file where the clock was reset."
         )
     same = np.flatnonzero(steps == 0)
     if same.size:
-        line = table.first_line + same[0] + 1
         raise StickslipError(
-            f"{table.source}: line {line} repeats the time {time[same[0]]:.9g} s ({same.size} repeats). "
+            f"{table.source}: {table.place(same[0] + 1)} repeats the time {time[same[0]]:.9g} s ({same.size} repeats). "
             "Remove doubled rows, or write time with nine digits after the point."
         )
 
@@ -149,5 +160,5 @@ def _check_edges(table: Table, name: str, time: np.ndarray, count: np.ndarray, s
     )
     for fault, where, advice in faults:
         if where.any():
-            line = table.first_line + int(np.argmax(where)) + 1
-            raise StickslipError(f"{table.source}: '{name}' {fault} on line {line} ({where.sum()} times). {advice}")
+            place = table.place(int(np.argmax(where)) + 1)
+            raise StickslipError(f"{table.source}: '{name}' {fault} on {place} ({where.sum()} times). {advice}")

@@ -27,6 +27,7 @@ from rig_io.log import (
     RigConstants,
     RigLog,
 )
+from rig_io.plausible import check_radius
 from rig_io.table import conversion
 
 SIDECAR = "datapackage.json"
@@ -98,6 +99,8 @@ def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
         sd = _number(entry.get("standard_uncertainty", 0.0), at) * factor
         if value < 0 or (value == 0 and name in ("J", "k", "R", "r")) or sd < 0:
             raise StickslipError(f"{at} is {value:g} +- {sd:g} {RIG_UNITS[name]}; expected a positive value.")
+        if name in ("R", "r"):
+            check_radius(at, name, value)
         constants[name] = Quantity(value, RIG_UNITS[name], sd)
     return RigConstants(**constants)
 
@@ -119,12 +122,14 @@ def calibration(entries: Mapping[str, Any], where: str) -> Calibration:
                 raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, known)}")
             if key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
+                if key == "counter_bits" and entry[key] not in range(4, 65):
+                    raise StickslipError(f"{at}, 'counter_bits' is {entry[key]:g}; a counter has 8, 16, 24 or 32.")
             elif not isinstance(entry[key], bool):
                 raise StickslipError(f"{at}, 'quadrature' holds {entry[key]!r}; expected true or false.")
         if entry[needed] == 0 or (instrument != "laser" and (entry[needed] < 1 or entry[needed] % 1)):
             raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
         if instrument != "laser":
-            entry[needed] = int(entry[needed])
+            entry |= {key: int(entry[key]) for key in (needed, "counter_bits") if key in entry}
         made[instrument] = kind(**entry)
     return Calibration(**made)
 

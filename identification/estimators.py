@@ -1,4 +1,4 @@
-"""The estimators by name. A new one is a file with ``fit`` and a line here."""
+"""The estimators by name. A new one is a file with ``ESTIMATOR`` and a line here."""
 
 from __future__ import annotations
 
@@ -6,13 +6,26 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
+from identification.conclusion import Estimator, Options, conclude
 from identification.laws_fit import LAWS
-from identification.pooling import Pool
+from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 ESTIMATORS = {"weak-form": "identification.weak_form", "savitzky-golay": "identification.inverse_dynamics"}
 DEFAULT = "weak-form"
+DEFAULT_OPTIONS = Options()
+
+
+def estimator_named(name: str) -> Estimator:
+    """An estimator.
+
+    Raises:
+        StickslipError: there is none of this name.
+    """
+    if name not in ESTIMATORS:
+        raise StickslipError(f"There is no estimator '{name}'.{nearest(name, ESTIMATORS)}")
+    return import_module(ESTIMATORS[name]).ESTIMATOR
 
 
 def fit_friction(
@@ -22,6 +35,7 @@ def fit_friction(
     law: str = "Conti",
     bootstrap: int = 0,
     seed: int = 0,
+    options: Options = DEFAULT_OPTIONS,
 ) -> FrictionFit:
     """Friction law from stick-slip logs of one rig, all pooled.
 
@@ -32,10 +46,11 @@ def fit_friction(
     Raises:
         StickslipError: unknown estimator or law, a negative number of draws, or logs that cannot be pooled or fitted.
     """
-    if estimator not in ESTIMATORS:
-        raise StickslipError(f"There is no estimator '{estimator}'.{nearest(estimator, ESTIMATORS)}")
+    chosen = estimator_named(estimator)
     if law not in LAWS:
         raise StickslipError(f"There is no friction law '{law}'.{nearest(law, LAWS)}")
     if bootstrap < 0 or 0 < bootstrap < 20:
         raise StickslipError(f"A bootstrap of {bootstrap} draws gives no standard deviation; take 200, or 0 for none.")
-    return import_module(ESTIMATORS[estimator]).fit(logs, law=LAWS[law], bootstrap=bootstrap, seed=seed)
+    ready = logs if isinstance(logs, Pool) else pool(logs)
+    problem, found = chosen.estimate(ready, LAWS[law], options)
+    return conclude(ready, chosen, problem, found, LAWS[law], bootstrap=bootstrap, seed=seed)

@@ -80,9 +80,10 @@ class SpeedBin:
 class FrictionFit:
     """Fitted friction law of one contact.
 
-    structure: what was assumed; correlation: of the parameters, in their order, from noise; rms_residual: of the
-    friction coefficient, 1; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by
-    the encoder.
+    structure: what was assumed; correlation: of the parameters, in their order, from noise; rms_residual: in
+    ``residual_unit``, of the friction coefficient (1) or of the measured motion; autocorrelation: of successive
+    residuals (0: white); sensors: corrections of the laser by the encoder; nuisance: what else was estimated, with what
+    was known of it.
     """
 
     estimator: str
@@ -103,6 +104,8 @@ class FrictionFit:
     converged: bool
     message: str
     warnings: tuple[str, ...]
+    residual_unit: str = "1"
+    nuisance: tuple[FittedParameter, ...] = ()
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -164,7 +167,13 @@ class FrictionFit:
             raise StickslipError('This is not a fitted law: it lacks "type": "stickslip friction fit".')
         if plain.get("version") != 1:
             raise StickslipError(f"The fit has format version {plain.get('version')}; this program reads version 1.")
-        kinds = {"parameters": FittedParameter, "constants": Constant, "logs": LogSummary, "bins": SpeedBin}
+        kinds = {
+            "parameters": FittedParameter,
+            "nuisance": FittedParameter,
+            "constants": Constant,
+            "logs": LogSummary,
+            "bins": SpeedBin,
+        }
         try:
             values = {key: value for key, value in plain.items() if key not in ("type", "version")}
             for key, kind in kinds.items():

@@ -7,6 +7,7 @@ from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
+from identification.joint_law import joint_law
 from identification.laws_fit import LAWS
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
@@ -39,7 +40,7 @@ def fit_friction(
 ) -> FrictionFit:
     """Friction law from stick-slip logs of one rig, all pooled.
 
-    logs: stick-slip logs of one disc in contact; a free-decay log among them gives k/J and c/J; or a
+    logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
     `identification.pooling.pool` of them. bootstrap: draws for the standard deviations (0: jackknife over slip
     segments).
 
@@ -52,5 +53,6 @@ def fit_friction(
     if bootstrap < 0 or 0 < bootstrap < 20:
         raise StickslipError(f"A bootstrap of {bootstrap} draws gives no standard deviation; take 200, or 0 for none.")
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    problem, found = chosen.estimate(ready, LAWS[law], options)
-    return conclude(ready, chosen, problem, found, LAWS[law], bootstrap=bootstrap, seed=seed)
+    sought = LAWS[law] if len(ready.contacts) == 1 else joint_law(LAWS[law], ready.arrangement)
+    problem, found = chosen.estimate(ready, sought, options)
+    return conclude(ready, chosen, problem, found, sought, bootstrap=bootstrap, seed=seed)

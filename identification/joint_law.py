@@ -1,12 +1,12 @@
 """The friction of two driving discs as one law to be fitted: a law of one form for each, and where contact changes.
 
-Parameters are named after their disc: mu_s0, mu_k0, p0, mu_s1, mu_k1, p1; the changeover theta_s or alpha (rad) is the last
-where the angle decides which disc touches.
+Parameters are named after their disc: mu_s0, mu_k0, p0, mu_s1, mu_k1, p1; the changeover theta_s or alpha (rad) is the
+last where the angle decides which disc touches.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -78,4 +78,6 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
         ),
         *([] if named is None else [_CHANGEOVERS[named]]),
     )
-    return JointLaw(single.name, parameters, value, gradient, start, doubts, single=single, arrangement=arrangement)
+    form = {one.name: getattr(single, one.name) for one in fields(single)}
+    made = {"parameters": parameters, "value": value, "gradient": gradient, "start": start, "doubts": doubts}
+    return JointLaw(**form | made, single=single, arrangement=arrangement)

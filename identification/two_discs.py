@@ -2,17 +2,17 @@
 
     sum_j a_j sum_i chi_i(th_j; x) N_i sgn(v_ij) mu_i(|v_ij|; q) = measured    (N),     v_i = r w_i - R th'
 
-a_j, measured: averages of `weak_form` (its bump). chi_i: 1 where disc i touches, which the angle decides (`rig_io.arrangement`)
-and the changeover x; within the one sample interval that passes the changeover it is the share of the interval, so that
-the equations are continuous in x. A log of one disc has N_i = 0 for the other.
+a_j, measured: averages of `weak_form` (its bump). chi_i: 1 where disc i touches, which the angle decides
+(`rig_io.arrangement`) and the changeover x; within the one sample interval that passes the changeover it is the share
+of the interval, so that the equations are continuous in x. A log of one disc has N_i = 0 for the other.
 
-Windows that hold a stick are left out. While the disc sticks to one driving disc its motion is known beforehand, and the
-equation gives the force that holds it, of which the law says only |F| <= N mu_s: an inequality that the raw angle, noisy
-as its second derivative is, would seldom come near. What a stick tells of the law is when it ends; that is used where the
-whole motion is simulated.
+Windows that hold a stick are left out. While the disc sticks to one driving disc its motion is known beforehand, and
+the equation gives the force that holds it, of which the law says only |F| <= N mu_s: an inequality that the raw angle,
+noisy as its second derivative is, would seldom come near. What a stick tells of the law is when it ends; that is used
+where the whole motion is simulated.
 
-Which disc touches is unknown until the changeover is known. First windows are taken where the slip speeds of both discs are
-off zero, whichever touches, and x is found by a scan of the misfit; then those where the disc that touches slips.
+Which disc touches is unknown until the changeover is known. First windows are taken where the slip speeds of both discs
+are off zero, whichever touches, and x is found by a scan of the misfit; then those where the disc that touches slips.
 """
 
 from __future__ import annotations
@@ -23,16 +23,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.conclusion import FrictionRows, Options
 from identification.joint_law import DISCS, JointLaw
 from identification.kinematics import DiscMotion, odd_count, savitzky_golay
 from identification.laws_fit import FittableLaw
-from identification.conclusion import Options
 from identification.pooling import Pool, RigValues, rig_values
 from identification.problem import Solution, solve
 from identification.regression import Regression, RegressionProblem
 from identification.slip_segments import SlipSegment, long_enough, slip_segments
 from identification.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 
+COLUMNS = ("slip", "measured", "force", "angle", "turn", "always")  # with a row for each window
 THIN = 3  # samples per node of the average: 80 nodes on a bump whose first seven derivatives vanish at the ends
 GUARD = 0.005  # rad on either side of the changeover where both discs must slip: ten times what it is known to at first
 CANDIDATES = 41  # changeovers of the scan: 5 mrad apart on a swing of 0.2 rad
@@ -46,8 +47,8 @@ class JointRegression(Regression):
     """As `Regression`, of two discs.
 
     slip: (n, w, 2) m/s, with its sign; measured: (n,) N; force: (n, 2) N, 0 where the log is of the other disc alone;
-    angle: (n, w) rad; turn: (n, w) rad, by which the angle changes from node to node, positive; always: (n,) rows of logs
-    whose discs touch at every angle.
+    angle: (n, w) rad; turn: (n, w) rad, by which the angle changes from node to node, positive; always: (n,) rows of
+    logs whose discs touch at every angle.
     """
 
     force: np.ndarray
@@ -93,14 +94,14 @@ class JointRegression(Regression):
         return np.stack(columns, axis=1)
 
     def alone(self, law: JointLaw, q: np.ndarray, disc: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Friction of one disc with that of the other, as modelled, taken off: rows (k,) in which it touches for most of
-        the window, mean slip speeds (k,) in m/s, and coefficients (k,)."""
+        """Friction of one disc with that of the other, as modelled, taken off: rows (k,) in which it touches for most
+        of the window, and friction coefficients measured and fitted (k,)."""
         push = self.touch(law, q)[0] * np.sign(self.slip) * self.force[:, None, :]
         weight = push[..., disc] @ self.average
         rows = np.flatnonzero(np.abs(weight) > 0.5 * self.force[:, disc].max())
-        mine = law.value(np.abs(self.slip[rows]), q)[..., disc]
-        left = (self.measured - self.model(law, q))[rows] + (push[rows, :, disc] * mine) @ self.average
-        return rows, np.abs(self.slip[rows, :, disc]) @ self.average, left / weight[rows]
+        mine = (push[rows, :, disc] * law.value(np.abs(self.slip[rows]), q)[..., disc]) @ self.average
+        left = mine + (self.measured - self.model(law, q))[rows]
+        return rows, left / weight[rows], mine / weight[rows]
 
     def of(self, clusters: np.ndarray) -> JointRegression:
         """The equations of these clusters (k,), labelled anew 0..k-1."""
@@ -109,10 +110,7 @@ class JointRegression(Regression):
         chosen = np.concatenate(rows)
         return replace(
             self,
-            **{
-                name: getattr(self, name)[chosen]
-                for name in ("slip", "measured", "log", "force", "angle", "turn", "always")
-            },
+            **{name: getattr(self, name)[chosen] for name in (*COLUMNS, "log")},
             cluster=np.repeat(np.arange(len(rows)), [len(part) for part in rows]),
             whiten=tuple(self.whiten[place] for place in places),
         )
@@ -126,7 +124,9 @@ def joint_equations(
     count = odd_count(WINDOW * period, step)
     nodes = np.arange((count // 2) % THIN, count, THIN)
     average, weights = bump(count, step, replace(rig, forces=(1.0,)))
-    columns: dict[str, list[np.ndarray]] = {name: [] for name in ("slip", "measured", "force", "angle", "turn", "always")}
+    columns: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("slip", "measured", "force", "angle", "turn", "always")
+    }
     whiten = []
     for segment in segments:
         smooth, speed = (
@@ -242,14 +242,12 @@ def segments_at(ready: Pool, law: JointLaw, x: float, *, allow_no_stick: bool = 
     for motion in ready.motions:
         here = touching(motion, law, x, period)
         seen |= set(motion.log.contacts if here is None else np.array(motion.log.contacts)[here.mean(axis=1) > 0.01])
-        found += slip_segments(
-            motion, period, threshold=ready.threshold, allow_no_stick=allow_no_stick, touching=here
-        )
+        found += slip_segments(motion, period, threshold=ready.threshold, allow_no_stick=allow_no_stick, touching=here)
     missing = sorted(set(ready.contacts) - seen)
     if missing:
         raise StickslipError(
-            f"In none of the logs the disc comes to touch {missing[0]} (changeover at {x:.4g} rad), so that its friction "
-            "cannot be known. Drive the discs so that the swing passes the changeover, or fit the other disc alone: "
+            f"In none of the logs the disc comes to touch {missing[0]} (changeover at {x:.4g} rad), so that its "
+            "friction cannot be known. Let the swing pass the changeover (other drive speeds), or fit the other alone: "
             f'"contacts": ["{min(set(ready.contacts) - set(missing))}"].'
         )
     return replace(ready, segments=tuple(found))
@@ -266,6 +264,25 @@ class JointProblem(RegressionProblem):
         """Where the scan found the least misfit."""
         return self.guess
 
+    def rows(self, x: np.ndarray) -> FrictionRows:
+        """Friction of each disc, that of the other taken off."""
+        these, law = self.regression, self.law
+        assert isinstance(these, JointRegression) and isinstance(law, JointLaw)
+        parts = [these.alone(law, x, disc) for disc in DISCS]
+        rows, measured, fitted = (np.concatenate(part) for part in zip(*parts, strict=True))
+        place = np.repeat(DISCS, [len(part[0]) for part in parts])
+        slip = np.abs(these.slip)[rows, :, place]
+        return FrictionRows(
+            speed=slip @ these.average,
+            least=slip.min(axis=1),
+            greatest=slip.max(axis=1),
+            measured=measured,
+            fitted=fitted,
+            cluster=these.cluster[rows],
+            log=these.log[rows],
+            place=place,
+        )
+
 
 def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem, Solution]:
     """Friction laws of two discs, and the changeover, from pooled logs.
@@ -278,11 +295,10 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
     if law.changeover is None:
         return first, solve(first, found.values, progress=options.progress)
     # twice: the windows follow the changeover, which moves a little with them
-    for _ in range(2):
-        ready = segments_at(ready, law, float(found.values[-1]))
-        problem = _problem(ready, law, found.values)
-        found = solve(problem, progress=options.progress)
-    return problem, found
+    near = _problem(segments_at(ready, law, float(found.values[-1])), law, found.values)
+    found = solve(near, progress=options.progress)
+    problem = _problem(segments_at(ready, law, float(found.values[-1])), law, found.values)
+    return problem, solve(problem, progress=options.progress)
 
 
 def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> JointProblem:

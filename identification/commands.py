@@ -141,7 +141,7 @@ def demo(
         comparisons = compare_model(found, logs)
         _draw_portraits(comparisons, targets["portraits"], False)
         advance(0.8)
-        export_built("disc_rig", targets["fmu"], contacts=(found.contact,), values=fmu_parameters(found))
+        export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=fmu_parameters(found))
     truth = next(log for log in logs if log.kind != "free-decay").experiment.emulation
     content = {
         "files": {name: str(path) for name, path in targets.items()},

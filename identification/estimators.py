@@ -1,4 +1,4 @@
-"""The estimators by name. A new one is a file with ``fit`` and a line here."""
+"""The estimators by name. A new one is a file with ``ESTIMATOR`` and a line here."""
 
 from __future__ import annotations
 
@@ -6,13 +6,27 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
+from identification.conclusion import Estimator, Options, conclude
+from identification.joint_law import joint_law
 from identification.laws_fit import LAWS
-from identification.pooling import Pool
+from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 ESTIMATORS = {"weak-form": "identification.weak_form", "savitzky-golay": "identification.inverse_dynamics"}
 DEFAULT = "weak-form"
+DEFAULT_OPTIONS = Options()
+
+
+def estimator_named(name: str) -> Estimator:
+    """An estimator.
+
+    Raises:
+        StickslipError: there is none of this name.
+    """
+    if name not in ESTIMATORS:
+        raise StickslipError(f"There is no estimator '{name}'.{nearest(name, ESTIMATORS)}")
+    return import_module(ESTIMATORS[name]).ESTIMATOR
 
 
 def fit_friction(
@@ -22,20 +36,23 @@ def fit_friction(
     law: str = "Conti",
     bootstrap: int = 0,
     seed: int = 0,
+    options: Options = DEFAULT_OPTIONS,
 ) -> FrictionFit:
     """Friction law from stick-slip logs of one rig, all pooled.
 
-    logs: stick-slip logs of one disc in contact; a free-decay log among them gives k/J and c/J; or a
+    logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
     `identification.pooling.pool` of them. bootstrap: draws for the standard deviations (0: jackknife over slip
     segments).
 
     Raises:
         StickslipError: unknown estimator or law, a negative number of draws, or logs that cannot be pooled or fitted.
     """
-    if estimator not in ESTIMATORS:
-        raise StickslipError(f"There is no estimator '{estimator}'.{nearest(estimator, ESTIMATORS)}")
+    chosen = estimator_named(estimator)
     if law not in LAWS:
         raise StickslipError(f"There is no friction law '{law}'.{nearest(law, LAWS)}")
     if bootstrap < 0 or 0 < bootstrap < 20:
         raise StickslipError(f"A bootstrap of {bootstrap} draws gives no standard deviation; take 200, or 0 for none.")
-    return import_module(ESTIMATORS[estimator]).fit(logs, law=LAWS[law], bootstrap=bootstrap, seed=seed)
+    ready = logs if isinstance(logs, Pool) else pool(logs)
+    sought = LAWS[law] if len(ready.contacts) == 1 else joint_law(LAWS[law], ready.arrangement)
+    problem, found = chosen.estimate(ready, sought, options)
+    return conclude(ready, chosen, problem, found, sought, bootstrap=bootstrap, seed=seed)

@@ -48,7 +48,7 @@ def fmu_simulator(fit: FrictionFit) -> Simulator:
     from fmu_models.codegen.package import built
     from fmu_models.simulation.fmu import Fmu
 
-    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=(fit.contact,))), {})
+    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=fit.contacts)), {})
 
 
 def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
@@ -60,11 +60,11 @@ def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
     from fmu_models.scene.reduce import built_scene, unfolded
     from fmu_models.simulation.fmu import Fmu
 
-    if scene.contacts != (fit.contact,):
+    if scene.contacts != fit.contacts:
         used = ", ".join(scene.contacts) if scene.contacts else ("all" if scene.contacts is None else "none")
         raise StickslipError(
-            f"The fit is of '{fit.contact}' alone, scene '{scene.name}' has as contacts in use: {used}. Set "
-            f'contacts = ["{fit.contact}"] there.'
+            f"The fit is of '{fit.contacts[0]}' alone, scene '{scene.name}' has as contacts in use: {used}. Set "
+            f'contacts = ["{fit.contacts[0]}"] there.'
         )
     values = fmu_parameters(fit)
     missing = [name for name in values if name not in scene.parameters]
@@ -83,7 +83,7 @@ def _simulator(fit: FrictionFit, opened: Callable[[], Fmu], start: Mapping[str, 
     def run(drive_speed: float, duration: float, step: float) -> SimulatedMotion:
         from fmu_models.simulation.system import simulate
 
-        disc = fit.contact[-1]
+        disc = fit.contacts[0][-1]
         transient = TRANSIENT * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
         times = transient + step * np.arange(round(duration / step) + 1)
         trajectory = simulate(
@@ -101,12 +101,12 @@ def _simulator(fit: FrictionFit, opened: Callable[[], Fmu], start: Mapping[str, 
 
 def fitted_rig(fit: FrictionFit) -> RigValues:
     """The constants of the rig with which a law was fitted."""
-    return rig_values({constant.name: constant.value for constant in fit.constants})
+    return rig_values({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
 
 
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     """Parameters of the rig's FMU by name: fitted law and constants, for `simulate` or for an FMU to hand on."""
-    rig, disc = fitted_rig(fit), fit.contact[-1]
+    rig, disc = fitted_rig(fit), fit.contacts[0][-1]
     constants = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N}
     return constants | {f"{parameter.name}{disc}": parameter.value for parameter in fit.parameters}
 
@@ -142,9 +142,9 @@ def compare(
 
 
 def _check_same_rig(fit: FrictionFit, ready: Pool) -> None:
-    if ready.contact != fit.contact:
+    if ready.contacts != fit.contacts:
         raise StickslipError(
-            f"The fit is of '{fit.contact}', the logs are of '{ready.contact}'. Compare like with like."
+            f"The fit is of '{fit.contacts[0]}', the logs are of '{ready.contacts[0]}'. Compare like with like."
         )
     if fit.materials and ready.materials and fit.materials != ready.materials:
         raise StickslipError(

@@ -46,7 +46,7 @@ def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
             "markerfacecolor": "none",
             "alpha": 0.6,
         }
-        label = f"{log.name} ({log.drive_speed:.3g} rad/s)"
+        label = f"{log.name} ({', '.join(f'{speed:.3g}' for speed in log.drive_speeds)} rad/s)"
         above.plot(samples.slip[shown], samples.coefficient[shown], label=label, **style)
         below.plot(samples.slip[shown], samples.coefficient[shown] - law(samples.slip[shown]), **style)
     speed = np.linspace(0, 1.05 * float(samples.slip.max()), 300)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -55,10 +55,11 @@ class Constant:
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What one log gave: mean drive speed rad/s, number of slip segments used, least and greatest slip speed m/s."""
+    """What one log gave: mean drive speed rad/s of each disc in contact, number of slip segments used, least and
+    greatest slip speed m/s."""
 
     name: str
-    drive_speed: float
+    drive_speeds: tuple[float, ...]
     segments: int
     least_slip: float
     greatest_slip: float
@@ -66,29 +67,33 @@ class LogSummary:
 
 @dataclass(frozen=True)
 class SpeedBin:
-    """Friction in one range of slip speeds: mean slip speed m/s, friction coefficient and its standard error, the
-    fitted law there, number of values; the error is None where one slip segment gave all of them."""
+    """Friction of one driving disc in one range of slip speeds: mean slip speed m/s, friction coefficient and its
+    standard error, the fitted law there, number of values; the error is None where one slip segment gave all of them.
+    Of two discs that touch together the modelled friction of the other is taken off."""
 
     slip: float
     coefficient: float
     standard_error: float | None
     fitted: float
     count: int
+    contact: str = "disc0"
 
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """Fitted friction law of one contact.
+    """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
+    and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
 
-    structure: what was assumed; correlation: of the parameters, in their order, from noise; rms_residual: of the
-    friction coefficient, 1; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by
-    the encoder.
+    contacts: the driving discs, in the order of materials; structure: what was assumed; correlation: of the parameters,
+    in their order, from noise; rms_residual: in ``residual_unit``, of the friction coefficient (1) or of the measured
+    motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder;
+    nuisance: what else was estimated, with what was known of it.
     """
 
     estimator: str
     law: str
     structure: tuple[str, ...]
-    contact: str
+    contacts: tuple[str, ...]
     materials: tuple[str, ...]
     parameters: tuple[FittedParameter, ...]
     correlation: tuple[tuple[float, ...], ...]
@@ -103,6 +108,8 @@ class FrictionFit:
     converged: bool
     message: str
     warnings: tuple[str, ...]
+    residual_unit: str = "1"
+    nuisance: tuple[FittedParameter, ...] = ()
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -164,12 +171,19 @@ class FrictionFit:
             raise StickslipError('This is not a fitted law: it lacks "type": "stickslip friction fit".')
         if plain.get("version") != 1:
             raise StickslipError(f"The fit has format version {plain.get('version')}; this program reads version 1.")
-        kinds = {"parameters": FittedParameter, "constants": Constant, "logs": LogSummary, "bins": SpeedBin}
+        kinds = {
+            "parameters": FittedParameter,
+            "nuisance": FittedParameter,
+            "constants": Constant,
+            "logs": LogSummary,
+            "bins": SpeedBin,
+        }
         try:
             values = {key: value for key, value in plain.items() if key not in ("type", "version")}
             for key, kind in kinds.items():
                 values[key] = tuple(kind(**entry) for entry in values[key])
-            for key in ("structure", "materials", "warnings"):
+            values["logs"] = tuple(replace(log, drive_speeds=tuple(log.drive_speeds)) for log in values["logs"])
+            for key in ("structure", "contacts", "materials", "warnings"):
                 values[key] = tuple(values[key])
             values["correlation"] = tuple(tuple(row) for row in values["correlation"])
             return FrictionFit(**values)

@@ -28,7 +28,9 @@ def _table(title: str, *columns: tuple[str, str]) -> Table:
 
 def parameter_table(fit: FrictionFit) -> Table:
     """Parameters with the two kinds of uncertainty and 95 % interval."""
-    where = f"{fit.law} law of {fit.contact}" + (f", {' and '.join(fit.materials)}" if fit.materials else "")
+    where = f"{fit.law} law of {' and '.join(fit.contacts)}" + (
+        f", {' and '.join(fit.materials)}" if fit.materials else ""
+    )
     table = _table(
         f"{where} ({fit.estimator}, {fit.segments} slip segments of {len(fit.logs)} logs)",
         ("parameter", "left"),

@@ -35,14 +35,16 @@ def newey_west(gradient: np.ndarray, residual: np.ndarray, *, lags: int) -> np.n
     return inverse @ spread @ inverse * len(residual) / (len(residual) - gradient.shape[1])
 
 
-def clustered_covariance(gradient: np.ndarray, residual: np.ndarray, cluster: np.ndarray) -> np.ndarray:
+def clustered_covariance(
+    gradient: np.ndarray, residual: np.ndarray, cluster: np.ndarray, precision: np.ndarray | None = None
+) -> np.ndarray:
     """Covariance (m, m) for residuals dependent within a cluster and independent between clusters (jackknife form).
 
     The estimate is recomputed, to first order, without each cluster in turn; with few clusters this is slightly too
     wide where the plain sandwich is too narrow. gradient: (n, m); residual: (n,); cluster: (n,) labels, two or more
-    of them.
+    of them; precision: (m, m) of what is known beforehand, which stays when a cluster leaves.
     """
-    normal = gradient.T @ gradient
+    normal = gradient.T @ gradient + (0 if precision is None else precision)
     shifts = []
     for label in np.unique(cluster):
         inside = cluster == label

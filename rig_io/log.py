@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 from fmu_models.errors import StickslipError, nearest
+from rig_io.arrangement import Arrangement
 
 if TYPE_CHECKING:
     import numpy as np
@@ -148,6 +149,8 @@ class Calibration:
 class Experiment:
     """What was done: kind, discs in contact, their materials and nominal speeds (rad/s).
 
+    arrangement of two discs: both touch always ("together", class b of the disc_rig paper), disc 0 below and disc 1
+    from an angle on ("sequential", class c), or with angles at which both touch ("overlapping", class d).
     ``emulation`` holds the truth behind an emulated log (friction law, seed ...) for comparison; no estimator reads it.
     """
 
@@ -155,6 +158,7 @@ class Experiment:
     contacts: tuple[str, ...] = ("disc0",)
     materials: tuple[str, ...] = ()
     drive_speed: tuple[float, ...] = ()
+    arrangement: Arrangement = "together"
     emulation: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -69,9 +69,9 @@ def test_free_decay_over_ten_benches() -> None:
 
 def test_a_fit_says_what_it_assumed_and_used(logs: list[RigLog], fit: FrictionFit) -> None:
     assert fit.warnings == ()
-    assert fit.contact == "disc0" and fit.materials == ("paper/rubber",)
+    assert fit.contacts == ("disc0",) and fit.materials == ("paper/rubber",)
     assert [log.name for log in fit.logs] == [log.name for log in logs[:3]]
-    assert [log.drive_speed for log in fit.logs] == pytest.approx([0.41, 0.83, 1.4], rel=5e-3)
+    assert [log.drive_speeds[0] for log in fit.logs] == pytest.approx([0.41, 0.83, 1.4], rel=5e-3)
     assert fit.constant("k/J").source == "free decay 'free-decay'"
     # J alone scales k and c with it when their ratios are given: mu follows one to one, p does not move
     assert [fit.constant("J").sensitivity[name] for name in TRUTH] == pytest.approx([1, 1, 0], abs=1e-3)

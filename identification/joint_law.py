@@ -1,0 +1,83 @@
+"""The friction of two driving discs as one law to be fitted: a law of one form for each, and where contact changes.
+
+Parameters are named after their disc: mu_s0, mu_k0, p0, mu_s1, mu_k1, p1; the changeover theta_s or alpha (rad) is the
+last where the angle decides which disc touches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from identification.laws_fit import FittableLaw, LawParameter
+from rig_io.arrangement import CHANGEOVER, Arrangement
+
+DISCS = (0, 1)
+
+# where disc 0 stops and disc 1 begins to touch, as multiples of the changeover: theta < edge_0 x, theta >= edge_1 x
+EDGES = {"sequential": (1.0, 1.0), "overlapping": (1.0, -1.0)}
+
+_CHANGEOVERS = {
+    "theta_s": LawParameter("theta_s", "rad", -1.5, 1.5, "angle from which on disc 1 is touched instead of disc 0"),
+    "alpha": LawParameter("alpha", "rad", 0.0, 1.5, "both discs are touched at angles from -alpha to alpha"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointLaw(FittableLaw):
+    """A law of two discs. ``value`` and ``gradient`` are of slip speeds (..., 2), the last axis the disc.
+
+    single: the form of both; arrangement: of the discs.
+    """
+
+    single: FittableLaw
+    arrangement: Arrangement
+
+    @property
+    def changeover(self) -> str | None:
+        """Name of the angle at which contact changes, the last parameter; None where both discs touch always."""
+        return CHANGEOVER.get(self.arrangement)
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """Where disc 0 ends and disc 1 begins, as multiples of the changeover."""
+        return EDGES[self.arrangement]
+
+    def of_disc(self, disc: int) -> slice:
+        """Places of the parameters of one disc."""
+        count = len(self.single.parameters)
+        return slice(disc * count, (disc + 1) * count)
+
+
+def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
+    """A law of this form for each of two discs."""
+    count = len(single.parameters)
+
+    def value(v: np.ndarray, q: np.ndarray) -> np.ndarray:
+        return np.stack([single.value(v[..., d], q[d * count : (d + 1) * count]) for d in DISCS], axis=-1)
+
+    def gradient(v: np.ndarray, q: np.ndarray) -> np.ndarray:
+        slopes = np.zeros((len(parameters), *v.shape))
+        for d in DISCS:
+            slopes[d * count : (d + 1) * count, ..., d] = single.gradient(v[..., d], q[d * count : (d + 1) * count])
+        return slopes
+
+    def start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        return np.concatenate([single.start(v[:, d], mu[:, d]) for d in DISCS])
+
+    def doubts(q: np.ndarray) -> tuple[str, ...]:
+        return tuple(f"Disc {d}: {said}" for d in DISCS for said in single.doubts(q[d * count : (d + 1) * count]))
+
+    named = CHANGEOVER.get(arrangement)
+    parameters = (
+        *(
+            replace(p, name=f"{p.name}{d}", description=f"{p.description}, disc {d}")
+            for d in DISCS
+            for p in single.parameters
+        ),
+        *([] if named is None else [_CHANGEOVERS[named]]),
+    )
+    form = {one.name: getattr(single, one.name) for one in fields(single)}
+    made = {"parameters": parameters, "value": value, "gradient": gradient, "start": start, "doubts": doubts}
+    return JointLaw(**form | made, single=single, arrangement=arrangement)

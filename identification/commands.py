@@ -27,6 +27,10 @@ app = console.app("Friction: fit laws, compare with measurements.")
 Logs = Annotated[
     list[Path], typer.Argument(metavar="LOGS...", help="CSV logs, or the folder of a data package with its logs.")
 ]
+Repairs = Annotated[
+    str | None,
+    typer.Option("--repair", metavar="NAME,...", help="Mend logs: sort (rows by time), duplicates (keep the first)."),
+]
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
 
 
@@ -36,6 +40,7 @@ def fit(
     estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
     law: Annotated[str, typer.Option(help="Friction law.")] = "Conti",
     settings: Settings = None,
+    repair: Repairs = None,
     bootstrap: Annotated[int, typer.Option(help="Draws for the standard deviations (default: jackknife).")] = 0,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
@@ -50,7 +55,7 @@ def fit(
     """
     refuse_existing(result, figure, overwrite=overwrite)
     with console.progress("fitting") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"))
+        read = read_logs(logs, console.assignments(settings, "rig constant"), repair)
         advance(0.2)
         decay, ready, found = fit_logs(
             read, estimator=estimator, law=law, bootstrap=bootstrap, seed=seed, allow_no_stick=allow_no_stick
@@ -70,6 +75,7 @@ def compare(
     fitted: Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")],
     logs: Logs,
     settings: Settings = None,
+    repair: Repairs = None,
     scene: Annotated[
         str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
     ] = None,
@@ -93,7 +99,7 @@ def compare(
 
         simulate = scene_simulator(found, read_scene(scene))
     with console.progress("comparing") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"))
+        read = read_logs(logs, console.assignments(settings, "rig constant"), repair)
         comparisons = compare_model(found, read, simulate=simulate)
         advance(0.7)
         if figure:
@@ -162,12 +168,15 @@ def demo(
     console.say(json, content, show)
 
 
-def read_logs(paths: Sequence[Path], constants: dict[str, float]) -> list[RigLog]:
+def read_logs(paths: Sequence[Path], constants: dict[str, float], repair: str | None = None) -> list[RigLog]:
     """Logs from files and folders; ``constants`` of the rig replace those stated with the logs.
+
+    repair: names of `rig_io.log.read_log` between commas. What was mended is said on standard error.
 
     Raises:
         StickslipError: as in `rig_io.log.read_log`, or an unknown constant.
     """
+    import warnings
     from dataclasses import replace
 
     from rig_io.log import RIG_UNITS, Quantity, RigConstants, read_log, read_package
@@ -176,14 +185,19 @@ def read_logs(paths: Sequence[Path], constants: dict[str, float]) -> list[RigLog
         if name not in RIG_UNITS:
             raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, RIG_UNITS)}")
     given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in constants.items()}
+    mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
     logs: list[RigLog] = []
-    for path in paths:
-        if path.is_dir() or path.suffix == ".json":
-            logs += read_package(path)
-        elif given and not (path.parent / "datapackage.json").exists():
-            logs.append(read_log(path, rig=RigConstants(**given)))
-        else:
-            logs.append(read_log(path))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        for path in paths:
+            if path.is_dir() or path.suffix == ".json":
+                logs += read_package(path, repair=mend)
+            elif given and not (path.parent / "datapackage.json").exists():
+                logs.append(read_log(path, rig=RigConstants(**given), repair=mend))
+            else:
+                logs.append(read_log(path, repair=mend))
+    for warning in said:
+        console.warn(str(warning.message))
     return [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
 
 

@@ -6,13 +6,15 @@ path.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.agreement import check_stick_speed, drive_doubts
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
 from identification.problem import Prior
@@ -27,6 +29,9 @@ _ASSUMED: dict[Arrangement, str] = {
     "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
 }
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
+
+Part = TypeVar("Part")
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -131,26 +136,62 @@ def pool(
     priors = _priors(sliding, contacts, free_decay)
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
-    raw = [disc_motion(log) for log in sliding]
+    pieces = [log.pieces() for log in sliding]
+    split = {piece.name for parts in pieces if len(parts) > 1 for piece in parts}
+    raw, unfit = _usable([(piece.name, piece) for parts in pieces for piece in parts], disc_motion, split)
     _check_same_rate(raw)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = [zeroed(motion, free_decay.rest) for motion in raw]
-    motions, sensors = fuse(raw, SMOOTHING * period)
-    segments = [
-        s for m in motions for s in slip_segments(m, period, threshold=threshold, allow_no_stick=allow_no_stick)
+    fused, sensors = fuse(raw, SMOOTHING * period)
+
+    def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
+        check_stick_speed(motion, values.r, values.R, SMOOTHING * period)
+        return motion, slip_segments(motion, period, threshold=threshold, allow_no_stick=allow_no_stick)
+
+    found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
+    motions = tuple(motion for motion, _ in found)
+    doubts = [f"Log '{log.name}': {doubt}" for log in (*sliding, *decays) for doubt in log.doubts]
+    doubts += [
+        f"Log '{parts[0].name}' is in {len(parts)} pieces (gaps, a clock set back, lost edges); nothing is filtered or "
+        "simulated across."
+        for parts in pieces
+        if len(parts) > 1
     ]
+    doubts += [doubt for motion in motions for doubt in (*motion.doubts, *drive_doubts(motion))]
     return Pool(
-        tuple(motions),
-        tuple(segments),
+        motions,
+        tuple(segment for _, segments in found for segment in segments),
         sensors,
         priors,
         contacts,
         materials,
         arrangement,
         threshold,
-        _doubts(sliding, sensors, free_decay),
+        (*doubts, *unfit, *empty, *sensors.doubts, *_doubts(sliding, sensors, free_decay)),
     )
+
+
+def _usable(
+    parts: Sequence[tuple[str, Part]], make: Callable[[Part], Made], split: Container[str]
+) -> tuple[list[Made], tuple[str, ...]]:
+    """What ``make`` gives for each named part; of a log that is ``split`` a part that it refuses is left out, in words.
+
+    Raises:
+        StickslipError: a whole log is refused, or no part is left.
+    """
+    made, doubts, refused = [], [], None
+    for name, part in parts:
+        try:
+            made.append(make(part))
+        except StickslipError as error:
+            if name not in split:
+                raise
+            refused = error
+            doubts.append(f"'{name}', one of several pieces, was left out. {error}")
+    if refused is not None and not made:
+        raise refused
+    return made, tuple(doubts)
 
 
 def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
@@ -244,6 +285,13 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
             Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source),
             Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source),
         ]
+    elif log.rig.k is None or log.rig.c is None:
+        missing = " and ".join(name for name in ("k", "c") if getattr(log.rig, name) is None)
+        raise StickslipError(
+            f"Log '{log.name}' does not state {missing}, and there is no free decay among the logs. Record one (the "
+            'disc let go with no driving disc in contact, "kind": "free-decay"), from which k/J and c/J follow, or '
+            f'state {missing} under "rig" in datapackage.json.'
+        )
     stated = []
     for name, entry in names.items():
         quantity = log.rig.quantity(entry)

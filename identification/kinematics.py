@@ -309,7 +309,7 @@ def _edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquatio
         row[:, 2 + place] = 1.0
         rows.append(row)
         values.append(angle - seen)
-        labels.append(np.round(angle / motion.log.calibration.need("encoder").pitch))
+        labels.append(np.floor(angle / motion.log.calibration.need("encoder").pitch))
         times.append(time)
         places.append(np.full(len(time), place))
     return EdgeEquations(*(np.concatenate(part) for part in (rows, values, labels, times, places)))

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
+from identification.estimators import fit_friction
 from identification.free_decay import fit_free_decay
 from identification.kinematics import disc_motion
 from identification.pooling import Pool, pool
-from rig_io.log import EncoderCalibration, LaserCalibration, RigLog, read_package
+from rig_io.emulator import RIG
+from rig_io.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
 
 DATA = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 
@@ -222,3 +224,23 @@ def test_a_log_that_passes_one_line_alone_is_no_singular_matrix(logs: list[RigLo
 def test_what_was_mended_is_in_the_result(logs: list[RigLog]) -> None:
     ready = pool([replace(logs[1], doubts=("time was rebuilt.",)), logs[3]])
     assert ready.warnings[0] == "Log 'paper-rubber-0.83': time was rebuilt."
+
+
+def test_friction_that_rises_with_speed_is_said_to_need_another_law() -> None:
+    from scipy.integrate import solve_ivp
+
+    time = np.arange(2500) / 500
+    drive = 0.75 + 0.6 * np.sin(2 * time)
+
+    def rate(t: float, state: np.ndarray) -> tuple[float, float]:
+        slip = RIG.value("r") * (0.75 + 0.6 * np.sin(2 * t)) - RIG.value("R") * state[1]
+        torque = RIG.value("R") * RIG.value("N0") * (0.3 + 1.0 * slip)
+        return state[1], (torque - RIG.value("c") * state[1] - RIG.value("k") * state[0]) / RIG.value("J")
+
+    angle = solve_ivp(rate, (0, 5), (0.08, 0.0), t_eval=time, rtol=1e-9, atol=1e-9).y[0]
+    noise = np.random.default_rng(0).normal(0, 1e-5, len(time))
+    log = RigLog("x", time, {"angle": angle + noise, "drive0_speed": drive}, {}, RIG, Calibration(), Experiment())
+    found = fit_friction(pool([log], allow_no_stick=True), estimator="weak-form")
+    assert found["mu_s"].value < found["mu_k"].value
+    (doubt,) = [warning for warning in found.warnings if "is less than mu_k" in warning]
+    assert "viscous" in doubt

@@ -164,3 +164,15 @@ def clipped_doubt(log: RigLog, clipped: np.ndarray) -> tuple[str, ...]:
         f"Log '{log.name}': the laser is saturated in {100 * np.mean(clipped):.2g} % of the samples, which were left "
         "out together with the slips that hold them. Move the laser so that the whole motion is within its range.",
     )
+
+
+def stray_doubt(log: RigLog, stray: np.ndarray) -> tuple[str, ...]:
+    """What to say of samples (n,) at which the angle leaps and comes back."""
+    if not stray.any():
+        return ()
+    first = log.time[int(np.argmax(stray))]
+    return (
+        f"Log '{log.name}': the angle leaps and comes back, faster than the disc can turn, in "
+        f"{np.count_nonzero(stray)} samples, first at {first:g} s; they were left out together with the slips that "
+        "hold them.",
+    )

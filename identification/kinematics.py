@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.agreement import clipped_doubt, delay_doubts, resolution_advice
+from identification.agreement import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
 from identification.uncertainty import clustered_covariance
 from rig_io.clock import UNEVEN
 from rig_io.log import RigLog
@@ -29,6 +29,8 @@ DRIVE_KNOTS = 0.3  # s between knots of the drive's speed: follows its eighth ha
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
 JITTER = 0.3  # of the sample interval, rms: a clock that wanders more is no clock
+STRAY = 5.0  # times the leap that one sample in a hundred exceeds is still noise
+SHARPEST = 1000.0  # rad/s^2; the disc reaches 100
 HOLE = 1.75  # sample intervals: between stamps further apart a sample is missing
 SHORTEST = 100  # samples of a log
 
@@ -141,8 +143,12 @@ def disc_motion(log: RigLog) -> DiscMotion:
         )
     _check_counts(log)
     stamps, angle = angle_at_ticks(log)
-    doubts = clipped_doubt(log, laser_clipped(log)) if _by_laser(log) else ()
-    good = np.isfinite(angle)
+    clipped = laser_clipped(log) if _by_laser(log) else np.zeros(len(angle), dtype=bool)
+    stray = _stray(angle, float(np.median(np.diff(stamps))))
+    if _by_laser(log):
+        stray |= np.isnan(angle) & ~clipped & np.isfinite(log.column("laser"))
+    doubts = (*clipped_doubt(log, clipped), *stray_doubt(log, stray))
+    good = np.isfinite(angle) & ~stray
     if np.mean(good) < 0.5:
         raise StickslipError(
             f"Log '{log.name}': {100 * np.mean(~good):.0f} % of the angle is missing or clipped. Check the sensor's "
@@ -169,6 +175,20 @@ def _check_counts(log: RigLog) -> None:
                 f"{log.time[int(missing[0])]:g} s. A count cannot be bridged: split the log there, or leave the column "
                 "out."
             )
+
+
+def _stray(angle: np.ndarray, step: float) -> np.ndarray:
+    """Samples (n,) that leap from the median of the five around them as no disc does; at the ends of the log none."""
+    found = np.zeros(len(angle), dtype=bool)
+    around = np.lib.stride_tricks.sliding_window_view(angle, 5)
+    whole = np.isfinite(around).all(axis=1)
+    if not whole.any():
+        return found
+    leap = np.where(whole, np.abs(angle[2:-2] - np.median(around, axis=1)), 0.0)
+    resolution = np.diff(np.unique(angle[np.isfinite(angle)]))
+    noise = max(float(np.quantile(leap[whole], 0.99)), float(np.min(resolution, initial=np.inf)))
+    found[2:-2] = leap > STRAY * noise + SHARPEST * step**2
+    return found
 
 
 def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:

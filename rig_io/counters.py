@@ -19,6 +19,7 @@ from rig_io.log import Calibration
 
 WIDTHS = (8, 16, 24, 32)  # bits
 FASTEST = 100.0  # rad/s, of any shaft of the rig; its drives reach 2.7
+BELIEVED = 10.0  # rad/s, always believed: a log may hold few and quick slips
 SPARE = 5.0  # times the step that one in a hundred exceeds is still believed
 BRIEF = 10  # samples within which an excursion has to come back
 TOO_MANY = 0.01  # of the samples: the counter, or what is stated of it, is wrong
@@ -143,7 +144,7 @@ def glitches(time: np.ndarray, count: np.ndarray, pitch: float) -> Glitches:
     if not steps.size:
         return Glitches(held, ())
     interval = float(np.median(np.diff(time)))
-    most = min(_usual(steps), max(FASTEST * interval / pitch, 3.0))
+    most = float(np.clip(_usual(steps), BELIEVED * interval / pitch, max(FASTEST * interval / pitch, 3.0)))
     passed = np.diff(time[good]) / interval  # more than one where samples are missing
     fast = list(np.flatnonzero(np.abs(steps) > most * np.maximum(passed, 1.0)))
     breaks = []

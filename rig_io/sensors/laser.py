@@ -15,6 +15,7 @@ from rig_io.motion import Motion
 
 LEAST_LEVELS = 20  # different readings: with fewer the end of the range cannot be told from a rest
 PILED = 5.0  # times as many readings at the end of the range as at the next value
+STRAY = 0.01  # of the samples may be stray readings
 RUN = 8  # samples in a row at the end of the range
 
 
@@ -98,17 +99,19 @@ def saturated(volts: np.ndarray) -> np.ndarray:
 
 
 def laser_angle(log: RigLog) -> np.ndarray:
-    """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``.
+    """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``; NaN for a reading beyond R.
 
     Raises:
-        StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R.
+        StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R in more than stray
+            readings.
     """
     ratio = laser_displacement(log) / log.rig.value("R")
     beyond = np.flatnonzero(np.abs(ratio) > 1.0)
-    if beyond.size:
+    if beyond.size > STRAY * len(ratio):
         raise StickslipError(
             f"Log '{log.name}': the laser's displacement exceeds the radius R = {log.rig.value('R'):g} m in "
-            f"{beyond.size} samples, first at {log.time[beyond[0]]:g} s. Check gain (m/V), zero (V) and R, "
-            "and whether the readings are volts (state 'mV' as their unit if they are millivolts)."
+            f"{beyond.size} samples, first at {log.time[beyond[0]]:g} s. Check gain (m/V), zero (V) and R, and whether "
+            "the readings are volts (state 'mV' as their unit if they are millivolts)."
         )
+    ratio[beyond] = np.nan
     return np.arcsin(ratio)

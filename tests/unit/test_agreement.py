@@ -116,6 +116,16 @@ def test_cells_without_a_number_cost_their_slip_alone(logs: list[RigLog]) -> Non
         pooled(logs, lambda log: columns(log, drive0_count=count))
 
 
+def test_stray_readings_of_the_laser_are_left_out(logs: list[RigLog]) -> None:
+    laser = logs[1].column("laser").copy()
+    laser[[4000, 9000, 9001, 15000]] = [9.9, 0.2, 0.2, 300.0]  # the last is beyond R
+    motion = disc_motion(columns(logs[1], laser=laser))
+    assert np.flatnonzero(motion.filled).tolist() == [4000, 9000, 9001, 15000]
+    assert any("leaps and comes back" in doubt and "in 3 samples, first at 4 s" in doubt for doubt in motion.doubts)
+    with pytest.raises(StickslipError, match=r"displacement exceeds the radius.*millivolts"):
+        disc_motion(columns(logs[1], laser=1000 * logs[1].column("laser")))
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_a_saturated_laser_is_masked_and_its_share_said(logs: list[RigLog], stated: bool) -> None:
     log = logs[1]

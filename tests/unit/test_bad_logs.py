@@ -135,6 +135,13 @@ def test_a_coarse_clock_keeps_its_gaps(tmp_path: Path) -> None:
     assert log.time[1000] - log.time[999] == pytest.approx(0.05, abs=1e-3)
 
 
+def test_lost_rows_are_not_taken_for_a_coarse_clock(tmp_path: Path) -> None:
+    true = {name: np.delete(values, np.s_[100::250]) for name, values in recording().items()}
+    log = read(tmp_path, as_text(true, "%.3f"))
+    np.testing.assert_allclose(log.time, true["time"], atol=1e-9)
+    assert log.doubts == () and len(log.pieces()) == 1
+
+
 def test_doubled_rows_are_refused_and_repaired(tmp_path: Path) -> None:
     true = recording()
     lines = as_text(true)

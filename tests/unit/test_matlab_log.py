@@ -16,7 +16,7 @@ from scipy.io import savemat
 from scipy.sparse import csr_array
 
 from fmu_models.errors import StickslipError
-from rig_io.log import read_log
+from rig_io.log import StickslipWarning, read_log
 from rig_io.mat5 import HEADER
 from rig_io.readers import matlab_log, read_table
 
@@ -102,6 +102,17 @@ def test_files_of_other_kinds_are_named(tmp_path: Path) -> None:
         read_table(path)
 
 
+def test_dimensions_and_lengths_that_do_not_fit_are_refused(tmp_path: Path) -> None:
+    path = saved(tmp_path, t=TIME[:, None])
+    data = path.read_bytes()
+    path.write_bytes(data.replace(struct.pack("<ii", 30, 1), struct.pack("<ii", 31, 1), 1))
+    with pytest.raises(StickslipError, match="'t' holds 30 numbers where its dimensions say 31"):
+        read_table(path)
+    path.write_bytes(data[:-8])
+    with pytest.raises(StickslipError, match="it ends within an element"):
+        read_table(path)
+
+
 def test_a_file_cut_anywhere_is_refused(tmp_path: Path) -> None:
     data = saved(tmp_path, t=TIME, x=TIME).read_bytes()
     path = tmp_path / "cut.mat"
@@ -162,6 +173,10 @@ def test_a_rig_log_may_be_a_matlab_file(tmp_path: Path) -> None:
     log = read_log(tmp_path / "log.mat")
     np.testing.assert_array_equal(log.time, TIME)
     np.testing.assert_array_equal(log.column("laser"), laser)
+    laser[7] = np.inf
+    saved(tmp_path, time=TIME, laser=laser)
+    with pytest.warns(StickslipWarning, match=r"'laser' has 1 cells without a number .* sample 8"):
+        assert np.isnan(read_log(tmp_path / "log.mat").column("laser")[7])
     resource.pop("schema")
     sidecar.write_text(json.dumps({"resources": [resource]}))
     with pytest.raises(

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import FittableLaw
+from identification.laws.law import FittableLaw
 from identification.pooling import Pool
 from identification.problem import Prior, Problem, Progress, Solution, information, prior_precision
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
@@ -83,11 +83,23 @@ class Options:
 
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator by name: what it assumes, and how it reduces pooled logs to a problem and solves that."""
+    """An estimator by name: what it assumes, and how it reduces pooled logs to a problem and solves
+    that."""
 
     name: str
     structure: tuple[str, ...]
-    estimate: Callable[[Pool, FittableLaw, Options], tuple[FrictionProblem, Solution]]
+    estimate: Callable[[Pool, FittableLaw, Options], Estimate]
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A solved problem, the estimator that it is of (one that was to give first values only, if the later stages could
+    not be finished), and what to warn of."""
+
+    estimator: Estimator
+    problem: FrictionProblem
+    solution: Solution
+    warnings: tuple[str, ...] = ()
 
 
 def conclude(
@@ -99,10 +111,11 @@ def conclude(
     *,
     bootstrap: int = 0,
     seed: int = 0,
+    warnings: tuple[str, ...] = (),
 ) -> FrictionFit:
     """Say how well a solution is known.
 
-    bootstrap: draws for the standard deviations (0: jackknife over clusters).
+    warnings: to begin with; bootstrap: draws for the standard deviations (0: jackknife over clusters).
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one.
@@ -138,7 +151,7 @@ def conclude(
         autocorrelation=autocorrelation(found.evaluation.residual, found.evaluation.cluster),
         converged=found.converged,
         message=found.message,
-        warnings=(*ready.warnings, *_doubts(law, found, parameters, segments)),
+        warnings=(*warnings, *ready.warnings, *_doubts(law, found, parameters, segments)),
         nuisance=nuisance,
     )
 

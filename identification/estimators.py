@@ -7,13 +7,17 @@ from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
-from identification.laws_fit import LAWS
+from identification.laws import LAWS
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
-ESTIMATORS = {"weak-form": "identification.weak_form", "savitzky-golay": "identification.inverse_dynamics"}
-DEFAULT = "weak-form"
+ESTIMATORS = {
+    "shooting": "identification.shooting",
+    "weak-form": "identification.weak_form",
+    "savitzky-golay": "identification.inverse_dynamics",
+}
+DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 
 
@@ -52,5 +56,14 @@ def fit_friction(
     if bootstrap < 0 or 0 < bootstrap < 20:
         raise StickslipError(f"A bootstrap of {bootstrap} draws gives no standard deviation; take 200, or 0 for none.")
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    problem, found = chosen.estimate(ready, LAWS[law], options)
-    return conclude(ready, chosen, problem, found, LAWS[law], bootstrap=bootstrap, seed=seed)
+    made = chosen.estimate(ready, LAWS[law], options)
+    return conclude(
+        ready,
+        made.estimator,
+        made.problem,
+        made.solution,
+        LAWS[law],
+        bootstrap=bootstrap,
+        seed=seed,
+        warnings=made.warnings,
+    )

@@ -15,7 +15,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.conclusion import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
-from identification.laws_fit import FittableLaw, unknowns
+from identification.laws.law import FittableLaw, unknowns
 from identification.pooling import Pool, RigValues, rig_values
 from identification.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
 from identification.slip_segments import SlipSegment, long_enough

@@ -125,7 +125,7 @@ def fitted_law(fit: FrictionFit) -> Callable[[np.ndarray], np.ndarray]:
     Raises:
         StickslipError: the fit is of an unknown law.
     """
-    from identification.laws_fit import LAWS
+    from identification.laws import LAWS
 
     if fit.law not in LAWS:
         raise StickslipError(f"There is no friction law '{fit.law}'.{nearest(fit.law, LAWS)}")

@@ -100,7 +100,7 @@ def _simulator(fit: FrictionFit, opened: Callable[[], Fmu], start: Mapping[str, 
 
 def fitted_rig(fit: FrictionFit) -> RigValues:
     """The constants of the rig with which a law was fitted."""
-    return rig_values({constant.name: constant.value for constant in fit.constants})
+    return rig_values({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
 
 
 def fmu_laws(fit: FrictionFit) -> dict[str, str] | None:

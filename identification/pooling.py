@@ -15,6 +15,7 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
+from identification.problem import Prior
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from rig_io.log import RIG_UNITS, RigLog
 
@@ -33,17 +34,6 @@ class RigValues:
     R: float
     r: float
     N: float
-
-
-@dataclass(frozen=True)
-class Prior:
-    """A constant as it is known: name, value, unit, standard uncertainty and where it is from."""
-
-    name: str
-    value: float
-    unit: str
-    standard_uncertainty: float
-    source: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +64,10 @@ class Pool:
         """The same segments with the angle's scale and date moved further by gain (relative) and delay (s)."""
         moved = {id(m): corrected(m, gain, delay) for m in self.motions}
         return tuple(replace(segment, motion=moved[id(segment.motion)]) for segment in self.segments)
+
+    def log_number(self, segment: SlipSegment) -> int:
+        """Place of the segment's log among ``motions``, whose sensors may have been moved."""
+        return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
 
 
 def rig_values(known: dict[str, float]) -> RigValues:

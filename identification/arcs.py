@@ -1,11 +1,11 @@
 """Arcs: initial-value problems on measured samples, whose start states are projected out.
 
-An arc begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is seen
-as the laser sees it:
+An arc begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
+seen as the laser sees it:
     y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
-measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters and
-what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every arc is found by Gauss-Newton
-steps from the last one; with Q R = dr/ds,
+measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
+and what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every arc is found by
+Gauss-Newton steps from the last one; with Q R = dr/ds,
     r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
 Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
 """
@@ -196,9 +196,7 @@ class ArcProblem(FrictionProblem):
         count = len(self.law.parameters)
         return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
 
-    def _projected(
-        self, number: int, x: np.ndarray, names: Sequence[str]
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
         arc = self.arcs[number]
         for _ in range(LOCAL_STEPS):

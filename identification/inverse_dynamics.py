@@ -17,7 +17,7 @@ import numpy as np
 
 from identification.conclusion import Estimate, Estimator, Options
 from identification.kinematics import odd_count, savitzky_golay
-from identification.laws.law import FittableLaw
+from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
 from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment, long_enough

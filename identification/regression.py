@@ -84,6 +84,10 @@ class RegressionProblem(FrictionProblem):
     noise_known = False
     residual_unit = "1"
 
+    def __getstate__(self) -> dict[str, object]:
+        """For another process, which solves these equations and builds no others."""
+        return {**self.__dict__, "again": None}
+
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # of the law
         return unknowns(self.law)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.laws import find_law
 from identification.pooling import Pool, RigValues, pool, rig_values
 from identification.portraits import PortraitComparison, compare_portraits, portrait
 from identification.result import FrictionFit
@@ -41,14 +42,12 @@ def fmu_simulator(fit: FrictionFit) -> Simulator:
     """The FMU of the disc rig with one disc in contact, under the fitted law and the constants that the fit used.
 
     Raises:
-        StickslipError: the law is not one of the FMU's, or its values are out of the model's range.
+        StickslipError: the law is unknown, or its values are out of the model's range.
     """
-    if fit.law != "Conti":
-        raise StickslipError(f"The law '{fit.law}' cannot be simulated yet; 'Conti' can.")
     from fmu_models.codegen.package import built
     from fmu_models.simulation.fmu import Fmu
 
-    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=fit.contacts)), {})
+    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=fit.contacts, laws=fmu_laws(fit))), {})
 
 
 def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
@@ -104,11 +103,18 @@ def fitted_rig(fit: FrictionFit) -> RigValues:
     return rig_values({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
 
 
+def fmu_laws(fit: FrictionFit) -> dict[str, str] | None:
+    """The law of the rig's FMU that simulates the fitted one, by contact; None for the law that the rig has."""
+    model = find_law(fit.law).model
+    return None if model is None else dict.fromkeys(fit.contacts, model)
+
+
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     """Parameters of the rig's FMU by name: fitted law and constants, for `simulate` or for an FMU to hand on."""
     rig, disc = fitted_rig(fit), fit.contacts[0][-1]
     constants = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N}
-    return constants | {f"{parameter.name}{disc}": parameter.value for parameter in fit.parameters}
+    law = find_law(fit.law).simulated(fit.law_values, rig.N)
+    return constants | {f"{name}{disc}": value for name, value in law.items()}
 
 
 def compare(

@@ -1,70 +1,216 @@
-"""The fitted model, run: the rig's FMU with the fitted friction law, at the drive speed of a log."""
+"""The fitted model, run: the rig's FMU under the fitted friction law, with the constants that the fit used."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
-from identification.pooling import Pool, RigValues, pool, rig_values
-from identification.portraits import PortraitComparison, compare_portraits, portrait
+from fmu_models.errors import StickslipError, nearest
 from identification.result import FrictionFit
-from rig_io.log import RigLog
+from rig_io.emulator import CHANGEOVER, MODELS
 
 if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
     from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.trajectory import Event
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
+NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
-SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
+# laws of a fit by name: the law of the FMU, and its parameters by what was fitted (others keep their names)
+FMU_LAWS: Mapping[str, tuple[str | None, Mapping[str, tuple[str, ...]], Mapping[str, float]]] = {
+    "Conti": (None, {}, {}),
+    "Coulomb": (None, {"mu": ("mu_s", "mu_k")}, {"p": 0.0}),
+    "LuGre": ("lugre", {}, {}),
+}
+CONSTANTS = ("J", "k", "c", "R", "r")
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedMotion:
-    """time: (n,) s from 0; angle: (n,) rad; speed: (n,) rad/s; transient left out."""
+    """Motion after the transient. time: (n,) s from 0; angle: (n,) rad; speed: (n,) rad/s; states: per contact (n,) its
+    state (0: stick); events: with times on the same clock; end: the states at the end, to start another run from."""
 
     time: np.ndarray
     angle: np.ndarray
     speed: np.ndarray
+    states: Mapping[str, np.ndarray]
+    events: tuple[Event, ...]
+    end: Mapping[str, float]
 
 
-Simulator = Callable[[float, float, float], SimulatedMotion]
-"""drive speed rad/s, duration s, sample interval s -> motion."""
+@dataclass(frozen=True, eq=False)
+class FittedModel:
+    """The FMU of the rig and the values it runs with.
+
+    contacts: discs that touch; arrangement: of two discs, as in `rig_io.log.Experiment`; parameters: of the FMU, by
+    name; start: of states, in place of stick on the first disc; sticks: whether the law knows exact stick.
+    """
+
+    fmu: Fmu
+    contacts: tuple[str, ...]
+    arrangement: str
+    parameters: Mapping[str, float]
+    start: Mapping[str, float]
+    sticks: bool
+
+    @cached_property
+    def natural_period(self) -> float:
+        """2 pi sqrt(J/k), s."""
+        return float(2 * np.pi * np.sqrt(self.parameters["J"] / self.parameters["k"]))
+
+    @property
+    def changeover(self) -> float:
+        """Angle at which contact changes, rad; 0 where it does not."""
+        return self.parameters.get(CHANGEOVER.get(self.arrangement, ""), 0.0)
+
+    def with_parameters(self, parameters: Mapping[str, float]) -> FittedModel:
+        """The same model with other values."""
+        return replace(self, parameters=parameters)
+
+    def run(
+        self,
+        drive_speeds: Mapping[str, float],
+        duration: float,
+        step: float,
+        *,
+        transient: float = TRANSIENT,
+        start: Mapping[str, float] | None = None,
+    ) -> SimulatedMotion:
+        """Motion at steady drive speeds (rad/s, by contact), sampled every ``step`` s.
+
+        transient: natural periods before; start: states to start from in place of the model's own.
+
+        Raises:
+            StickslipError: values out of the model's range.
+        """
+        from fmu_models.simulation.system import simulate
+
+        before = transient * self.natural_period
+        times = before + step * np.arange(max(round(duration / step), 1) + 1)
+        trajectory = simulate(
+            self.fmu,
+            float(times[-1]),
+            parameters=self.parameters,
+            start=self._begin(drive_speeds) if start is None else start,
+            inputs=inputs(drive_speeds),
+            output_times=times,
+        )
+        shown = {contact: trajectory[f"{contact}_state"] for contact in self.contacts}
+        events = tuple(replace(e, time=e.time - before) for e in trajectory.events if e.time >= before)
+        end = {name: float(trajectory[name][-1]) for name in self.fmu.states}
+        return SimulatedMotion(times - before, trajectory["theta"], trajectory["omega"], shown, events, end)
+
+    def _begin(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
+        """Stick on the first disc, near where it lets go, so that one release leads onto the cycle."""
+        first = self.contacts[0]
+        speed = self.parameters["r"] * drive_speeds[first] / self.parameters["R"]
+        return {"theta": 0.0, "omega": speed, **self.start}
+
+    def sliding(self, drive_speeds: Mapping[str, float]) -> Sliding | None:
+        """Steady sliding: where the body rests, and its damping there; None where it cannot rest in slip.
+
+        A law with bristles is taken at its steady friction.
+        """
+        if any(speed == 0.0 for speed in drive_speeds.values()):
+            return None
+        angle = 0.0
+        for _ in range(3):  # once is exact where contact does not depend on the angle; then until the region fits
+            rest = self._acceleration(drive_speeds, angle, 0.0)
+            angle += rest * self.parameters["J"] / self.parameters["k"]
+        if abs(self._acceleration(drive_speeds, angle, 0.0)) > 1e-9 * max(abs(angle), 1e-3):
+            return None
+        above, below = (self._acceleration(drive_speeds, angle, sign * NUDGE) for sign in (1.0, -1.0))
+        return Sliding(angle, -self.parameters["J"] * (above - below) / (2 * NUDGE))
+
+    def _acceleration(self, drive_speeds: Mapping[str, float], angle: float, speed: float) -> float:
+        """Angular acceleration, rad/s^2."""
+        from fmu_models.simulation.system import simulate
+
+        rigid = self if self.sticks else self._rigid
+        run = simulate(
+            rigid.fmu,
+            1e-9,
+            parameters=rigid.parameters,
+            start={"theta": angle, "omega": speed},
+            inputs=inputs(drive_speeds),
+            output_times=[0.0],
+        )
+        return float(run["der(omega)"][0])
+
+    @cached_property
+    def _rigid(self) -> FittedModel:
+        """The model without bristles."""
+        fmu = _built(MODELS[self.arrangement], self.contacts, {})
+        values = {name: value for name, value in self.parameters.items() if name in fmu.parameters}
+        return replace(self, fmu=fmu, parameters=values, start={}, sticks=True)
 
 
-def fmu_simulator(fit: FrictionFit) -> Simulator:
-    """The FMU of the disc rig with one disc in contact, under the fitted law and the constants that the fit used.
+@dataclass(frozen=True)
+class Sliding:
+    """Steady sliding. angle: rad, at rest; damping: N m s/rad of small motions about it (stable where positive)."""
+
+    angle: float
+    damping: float
+
+
+def inputs(drive_speeds: Mapping[str, float]) -> dict[str, float]:
+    """Inputs of the rig's FMU from drive speeds (rad/s) by contact."""
+    return {f"w{contact[-1]}": speed for contact, speed in drive_speeds.items()}
+
+
+def contacts_of(fit: FrictionFit) -> tuple[str, ...]:
+    """The discs that a fit is of."""
+    return tuple(getattr(fit, "contacts", ()) or (fit.contact,))
+
+
+def arrangement_of(fit: FrictionFit) -> str:
+    """How two discs touch: the fit says it by the name of the angle at which contact changes."""
+    known = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
+    return next((name for name, angle in CHANGEOVER.items() if angle in known), "together")
+
+
+def fitted_model(fit: FrictionFit, scene: Scene | None = None) -> FittedModel:
+    """The rig's FMU with the fitted values, or that of a scene of the same discs with these in place of its own.
 
     Raises:
-        StickslipError: the law is not one of the FMU's, or its values are out of the model's range.
+        StickslipError: the law is not one of the FMU's, or the scene is not of the discs that were fitted.
     """
-    if fit.law != "Conti":
-        raise StickslipError(f"The law '{fit.law}' cannot be simulated yet; 'Conti' can.")
+    contacts, arrangement = contacts_of(fit), arrangement_of(fit)
+    law = _fmu_law(fit)[0]
+    if scene is not None:
+        fmu, start = _of_scene(fit, scene)
+    else:
+        fmu, start = _built(MODELS[arrangement], contacts, dict.fromkeys(contacts, law) if law else {}), {}
+    sticks = law is None and not (scene is not None and "lugre" in scene.laws.values())
+    values = fmu_parameters(fit)
+    return FittedModel(fmu, contacts, arrangement, values, start, sticks)
+
+
+def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str]) -> Fmu:
     from fmu_models.codegen.package import built
     from fmu_models.simulation.fmu import Fmu
 
-    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=(fit.contact,))), {})
+    return Fmu.open(built(model, contacts=contacts, laws=laws or None))
 
 
-def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
-    """The FMU of a scene with the fitted law and constants in place of its own; its start, its laws, its other values.
-
-    Raises:
-        StickslipError: the scene is not of the contact that was fitted alone, or varies it otherwise.
-    """
+def _of_scene(fit: FrictionFit, scene: Scene) -> tuple[Fmu, Mapping[str, float]]:
+    """The FMU of a scene whose fitted parameters are free, and its start."""
     from fmu_models.scene.reduce import built_scene, unfolded
     from fmu_models.simulation.fmu import Fmu
 
-    if scene.contacts != (fit.contact,):
-        used = ", ".join(scene.contacts) if scene.contacts else ("all" if scene.contacts is None else "none")
+    contacts = contacts_of(fit)
+    used = ("disc0", "disc1") if scene.contacts is None else scene.contacts
+    if used != contacts:
+        wanted = ", ".join(f'"{name}"' for name in contacts)
         raise StickslipError(
-            f"The fit is of '{fit.contact}' alone, scene '{scene.name}' has as contacts in use: {used}. Set "
-            f'contacts = ["{fit.contact}"] there.'
+            f"The fit is of {' and '.join(contacts)}, scene '{scene.name}' has as contacts in use: "
+            f"{', '.join(used) or 'none'}. Set contacts = [{wanted}] there."
         )
     values = fmu_parameters(fit)
     missing = [name for name in values if name not in scene.parameters]
@@ -73,89 +219,54 @@ def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
     free = unfolded(scene)
     fixed = {name: value for name, value in free.fixed.items() if name not in values}
     free = dataclasses.replace(free, fixed=fixed, free={**free.free, **values}, outputs=())
-    return _simulator(fit, lambda: Fmu.open(built_scene(free)), scene.start)
+    return Fmu.open(built_scene(free)), scene.start
 
 
-def _simulator(fit: FrictionFit, opened: Callable[[], Fmu], start: Mapping[str, float]) -> Simulator:
-    """Runs of an FMU with the fitted values, after a transient; ``start`` in place of stick at rest."""
-    rig = fitted_rig(fit)
-
-    def run(drive_speed: float, duration: float, step: float) -> SimulatedMotion:
-        from fmu_models.simulation.system import simulate
-
-        disc = fit.contact[-1]
-        transient = TRANSIENT * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
-        times = transient + step * np.arange(round(duration / step) + 1)
-        trajectory = simulate(
-            opened(),
-            float(times[-1]),
-            parameters=fmu_parameters(fit),
-            start={"theta": 0.0, "omega": rig.r * drive_speed / rig.R, **start},
-            inputs={f"w{disc}": drive_speed},
-            output_times=times,
+def _fmu_law(fit: FrictionFit) -> tuple[str | None, Mapping[str, tuple[str, ...]], Mapping[str, float]]:
+    if fit.law not in FMU_LAWS:
+        raise StickslipError(
+            f"The law '{fit.law}' cannot be simulated: the rig's FMU has no such law.{nearest(fit.law, FMU_LAWS)}"
         )
-        return SimulatedMotion(times - transient, trajectory["theta"], trajectory["omega"])
-
-    return run
+    return FMU_LAWS[fit.law]
 
 
-def fitted_rig(fit: FrictionFit) -> RigValues:
-    """The constants of the rig with which a law was fitted."""
-    return rig_values({constant.name: constant.value for constant in fit.constants})
+def rig_constants(fit: FrictionFit) -> dict[str, float]:
+    """J, k, c, R, r and normal forces N0, N1 with which a law was fitted, SI."""
+    known = {constant.name: constant.value for constant in fit.constants}
+    known |= {q.name: q.value for q in fit.parameters if q.name in {*CONSTANTS, "N", "N0", "N1", "k/J", "c/J"}}
+    for name in ("k", "c"):
+        if name not in known:
+            known[name] = known["J"] * known[f"{name}/J"]
+    if "N" in known:
+        known[f"N{contacts_of(fit)[0][-1]}"] = known["N"]
+    return {name: known[name] for name in (*CONSTANTS, "N0", "N1") if name in known}
 
 
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     """Parameters of the rig's FMU by name: fitted law and constants, for `simulate` or for an FMU to hand on."""
-    rig, disc = fitted_rig(fit), fit.contact[-1]
-    constants = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N}
-    return constants | {f"{parameter.name}{disc}": parameter.value for parameter in fit.parameters}
+    return {name: value for name, (value, _) in fmu_quantities(fit).items()}
 
 
-def compare(
-    fit: FrictionFit, logs: Sequence[RigLog], *, simulate: Simulator | None = None
-) -> tuple[PortraitComparison, ...]:
-    """Measured against modelled phase portrait of each stick-slip log, at its mean drive speed.
+def fmu_quantities(fit: FrictionFit) -> dict[str, tuple[float, str]]:
+    """Value and unit of the parameters of the rig's FMU, by name."""
+    from rig_io.log import RIG_UNITS
 
-    logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
-    simulate: runs the model; the rig's FMU if None.
-
-    Raises:
-        StickslipError: a log that `pool` refuses, a log of another rig, or a model without a cycle.
-    """
-    ready = pool(logs, allow_no_stick=True)
-    _check_same_rig(fit, ready)
-    run = fmu_simulator(fit) if simulate is None else simulate
-    rig = fitted_rig(fit)
-    shape = {"r": rig.r, "R": rig.R, "natural_period": float(2 * np.pi * np.sqrt(rig.J / rig.k))}
-    comparisons = []
-    for motion in ready.motions:
-        drive_speed = float(np.mean(motion.drive))
-        measured = portrait(motion.time, motion.angle, motion.drive, what=f"log '{motion.log.name}'", **shape)
-        modelled = run(drive_speed, motion.time[-1] - motion.time[0], motion.step)
-        drive = np.full(len(modelled.time), drive_speed)
-        what = f"the model at {drive_speed:.3g} rad/s"
-        model = portrait(modelled.time, modelled.angle, drive, what=what, **shape)
-        comparisons.append(
-            PortraitComparison(motion.log.name, drive_speed, measured, model, compare_portraits(measured, model))
-        )
-    return tuple(comparisons)
-
-
-def _check_same_rig(fit: FrictionFit, ready: Pool) -> None:
-    if ready.contact != fit.contact:
-        raise StickslipError(
-            f"The fit is of '{fit.contact}', the logs are of '{ready.contact}'. Compare like with like."
-        )
-    if fit.materials and ready.materials and fit.materials != ready.materials:
-        raise StickslipError(
-            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare like "
-            "with like."
-        )
-    fitted, logged = fitted_rig(fit), ready.values
-    for name in ("J", "R", "r", "N"):
-        there, here = getattr(fitted, name), getattr(logged, name)
-        if abs(here / there - 1) > SAME_RIG:
-            raise StickslipError(
-                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "
-                "like with like."
-            )
+    _, renamed, fixed = _fmu_law(fit)
+    found = {name: (value, RIG_UNITS[name]) for name, value in rig_constants(fit).items()}
+    contacts = contacts_of(fit)
+    nuisances = {*CONSTANTS, "N", "N0", "N1", "k/J", "c/J"}
+    law = [q for q in fit.parameters if q.name not in nuisances]
+    for q in law:
+        if q.name in CHANGEOVER.values():
+            found[q.name] = (q.value, q.unit)
+            continue
+        # of two discs the names end in the number of theirs, as those of the FMU do
+        stem, digits = (q.name, contacts[0][-1]) if len(contacts) == 1 else (q.name[:-1], q.name[-1])
+        for name in renamed.get(stem, (stem,)):
+            found[f"{name}{digits}"] = (q.value, q.unit)
+    for constant in fit.constants:
+        if constant.name in CHANGEOVER.values():
+            found[constant.name] = (constant.value, constant.unit)
+    for contact in contacts:
+        found |= {f"{name}{contact[-1]}": (value, "s/m") for name, value in fixed.items()}
+    return found

@@ -108,7 +108,7 @@ def pool(
     sliding = [log for log in logs if log.kind != "free-decay"]
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
-    _check_same_rig([*sliding, *decays])
+    check_same_rig([*sliding, *decays])
     _check_no_copies(sliding)
     contact = _one_contact(sliding)
     if free_decay is None and decays:
@@ -117,7 +117,7 @@ def pool(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw = [disc_motion(log, int(contact[-1])) for log in sliding]
-    _check_same_rate(raw)
+    check_same_rate(raw)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = [zeroed(motion, free_decay.rest) for motion in raw]
@@ -151,7 +151,7 @@ def _one_contact(logs: Sequence[RigLog]) -> str:
     return contacts[0]
 
 
-def _check_same_rig(logs: Sequence[RigLog]) -> None:
+def check_same_rig(logs: Sequence[RigLog]) -> None:
     first = logs[0]
     for log in logs[1:]:
         if log.kind == first.kind and log.experiment.materials != first.experiment.materials:
@@ -173,7 +173,7 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
             )
 
 
-def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
+def check_same_rate(motions: Sequence[DiscMotion]) -> None:
     first = motions[0]
     for motion in motions[1:]:
         if abs(motion.step / first.step - 1) > SAME_RATE:

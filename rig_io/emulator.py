@@ -20,7 +20,7 @@ from fmu_models.errors import StickslipError, nearest
 from rig_io.columns import COLUMNS, TIME
 from rig_io.datapackage import check_target
 from rig_io.drive import Ripple
-from rig_io.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
+from rig_io.log import Arrangement, Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
 from rig_io.motion import Motion, integrated
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
@@ -65,6 +65,14 @@ STANDARD_SPEEDS: Mapping[str, tuple[float, ...]] = {
     "liner/rubber": (0.2, 0.41, 0.83),
     "paper/rubber": (0.41, 0.83, 1.4),
 }
+
+# the model of an arrangement, and its parameter that says where contact changes
+MODELS: Mapping[Arrangement, str] = {
+    "together": "disc_rig",
+    "sequential": "disc_rig_sequential",
+    "overlapping": "disc_rig_overlapping",
+}
+CHANGEOVER: Mapping[Arrangement, str] = {"sequential": "theta_s", "overlapping": "alpha"}
 
 # the paper's appendix; uncertainties and normal forces (0.5 kg of dead weight) are assumed
 RIG = RigConstants(

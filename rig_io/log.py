@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 Kind = Literal["stick-slip", "free-decay"]
+Arrangement = Literal["together", "sequential", "overlapping"]
 
 
 class StickslipWarning(UserWarning):

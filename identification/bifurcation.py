@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.model import FittedModel, fitted_model
-from identification.portraits import Portrait, PortraitComparison, Rest, Stick
+from identification.model import FittedModel, fmu_parameters
+from identification.portraits import Stick
 from identification.result import FrictionFit
 
 STEPS = 24  # of a sweep over the speeds of a family
@@ -101,17 +101,33 @@ class BifurcationComparison:
 def sticking(
     model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, ...], Mapping[str, float]]:
-    """The discs that stick in the motion that a run ends in, and the states at its end."""
+    """The discs that stick in the motion that a run ends in, and states of it to start the next run from: in stick, if
+    there is stick, since the motion that lets go there is the outermost and finds the cycle if there is one."""
+    until, watched = (SETTLE + WATCH) * model.natural_period, SETTLE * model.natural_period
+    if not model.sticks:
+        return _creeping(model, drive_speeds, start)
+    end, events = model.states_at(drive_speeds, until, start)
+    held = {e.contact for e in events if e.time > watched and e.after == 0}
+    held |= {contact for contact in model.contacts if end.pop(f"{contact}_state") == 0}
+    if not held:
+        return (), end
+    lands = [event.time for event in events if event.after == 0]
+    if lands:
+        end, _ = model.states_at(drive_speeds, lands[-1], start)
+        end = {name: end[name] for name in model.fmu.states}
+    return tuple(contact for contact in model.contacts if contact in held), end
+
+
+def _creeping(
+    model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float] | None
+) -> tuple[tuple[str, ...], Mapping[str, float]]:
+    """As `sticking`, for a law with bristles, which never sticks exactly."""
     span = WATCH * model.natural_period
-    run = model.run(drive_speeds, span, span if model.sticks else span / 4000, transient=SETTLE, start=start)
-    if model.sticks:
-        held = {event.contact for event in run.events if 0 in (event.before, event.after)}
-        held |= {contact for contact, states in run.states.items() if (states == 0).all()}
-    else:
-        r, R = model.parameters["r"], model.parameters["R"]
-        slip = {contact: r * speed - R * run.speed for contact, speed in drive_speeds.items()}
-        held = {contact for contact, one in slip.items() if np.abs(one).min() < MICRO_SLIP}
-    return tuple(contact for contact in model.contacts if contact in held), run.end
+    run = model.run(drive_speeds, span, span / 4000, transient=SETTLE, start=start)
+    r, R = model.parameters["r"], model.parameters["R"]
+    slip = {contact: r * speed - R * run.speed for contact, speed in drive_speeds.items()}
+    held = tuple(contact for contact in model.contacts if np.abs(slip[contact]).min() < MICRO_SLIP)
+    return held, run.end
 
 
 def transitions(
@@ -134,7 +150,7 @@ def transitions(
         if not speeds and not (beyond and abs(speed) < FASTEST):
             break
         after = speeds[0] if speeds else speed * BEYOND
-        others, end = sticking(model, {**held, varied: after}, state)
+        others, end = sticking(model, {**held, varied: after}, _taken(model, state, discs, varied, speed, after))
         if others != discs:
             found += _between(model, varied, held, (speed, discs, state), (after, others))
         speed, discs, state = after, others, end
@@ -153,7 +169,7 @@ def _between(
     seen = others
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        now, end = sticking(model, {**held, varied: middle}, state)
+        now, end = sticking(model, {**held, varied: middle}, _taken(model, state, discs, varied, low, middle))
         if now == discs:
             low, state = middle, end
         else:
@@ -161,8 +177,19 @@ def _between(
     first = Transition(varied, 0.5 * (low + high), discs, seen)
     if seen == others or abs(after[0] - high) < 1e-9:
         return [first]
-    _, start = sticking(model, {**held, varied: high}, state)
+    _, start = sticking(model, {**held, varied: high}, _taken(model, state, discs, varied, low, high))
     return [first, *_between(model, varied, held, (high, seen, start), after)]
+
+
+def _taken(
+    model: FittedModel, state: Mapping[str, float], discs: tuple[str, ...], varied: str, speed: float, after: float
+) -> Mapping[str, float]:
+    """States to start from at another drive speed: a body that sticks to the disc is taken along by it."""
+    p = model.parameters
+    grip = p["r"] * speed / p["R"]
+    if varied in discs and abs(state["omega"] - grip) < 1e-6 * abs(grip):
+        return {**state, "omega": p["r"] * after / p["R"]}
+    return state
 
 
 def hopf_speed(model: FittedModel, varied: str, held: Mapping[str, float], low: float, high: float) -> float | None:
@@ -227,8 +254,6 @@ def with_uncertainty(
     near = 0.02 * found.speed
 
     def again(other: FrictionFit) -> float:
-        from identification.model import fmu_parameters
-
         return _located(model.with_parameters(fmu_parameters(other)), found, held, near)
 
     noise, scale = deviations(fit, again)
@@ -240,7 +265,8 @@ def _located(model: FittedModel, found: Transition, held: Mapping[str, float], r
     low, high = found.speed - reach, found.speed + reach
     for _ in range(6):
         discs, state = sticking(model, {**held, found.varied: low})
-        if discs == found.before and sticking(model, {**held, found.varied: high}, state)[0] != found.before:
+        start = _taken(model, state, discs, found.varied, low, high)
+        if discs == found.before and sticking(model, {**held, found.varied: high}, start)[0] != found.before:
             break
         low, high = low - reach, high + reach
         reach *= 2
@@ -248,7 +274,8 @@ def _located(model: FittedModel, found: Transition, held: Mapping[str, float], r
         raise StickslipError(f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little.")
     while high - low > 1e-7 * found.speed:
         middle = 0.5 * (low + high)
-        now, end = sticking(model, {**held, found.varied: middle}, state)
+        start = _taken(model, state, found.before, found.varied, low, middle)
+        now, end = sticking(model, {**held, found.varied: middle}, start)
         low, high, state = (middle, high, end) if now == found.before else (low, middle, state)
     return 0.5 * (low + high)
 

@@ -65,7 +65,7 @@ def conclude(ready: Pool, estimator: Estimator, law: FittableLaw, *, bootstrap: 
         estimator=estimator.name,
         law=law.name,
         structure=estimator.structure,
-        contact=ready.contact,
+        contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
         correlation=tuple(tuple(float(x) for x in row) for row in correlation(covariance)),

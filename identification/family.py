@@ -16,7 +16,8 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification import bifurcation as bifurcations
 from identification.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
-from identification.measured import MeasuredMotion, measured_motions
+from identification.kinematics import DiscMotion
+from identification.measured import measured_motions
 from identification.model import FittedModel, arrangement_of, contacts_of, fitted_model, rig_constants
 from identification.portraits import MEANING, Portrait, PortraitComparison, Processing, Rest, compare_motions
 from identification.result import FrictionFit
@@ -65,8 +66,9 @@ def compare(
     scene: Scene | None = None,
     uncertainty: bool = True,
     progress: Callable[[float], None] = lambda _: None,
-) -> FamilyComparison:
-    """Measured against modelled motions at the mean drive speeds of each log, and bifurcations over the family.
+) -> tuple[FamilyComparison, ...]:
+    """Measured against modelled motions at the mean drive speeds of each log, and bifurcations over the drive speed: a
+    family for every set of discs in contact.
 
     logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
     scene: its FMU, start and laws in place of the rig's. uncertainty: of the predicted bifurcation speeds.
@@ -75,15 +77,35 @@ def compare(
         StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
             does not have.
     """
-    model = fitted_model(fit, scene)
-    motions = measured_motions(logs, model.natural_period)
-    _check_same_rig(fit, [motion.log for motion in motions])
+    known = rig_constants(fit)
+    families = measured_motions(logs, float(2 * np.pi * np.sqrt(known["J"] / known["k"])))
+    for contacts, motions in families.items():
+        _check_same_rig(fit, contacts, [motion.log for motion in motions])
+    made = []
+    for number, (contacts, motions) in enumerate(families.items()):
+
+        def advance(share: float, done: int = number) -> None:
+            progress((done + share) / len(families))
+
+        model = fitted_model(fit, scene, contacts)
+        made.append(_family(fit, model, motions, uncertainty, advance))
+    return tuple(made)
+
+
+def _family(
+    fit: FrictionFit,
+    model: FittedModel,
+    motions: Sequence[DiscMotion],
+    uncertainty: bool,
+    progress: Callable[[float], None],
+) -> FamilyComparison:
+    """One family."""
     p = model.parameters
     processing = Processing(
-        p["r"], p["R"], model.natural_period, arrangement=arrangement_of(fit), changeover=model.changeover
+        p["r"], p["R"], model.natural_period, arrangement=model.arrangement, changeover=model.changeover
     )
-    varied = _varied(motions, model.contacts)
-    motions = sorted(motions, key=lambda motion: motion.drive_speeds[varied])
+    varied = _varied(motions)
+    motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
     members = []
     for number, motion in enumerate(motions):
         members.append(_member(model, processing, motion))
@@ -101,14 +123,19 @@ def compare(
     return FamilyComparison(tuple(members), varied, hopf, _matched(found, predicted, hopf), notes)
 
 
-def _member(model: FittedModel, processing: Processing, motion: MeasuredMotion) -> PortraitComparison:
+def drive_speeds(motion: DiscMotion) -> dict[str, float]:
+    """Mean drive speeds by contact, rad/s."""
+    return {contact: float(np.mean(row)) for contact, row in zip(motion.log.contacts, motion.drives, strict=True)}
+
+
+def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> PortraitComparison:
     """One log against the model's motion at its drive speeds."""
-    speeds = motion.drive_speeds
-    measured = processing.motion(motion.time, motion.angle, motion.drives, f"log '{motion.log.name}'")
-    step = float((motion.time[-1] - motion.time[0]) / (len(motion.time) - 1))
-    run = model.run(speeds, float(motion.time[-1] - motion.time[0]), step)
-    drives = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
-    modelled = processing.motion(run.time, run.angle, drives, f"the model at {motion.log.name}'s drive speed")
+    speeds = drive_speeds(motion)
+    drives = dict(zip(motion.log.contacts, motion.drives, strict=True))
+    measured = processing.motion(motion.time, motion.angle, drives, f"log '{motion.log.name}'")
+    run = model.run(speeds, float(motion.time[-1] - motion.time[0]), motion.step)
+    steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
+    modelled = processing.motion(run.time, run.angle, steady, f"the model at the drive speed of '{motion.log.name}'")
     sliding = model.sliding(speeds)
     if _slides(measured) and not _slides(modelled) and sliding is not None and sliding.damping > 0:
         modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
@@ -119,16 +146,17 @@ def _slides(motion: Portrait | Rest) -> bool:
     return isinstance(motion, Rest) or not motion.sequence
 
 
-def _varied(motions: Sequence[MeasuredMotion], contacts: Sequence[str]) -> str:
+def _varied(motions: Sequence[DiscMotion]) -> str:
     """The disc whose drive speed differs most from log to log."""
-    return max(contacts, key=lambda contact: float(np.ptp([motion.drive_speeds[contact] for motion in motions])))
+    speeds = [drive_speeds(motion) for motion in motions]
+    return max(speeds[0], key=lambda contact: float(np.ptp([one[contact] for one in speeds])))
 
 
-def _held(motions: Sequence[MeasuredMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
+def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
     """Speeds of the other drives; None, and why, where they are not held."""
     held = {}
-    for contact in motions[0].drives:
-        speeds = np.array([motion.drive_speeds[contact] for motion in motions])
+    for contact in motions[0].log.contacts:
+        speeds = np.array([drive_speeds(motion)[contact] for motion in motions])
         if contact == varied:
             if np.ptp(np.sign(speeds)) > 0:
                 return None, (f"The drive of {varied} turns both ways in this family: no bifurcation was looked for.",)
@@ -231,22 +259,28 @@ def _overlap(one: MeasuredBifurcation, predicted: Transition | None, hopf: float
     return bool(one.low <= predicted.speed + reach and one.high >= least - reach)
 
 
-def _check_same_rig(fit: FrictionFit, logs: Sequence[RigLog]) -> None:
-    contacts, first = contacts_of(fit), logs[0]
-    if first.contacts != contacts:
+def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
+    fitted, first = contacts_of(fit), logs[0]
+    if not set(contacts) <= set(fitted):
         raise StickslipError(
-            f"The fit is of {' and '.join(contacts)}, the logs are of {' and '.join(first.contacts)}. Compare like with "
+            f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like with "
             "like."
         )
-    materials = first.experiment.materials
-    if fit.materials and materials and fit.materials != materials:
+    if len(contacts) > 1 and first.experiment.arrangement != arrangement_of(fit):
         raise StickslipError(
-            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(materials)}. Compare like with "
-            "like."
+            f"The fit is of discs arranged '{arrangement_of(fit)}', log '{first.name}' of discs arranged "
+            f"'{first.experiment.arrangement}'. Compare like with like."
         )
-    fitted = rig_constants(fit)
+    pairs = dict(zip(fitted, fit.materials, strict=False))
+    for log in logs:
+        for contact, pair in zip(contacts, log.experiment.materials, strict=False):
+            if pairs.get(contact, pair) != pair:
+                raise StickslipError(
+                    f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with like."
+                )
+    known = rig_constants(fit)
     for name in ("J", "R", "r", *(f"N{contact[-1]}" for contact in contacts)):
-        there, here = fitted[name], first.rig.value(name)
+        there, here = known[name], first.rig.value(name)
         if abs(here / there - 1) > SAME_RIG:
             raise StickslipError(
                 f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "

@@ -49,15 +49,21 @@ class SensorFit:
 class DiscMotion:
     """Motion of the disc in one log, on an even clock.
 
-    time: (n,) s; angle: (n,) rad, unsmoothed; drive: (n,) rad/s, speed of the driving disc; filled: (n,) samples that
-    the sensor did not give and that are interpolated (no estimator uses a segment that holds one).
+    time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
+    the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
+    estimator uses a segment that holds one).
     """
 
     log: RigLog
     time: np.ndarray
     angle: np.ndarray
-    drive: np.ndarray
+    drives: np.ndarray
     filled: np.ndarray
+
+    @property
+    def drive(self) -> np.ndarray:
+        """Speed (n,) in rad/s of the driving disc, or of the first of two."""
+        return self.drives[0]
 
     @property
     def step(self) -> float:
@@ -69,8 +75,8 @@ class DiscMotion:
         return savitzky_golay(self.angle, self.step, window, order, derivative)
 
     def slip(self, r: float, R: float, window: float) -> np.ndarray:
-        """Slip speed (n,) of the drive against the disc, r w - R th', in m/s, smoothed over ``window`` s."""
-        return r * self.drive - R * self.smoothed(window, derivative=1)
+        """Slip speed (n_discs, n) of each drive against the disc, r w - R th', in m/s, smoothed over ``window`` s."""
+        return r * self.drives - R * self.smoothed(window, derivative=1)
 
 
 def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:
@@ -108,8 +114,8 @@ def angle_at_ticks(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
     return log.time - log.calibration.need("laser").latency, angle
 
 
-def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
-    """Motion of the disc in one log, sensors as calibrated in the log. disc: number of the driving disc in contact.
+def disc_motion(log: RigLog) -> DiscMotion:
+    """Motion of the disc in one log, sensors as calibrated in the log, and speeds of the driving discs in contact.
 
     Raises:
         StickslipError: no angle, no drive speed, too few samples, or an uneven clock.
@@ -143,7 +149,8 @@ def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
             "range."
         )
     angle = np.interp(time, time[~filled], angle[~filled])
-    return DiscMotion(log, time, angle, smooth_drive(log, time, disc), filled)
+    drives = np.stack([smooth_drive(log, time, int(contact[-1])) for contact in log.contacts])
+    return DiscMotion(log, time, angle, drives, filled)
 
 
 def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
@@ -215,7 +222,8 @@ def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
     """The motion with the displacement R sin(angle) times 1 + gain, dated ``delay`` s earlier, the drive read there."""
     time = motion.time - delay
     angle = np.arcsin((1 + gain) * np.sin(motion.angle))
-    return replace(motion, time=time, angle=angle, drive=np.interp(time, motion.time, motion.drive))
+    drives = np.stack([np.interp(time, motion.time, drive) for drive in motion.drives])
+    return replace(motion, time=time, angle=angle, drives=drives)
 
 
 def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

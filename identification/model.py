@@ -12,7 +12,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
 from identification.result import FrictionFit
-from rig_io.emulator import CHANGEOVER, MODELS
+from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 
 if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
@@ -54,7 +54,7 @@ class FittedModel:
 
     fmu: Fmu
     contacts: tuple[str, ...]
-    arrangement: str
+    arrangement: Arrangement
     parameters: Mapping[str, float]
     start: Mapping[str, float]
     sticks: bool
@@ -70,8 +70,30 @@ class FittedModel:
         return self.parameters.get(CHANGEOVER.get(self.arrangement, ""), 0.0)
 
     def with_parameters(self, parameters: Mapping[str, float]) -> FittedModel:
-        """The same model with other values."""
-        return replace(self, parameters=parameters)
+        """The same model with other values; those of other models are left out."""
+        return replace(self, parameters={name: parameters[name] for name in self.parameters})
+
+    def states_at(
+        self, drive_speeds: Mapping[str, float], time: float, start: Mapping[str, float] | None = None
+    ) -> tuple[dict[str, float], tuple[Event, ...]]:
+        """States at a time (s) after a start, and the events until then.
+
+        Raises:
+            StickslipError: values out of the model's range.
+        """
+        from fmu_models.simulation.system import simulate
+
+        run = simulate(
+            self.fmu,
+            time,
+            parameters=self.parameters,
+            start=self._begin(drive_speeds) if start is None else start,
+            inputs=inputs(drive_speeds),
+            output_times=[time],
+        )
+        states = {name: float(run[name][-1]) for name in self.fmu.states}
+        held = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}
+        return states | held, run.events
 
     def run(
         self,
@@ -169,26 +191,31 @@ def contacts_of(fit: FrictionFit) -> tuple[str, ...]:
     return tuple(getattr(fit, "contacts", ()) or (fit.contact,))
 
 
-def arrangement_of(fit: FrictionFit) -> str:
+def arrangement_of(fit: FrictionFit) -> Arrangement:
     """How two discs touch: the fit says it by the name of the angle at which contact changes."""
     known = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
     return next((name for name, angle in CHANGEOVER.items() if angle in known), "together")
 
 
-def fitted_model(fit: FrictionFit, scene: Scene | None = None) -> FittedModel:
+def fitted_model(
+    fit: FrictionFit, scene: Scene | None = None, contacts: tuple[str, ...] | None = None
+) -> FittedModel:
     """The rig's FMU with the fitted values, or that of a scene of the same discs with these in place of its own.
+
+    contacts: those in use, of the fitted ones; all if None.
 
     Raises:
         StickslipError: the law is not one of the FMU's, or the scene is not of the discs that were fitted.
     """
-    contacts, arrangement = contacts_of(fit), arrangement_of(fit)
+    contacts = contacts or contacts_of(fit)
+    arrangement = arrangement_of(fit) if len(contacts) > 1 else "together"
     law = _fmu_law(fit)[0]
     if scene is not None:
-        fmu, start = _of_scene(fit, scene)
+        fmu, start = _of_scene(fit, scene, contacts)
     else:
         fmu, start = _built(MODELS[arrangement], contacts, dict.fromkeys(contacts, law) if law else {}), {}
     sticks = law is None and not (scene is not None and "lugre" in scene.laws.values())
-    values = fmu_parameters(fit)
+    values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
     return FittedModel(fmu, contacts, arrangement, values, start, sticks)
 
 
@@ -199,12 +226,11 @@ def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str]) -> Fmu:
     return Fmu.open(built(model, contacts=contacts, laws=laws or None))
 
 
-def _of_scene(fit: FrictionFit, scene: Scene) -> tuple[Fmu, Mapping[str, float]]:
+def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tuple[Fmu, Mapping[str, float]]:
     """The FMU of a scene whose fitted parameters are free, and its start."""
     from fmu_models.scene.reduce import built_scene, unfolded
     from fmu_models.simulation.fmu import Fmu
 
-    contacts = contacts_of(fit)
     used = ("disc0", "disc1") if scene.contacts is None else scene.contacts
     if used != contacts:
         wanted = ", ".join(f'"{name}"' for name in contacts)

@@ -16,6 +16,7 @@ from fmu_models.errors import StickslipError
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
+from rig_io.arrangement import Arrangement
 from rig_io.log import RIG_UNITS, RigLog
 
 SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
@@ -24,15 +25,20 @@ REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is
 
 @dataclass(frozen=True)
 class RigValues:
-    """Constants of the rig in one fit, SI: J kg*m^2, k N*m/rad, c N*m*s/rad, R m, r m, N N (normal force of the
-    disc)."""
+    """Constants of the rig in one fit, SI: J kg*m^2, k N*m/rad, c N*m*s/rad, R m, r m, forces N (normal force of each
+    driving disc, in the order of the pool's contacts)."""
 
     J: float
     k: float
     c: float
     R: float
     r: float
-    N: float
+    forces: tuple[float, ...]
+
+    @property
+    def N(self) -> float:
+        """Normal force of the driving disc, or of the first of two."""
+        return self.forces[0]
 
 
 @dataclass(frozen=True)
@@ -48,14 +54,17 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Logs ready for a fit. contact: name of the sliding disc; segments of all logs, in order of motions and time."""
+    """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
+    ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
+    time."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
     sensors: SensorFit
     priors: tuple[Prior, ...]
-    contact: str
+    contacts: tuple[str, ...]
     materials: tuple[str, ...]
+    arrangement: Arrangement
     threshold: float
     warnings: tuple[str, ...]
 
@@ -77,11 +86,12 @@ class Pool:
 
 
 def rig_values(known: dict[str, float]) -> RigValues:
-    """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J."""
+    """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J; N, or N0 and N1."""
     J = known["J"]
     k = known["k"] if "k" in known else J * known["k/J"]
     c = known["c"] if "c" in known else J * known["c/J"]
-    return RigValues(J, k, c, known["R"], known["r"], known["N"])
+    forces = tuple(known[name] for name in ("N", "N0", "N1") if name in known)
+    return RigValues(J, k, c, known["R"], known["r"], forces)
 
 
 def pool(
@@ -93,11 +103,11 @@ def pool(
 ) -> Pool:
     """Make logs ready for one fit.
 
-    logs: stick-slip logs of one rig, one disc in contact; a free-decay log among them serves as ``free_decay`` if
-    that is not given. threshold: m/s, slip speed below which data are left out. allow_no_stick: see `slip_segments`.
+    logs: stick-slip logs of one rig, with one driving disc or two; a free-decay log among them serves as ``free_decay``
+    if that is not given. threshold: m/s, slip speed below which data are left out. allow_no_stick: see `slip_segments`.
 
     Raises:
-        StickslipError: no logs, logs of different rigs or contacts, two discs, constants missing, or a log that
+        StickslipError: no logs, logs of different rigs, contacts or arrangements, constants missing, or a log that
             `disc_motion`, `fuse` or `slip_segments` refuses.
     """
     if threshold <= 0:
@@ -110,13 +120,14 @@ def pool(
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
     check_same_rig([*sliding, *decays])
     _check_no_copies(sliding)
-    contact = _one_contact(sliding)
+    contacts, arrangement = _contacts(sliding)
+    materials = _materials(sliding, contacts)
     if free_decay is None and decays:
         free_decay = fit_free_decay(decays[0])
-    priors = _priors(sliding[0], contact, free_decay)
+    priors = _priors(sliding, contacts, free_decay)
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
-    raw = [disc_motion(log, int(contact[-1])) for log in sliding]
+    raw = [disc_motion(log) for log in sliding]
     check_same_rate(raw)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
@@ -130,36 +141,61 @@ def pool(
         tuple(segments),
         sensors,
         priors,
-        contact,
-        sliding[0].experiment.materials,
+        contacts,
+        materials,
+        arrangement,
         threshold,
         _doubts(sliding, sensors, free_decay),
     )
 
 
-def _one_contact(logs: Sequence[RigLog]) -> str:
+def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
+    """Discs of all logs, and the arrangement of those logs that have two."""
     for log in logs:
-        if len(log.contacts) != 1:
-            found = " and ".join(log.contacts) or "none"
+        if not log.contacts:
             raise StickslipError(
-                f"Log '{log.name}' has these discs in contact: {found}. Two friction laws cannot be told apart by this "
-                "estimator: fit logs with one disc in contact."
+                f"Log '{log.name}' is of kind '{log.kind}', but has no disc in contact. Say which one touches, "
+                '"contacts": ["disc0"], or call it a "free-decay".'
             )
-    contacts = sorted({log.contacts[0] for log in logs})
-    if len(contacts) > 1:
-        raise StickslipError(f"The logs are of different discs ({', '.join(contacts)}). Fit each disc by itself.")
-    return contacts[0]
+    contacts = tuple(sorted({contact for log in logs for contact in log.contacts}))
+    double = [log for log in logs if len(log.contacts) == 2]
+    if len(contacts) > 1 and not double:
+        raise StickslipError(
+            f"The logs are of different discs ({', '.join(contacts)}), and none is of both. Fit each disc by itself."
+        )
+    for log in double[1:]:
+        if log.experiment.arrangement != double[0].experiment.arrangement:
+            raise StickslipError(
+                f"Logs '{double[0].name}' and '{log.name}' are of different arrangements of the two discs, "
+                f"'{double[0].experiment.arrangement}' and '{log.experiment.arrangement}'. Fit them apart."
+            )
+    return contacts, double[0].experiment.arrangement if double else "together"
+
+
+def _materials(logs: Sequence[RigLog], contacts: Sequence[str]) -> tuple[str, ...]:
+    """The friction pair of each disc; none if a log states none."""
+    found: dict[str, tuple[str, str]] = {}
+    for log in logs:
+        pairs = log.experiment.materials
+        if pairs and len(pairs) != len(log.contacts):
+            raise StickslipError(
+                f"Log '{log.name}' states the materials {' and '.join(pairs)} for {' and '.join(log.contacts)}. Give "
+                "one for each disc."
+            )
+        for contact, pair in zip(log.contacts, pairs or ("no materials",) * len(log.contacts), strict=True):
+            first, known = found.setdefault(contact, (log.name, pair))
+            if known != pair:
+                raise StickslipError(
+                    f"Logs '{first}' ({known}) and '{log.name}' ({pair}) are of different materials on {contact}. Fit "
+                    "each pair alone."
+                )
+    pairs = tuple(found[contact][1] for contact in contacts)
+    return () if "no materials" in pairs else pairs
 
 
 def check_same_rig(logs: Sequence[RigLog]) -> None:
     first = logs[0]
     for log in logs[1:]:
-        if log.kind == first.kind and log.experiment.materials != first.experiment.materials:
-            raise StickslipError(
-                f"Logs '{first.name}' ({' / '.join(first.experiment.materials) or 'no materials'}) and '{log.name}' "
-                f"({' / '.join(log.experiment.materials) or 'no materials'}) are of different materials. Fit each pair "
-                "alone."
-            )
         for name in RIG_UNITS:
             here, there = getattr(first.rig, name), getattr(log.rig, name)
             if here is not None and there is not None and not np.isclose(here.value, there.value, rtol=1e-9):
@@ -191,8 +227,11 @@ def _check_no_copies(logs: Sequence[RigLog]) -> None:
             raise StickslipError(f"Logs '{one.name}' and '{other.name}' hold the same data. Give each log once.")
 
 
-def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Prior, ...]:
-    names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", "N": f"N{contact[-1]}"}
+def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDecay | None) -> tuple[Prior, ...]:
+    # a log of one disc may leave out the force of the other
+    log = next(log for log in logs if len(log.contacts) == len(contacts))
+    forces = {"N": f"N{contacts[0][-1]}"} if len(contacts) == 1 else {"N0": "N0", "N1": "N1"}
+    names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", **forces}
     ratios: list[Prior] = []
     if free_decay is not None:
         source = f"free decay '{free_decay.log}'"

@@ -88,7 +88,7 @@ class FrictionFit:
     estimator: str
     law: str
     structure: tuple[str, ...]
-    contact: str
+    contacts: tuple[str, ...]
     materials: tuple[str, ...]
     parameters: tuple[FittedParameter, ...]
     correlation: tuple[tuple[float, ...], ...]
@@ -103,6 +103,11 @@ class FrictionFit:
     converged: bool
     message: str
     warnings: tuple[str, ...]
+
+    @property
+    def contact(self) -> str:
+        """The disc, or the first of two."""
+        return self.contacts[0]
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -169,7 +174,7 @@ class FrictionFit:
             values = {key: value for key, value in plain.items() if key not in ("type", "version")}
             for key, kind in kinds.items():
                 values[key] = tuple(kind(**entry) for entry in values[key])
-            for key in ("structure", "materials", "warnings"):
+            for key in ("structure", "contacts", "materials", "warnings"):
                 values[key] = tuple(values[key])
             values["correlation"] = tuple(tuple(row) for row in values["correlation"])
             return FrictionFit(**values)

@@ -14,12 +14,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 from fmu_models.errors import StickslipError, nearest
+from rig_io.arrangement import Arrangement
 
 if TYPE_CHECKING:
     import numpy as np
 
 Kind = Literal["stick-slip", "free-decay"]
-Arrangement = Literal["together", "sequential", "overlapping"]
 
 
 class StickslipWarning(UserWarning):
@@ -146,6 +146,8 @@ class Calibration:
 class Experiment:
     """What was done: kind, discs in contact, their materials and nominal speeds (rad/s).
 
+    arrangement of two discs: both touch always ("together", class b of the disc_rig paper), disc 0 below and disc 1
+    from an angle on ("sequential", class c), or with angles at which both touch ("overlapping", class d).
     ``emulation`` holds the truth behind an emulated log (friction law, seed ...) for comparison; no estimator reads it.
     """
 
@@ -153,6 +155,7 @@ class Experiment:
     contacts: tuple[str, ...] = ("disc0",)
     materials: tuple[str, ...] = ()
     drive_speed: tuple[float, ...] = ()
+    arrangement: Arrangement = "together"
     emulation: Mapping[str, Any] = field(default_factory=dict)
 
 

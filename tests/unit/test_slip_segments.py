@@ -185,7 +185,7 @@ def test_logs_of_different_rigs_are_not_pooled() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"experiment": Experiment(contacts=("disc0", "disc1"))}, "disc0 and disc1"),
+        ({"experiment": Experiment(contacts=("disc0", "disc1"))}, "rig constant N1 .* is needed"),
         ({"experiment": Experiment(kind="free-decay")}, "no stick-slip log"),
         ({"rig": replace(RIG, N0=None)}, "rig constant N0 .* is needed"),
         ({"rig": replace(RIG, J=Quantity(-1.0, "kg*m^2"))}, "J is -1"),

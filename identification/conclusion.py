@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import FittableLaw, Regression, Solution, solve
+from identification.laws import FittableLaw
+from identification.laws_fit import Regression, Solution, solve
 from identification.pooling import Pool, RigValues, rig_values
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.slip_segments import SlipSegment, long_enough

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
-from identification.laws_fit import LAWS
+from identification.laws import find_law
 from identification.pooling import Pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
@@ -34,8 +34,6 @@ def fit_friction(
     """
     if estimator not in ESTIMATORS:
         raise StickslipError(f"There is no estimator '{estimator}'.{nearest(estimator, ESTIMATORS)}")
-    if law not in LAWS:
-        raise StickslipError(f"There is no friction law '{law}'.{nearest(law, LAWS)}")
     if bootstrap < 0 or 0 < bootstrap < 20:
         raise StickslipError(f"A bootstrap of {bootstrap} draws gives no standard deviation; take 200, or 0 for none.")
-    return import_module(ESTIMATORS[estimator]).fit(logs, law=LAWS[law], bootstrap=bootstrap, seed=seed)
+    return import_module(ESTIMATORS[estimator]).fit(logs, law=find_law(law), bootstrap=bootstrap, seed=seed)

@@ -17,7 +17,9 @@ import numpy as np
 
 from identification.conclusion import Estimator, conclude
 from identification.kinematics import odd_count, savitzky_golay
-from identification.laws_fit import CONTI, FittableLaw, Regression
+from identification.laws import FittableLaw
+from identification.laws.conti import LAW as CONTI
+from identification.laws_fit import Regression
 from identification.pooling import Pool, RigValues, pool
 from identification.result import FrictionFit
 from identification.slip_segments import SlipSegment, long_enough

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.errors import StickslipError
+from identification.laws import find_law
 from identification.result import FrictionFit
 from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 
@@ -22,13 +23,7 @@ if TYPE_CHECKING:
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
 NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
-# laws of a fit by name: the law of the FMU, and its parameters by what was fitted (others keep their names)
-FMU_LAWS: Mapping[str, tuple[str | None, Mapping[str, tuple[str, ...]], Mapping[str, float]]] = {
-    "Conti": (None, {}, {}),
-    "Coulomb": (None, {"mu": ("mu_s", "mu_k")}, {"p": 0.0}),
-    "LuGre": ("lugre", {}, {}),
-}
-CONSTANTS = ("J", "k", "c", "R", "r")
+BRISTLES = "lugre"  # the law of the FMU that never sticks exactly
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,16 +200,16 @@ def fitted_model(
     contacts: those in use, of the fitted ones; all if None.
 
     Raises:
-        StickslipError: the law is not one of the FMU's, or the scene is not of the discs that were fitted.
+        StickslipError: the law is unknown, or the scene is not of the discs that were fitted.
     """
     contacts = contacts or contacts_of(fit)
     arrangement = arrangement_of(fit) if len(contacts) > 1 else "together"
-    law = _fmu_law(fit)[0]
+    law = find_law(fit.law).model
     if scene is not None:
         fmu, start = _of_scene(fit, scene, contacts)
     else:
         fmu, start = _built(MODELS[arrangement], contacts, dict.fromkeys(contacts, law) if law else {}), {}
-    sticks = law is None and not (scene is not None and "lugre" in scene.laws.values())
+    sticks = law != BRISTLES and not (scene is not None and BRISTLES in scene.laws.values())
     values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
     return FittedModel(fmu, contacts, arrangement, values, start, sticks)
 
@@ -248,51 +243,29 @@ def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tupl
     return Fmu.open(built_scene(free)), scene.start
 
 
-def _fmu_law(fit: FrictionFit) -> tuple[str | None, Mapping[str, tuple[str, ...]], Mapping[str, float]]:
-    if fit.law not in FMU_LAWS:
-        raise StickslipError(
-            f"The law '{fit.law}' cannot be simulated: the rig's FMU has no such law.{nearest(fit.law, FMU_LAWS)}"
-        )
-    return FMU_LAWS[fit.law]
-
-
 def rig_constants(fit: FrictionFit) -> dict[str, float]:
     """J, k, c, R, r and normal forces N0, N1 with which a law was fitted, SI."""
-    known = {constant.name: constant.value for constant in fit.constants}
-    known |= {q.name: q.value for q in fit.parameters if q.name in {*CONSTANTS, "N", "N0", "N1", "k/J", "c/J"}}
+    known = {one.name: one.value for one in (*fit.constants, *getattr(fit, "nuisance", ()))}
     for name in ("k", "c"):
         if name not in known:
             known[name] = known["J"] * known[f"{name}/J"]
     if "N" in known:
         known[f"N{contacts_of(fit)[0][-1]}"] = known["N"]
-    return {name: known[name] for name in (*CONSTANTS, "N0", "N1") if name in known}
+    return {name: known[name] for name in ("J", "k", "c", "R", "r", "N0", "N1") if name in known}
 
 
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
-    """Parameters of the rig's FMU by name: fitted law and constants, for `simulate` or for an FMU to hand on."""
-    return {name: value for name, (value, _) in fmu_quantities(fit).items()}
-
-
-def fmu_quantities(fit: FrictionFit) -> dict[str, tuple[float, str]]:
-    """Value and unit of the parameters of the rig's FMU, by name."""
-    from rig_io.log import RIG_UNITS
-
-    _, renamed, fixed = _fmu_law(fit)
-    found = {name: (value, RIG_UNITS[name]) for name, value in rig_constants(fit).items()}
+    """Parameters of the rig's FMU by name, in its units: fitted law and constants, for `simulate` or for an FMU to hand
+    on."""
+    found, law = rig_constants(fit), find_law(fit.law)
     contacts = contacts_of(fit)
-    nuisances = {*CONSTANTS, "N", "N0", "N1", "k/J", "c/J"}
-    law = [q for q in fit.parameters if q.name not in nuisances]
-    for q in law:
-        if q.name in CHANGEOVER.values():
-            found[q.name] = (q.value, q.unit)
-            continue
-        # of two discs the names end in the number of theirs, as those of the FMU do
-        stem, digits = (q.name, contacts[0][-1]) if len(contacts) == 1 else (q.name[:-1], q.name[-1])
-        for name in renamed.get(stem, (stem,)):
-            found[f"{name}{digits}"] = (q.value, q.unit)
-    for constant in fit.constants:
-        if constant.name in CHANGEOVER.values():
-            found[constant.name] = (constant.value, constant.unit)
     for contact in contacts:
-        found |= {f"{name}{contact[-1]}": (value, "s/m") for name, value in fixed.items()}
+        number = contact[-1]
+        # of two discs the names end in the number of theirs, as those of the FMU do
+        suffix = number if len(contacts) > 1 else ""
+        values = np.array([fit[f"{name}{suffix}"].value for name in law.names])
+        found |= {f"{name}{number}": value for name, value in law.simulated(values, found[f"N{number}"]).items()}
+    for one in (*fit.parameters, *fit.constants, *getattr(fit, "nuisance", ())):
+        if one.name in CHANGEOVER.values():
+            found[one.name] = one.value
     return found

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.errors import StickslipError
+from identification.laws import find_law
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,8 +126,5 @@ def fitted_law(fit: FrictionFit) -> Callable[[np.ndarray], np.ndarray]:
     Raises:
         StickslipError: the fit is of an unknown law.
     """
-    from identification.laws_fit import LAWS
-
-    if fit.law not in LAWS:
-        raise StickslipError(f"There is no friction law '{fit.law}'.{nearest(fit.law, LAWS)}")
-    return lambda slip: LAWS[fit.law].value(np.abs(slip), fit.law_values)
+    law = find_law(fit.law)
+    return lambda slip: law.value(np.abs(slip), fit.law_values)

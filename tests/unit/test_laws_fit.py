@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import CONTI, Regression, solve
+from identification.laws import LAWS
+from identification.laws_fit import Regression, solve
+
+CONTI = LAWS["Conti"]
 
 
 def points(slip: np.ndarray, measured: np.ndarray) -> Regression:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -37,8 +38,8 @@ COVER = 1.96  # standard deviations
 
 @dataclass(frozen=True)
 class Transition:
-    """A drive speed (rad/s, of ``varied``) where the sticking discs change, as it rises, and its standard deviations from
-    the noise in the fitted parameters and from the constants of the rig (NaN where not asked for)."""
+    """A drive speed (rad/s, of ``varied``) where the sticking discs change, as it rises, and its standard deviations
+    from the noise in the fitted parameters and from the constants of the rig (NaN where not asked for)."""
 
     varied: str
     speed: float
@@ -63,9 +64,9 @@ class Transition:
 
 @dataclass(frozen=True)
 class MeasuredBifurcation:
-    """What a family of logs says. before, after: sticking discs below and above; low, high: rad/s, last speed of the one
-    and first of the other (high infinite: no log without stick); estimate: rad/s, carried on to zero stick, with its
-    standard deviation from noise and from the curvature of the curve (None: not to be had)."""
+    """What a family of logs says. before, after: sticking discs below and above; low, high: rad/s, last speed of the
+    one and first of the other (high infinite: no log without stick); estimate: rad/s, carried on to zero stick, with
+    its standard deviation from noise and from the curvature of the curve (None: not to be had)."""
 
     varied: str
     low: float
@@ -142,7 +143,7 @@ def transitions(
     """
     if not 0 < abs(low) < abs(high):
         raise StickslipError(f"The drive speed must rise from one above zero, found {low:g} to {high:g} rad/s.")
-    speeds = list(np.linspace(low, high, STEPS + 1))
+    speeds = np.linspace(low, high, STEPS + 1).tolist()
     discs, state = sticking(model, {**held, varied: low})
     found, speed = [], low
     while discs or speeds[1:]:
@@ -193,7 +194,7 @@ def _taken(
 
 
 def hopf_speed(model: FittedModel, varied: str, held: Mapping[str, float], low: float, high: float) -> float | None:
-    """Greatest speed (rad/s, of ``varied``) in a range at which steady sliding changes its stability; None if nowhere."""
+    """Greatest speed (rad/s, of ``varied``) in a range at which steady sliding changes its stability, or None."""
     from scipy.optimize import brentq
 
     def damping(speed: float) -> float:
@@ -202,7 +203,7 @@ def hopf_speed(model: FittedModel, varied: str, held: Mapping[str, float], low: 
 
     speeds = np.linspace(high, low, 4 * STEPS)
     above = damping(float(speeds[0]))
-    for last, speed in zip(speeds[:-1], speeds[1:], strict=True):
+    for last, speed in pairwise(speeds):
         here = damping(float(speed))
         if above * here < 0:
             return float(brentq(damping, float(speed), float(last), xtol=1e-10))  # type: ignore[arg-type]
@@ -247,9 +248,7 @@ def _moved(
     )
 
 
-def with_uncertainty(
-    fit: FrictionFit, model: FittedModel, found: Transition, held: Mapping[str, float]
-) -> Transition:
+def with_uncertainty(fit: FrictionFit, model: FittedModel, found: Transition, held: Mapping[str, float]) -> Transition:
     """A predicted transition with what the fit leaves open about it."""
     near = 0.02 * found.speed
 
@@ -271,7 +270,10 @@ def _located(model: FittedModel, found: Transition, held: Mapping[str, float], r
         low, high = low - reach, high + reach
         reach *= 2
     else:
-        raise StickslipError(f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little.")
+        raise StickslipError(
+            f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little: it is no "
+            "isolated one. Compare without its uncertainty."
+        )
     while high - low > 1e-7 * found.speed:
         middle = 0.5 * (low + high)
         start = _taken(model, state, found.before, found.varied, low, middle)

@@ -19,7 +19,15 @@ from identification.bifurcation import BifurcationComparison, MeasuredBifurcatio
 from identification.kinematics import DiscMotion
 from identification.measured import measured_motions
 from identification.model import FittedModel, arrangement_of, contacts_of, fitted_model, rig_constants
-from identification.portraits import MEANING, Portrait, PortraitComparison, Processing, Rest, compare_motions
+from identification.portraits import (
+    MEANING,
+    Portrait,
+    PortraitComparison,
+    Processing,
+    Rest,
+    compare_motions,
+    sequence_of,
+)
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
@@ -32,8 +40,8 @@ STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
 
 @dataclass(frozen=True, eq=False)
 class FamilyComparison:
-    """A family in order of the drive speed that varies. varied: its disc; hopf: rad/s, predicted speed above which steady
-    sliding is stable (None: not one); notes: what was left out, and why."""
+    """A family in order of the drive speed that varies. varied: its disc; hopf: rad/s, predicted speed above which
+    steady sliding is stable (None: not one); notes: what was left out, and why."""
 
     members: tuple[PortraitComparison, ...]
     varied: str
@@ -135,15 +143,12 @@ def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> P
     measured = processing.motion(motion.time, motion.angle, drives, f"log '{motion.log.name}'")
     run = model.run(speeds, float(motion.time[-1] - motion.time[0]), motion.step)
     steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
-    modelled = processing.motion(run.time, run.angle, steady, f"the model at the drive speed of '{motion.log.name}'")
+    what = f"the model at the drive speed of '{motion.log.name}'"
+    modelled = processing.motion(run.time, run.angle, steady, what, run.states)
     sliding = model.sliding(speeds)
-    if _slides(measured) and not _slides(modelled) and sliding is not None and sliding.damping > 0:
+    if not sequence_of(measured) and sequence_of(modelled) and sliding is not None and sliding.damping > 0:
         modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
     return PortraitComparison(motion.log.name, speeds, measured, modelled, compare_motions(measured, modelled))
-
-
-def _slides(motion: Portrait | Rest) -> bool:
-    return isinstance(motion, Rest) or not motion.sequence
 
 
 def _varied(motions: Sequence[DiscMotion]) -> str:
@@ -163,8 +168,8 @@ def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] 
             continue
         if np.ptp(speeds) > STEADY * float(np.abs(speeds).max()):
             return None, (
-                f"The drive of {contact} varies as well (from {speeds.min():.3g} to {speeds.max():.3g} rad/s): the logs "
-                "are no family of one speed, and no bifurcation was looked for.",
+                f"The drive of {contact} varies as well (from {speeds.min():.3g} to {speeds.max():.3g} rad/s): the "
+                "logs are no family of one speed, and no bifurcation was looked for.",
             )
         held[contact] = float(np.mean(speeds))
     return held, ()
@@ -206,10 +211,8 @@ def _measured(
 
 
 def _sticking(motion: Portrait | Rest) -> tuple[str, ...]:
-    if isinstance(motion, Rest):
-        return ()
-    together = {contact for one in motion.sequence for contact in one}
-    return tuple(contact for contact in motion.sticks if contact in together)
+    """The discs that stick at some time."""
+    return tuple(sorted({contact for one in sequence_of(motion) for contact in one}))
 
 
 def _extrapolated(
@@ -219,11 +222,11 @@ def _extrapolated(
     model: FittedModel,
     processing: Processing,
 ) -> tuple[float, float] | None:
-    rows = [
-        (one.drive_speeds[varied], *bifurcations.stick_angle(motion.sticks[varied], one.drive_speeds[varied], model, processing.threshold))
-        for motion, one in zip(motions, members, strict=True)
-        if isinstance(motion, Portrait)
-    ]
+    rows = []
+    for motion, one in zip(motions, members, strict=True):
+        if isinstance(motion, Portrait):
+            speed, stick = one.drive_speeds[varied], motion.sticks[varied]
+            rows.append((speed, *bifurcations.stick_angle(stick, speed, model, processing.threshold)))
     if not rows:
         return None
     speeds, squares, spread = zip(*rows, strict=True)
@@ -263,8 +266,8 @@ def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[Ri
     fitted, first = contacts_of(fit), logs[0]
     if not set(contacts) <= set(fitted):
         raise StickslipError(
-            f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like with "
-            "like."
+            f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like "
+            "with like."
         )
     if len(contacts) > 1 and first.experiment.arrangement != arrangement_of(fit):
         raise StickslipError(
@@ -276,7 +279,8 @@ def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[Ri
         for contact, pair in zip(contacts, log.experiment.materials, strict=False):
             if pairs.get(contact, pair) != pair:
                 raise StickslipError(
-                    f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with like."
+                    f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with "
+                    "like."
                 )
     known = rig_constants(fit)
     for name in ("J", "R", "r", *(f"N{contact[-1]}" for contact in contacts)):

@@ -189,12 +189,13 @@ def contacts_of(fit: FrictionFit) -> tuple[str, ...]:
 def arrangement_of(fit: FrictionFit) -> Arrangement:
     """How two discs touch: the fit says it by the name of the angle at which contact changes."""
     known = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
-    return next((name for name, angle in CHANGEOVER.items() if angle in known), "together")
+    for name, angle in CHANGEOVER.items():
+        if angle in known:
+            return name
+    return "together"
 
 
-def fitted_model(
-    fit: FrictionFit, scene: Scene | None = None, contacts: tuple[str, ...] | None = None
-) -> FittedModel:
+def fitted_model(fit: FrictionFit, scene: Scene | None = None, contacts: tuple[str, ...] | None = None) -> FittedModel:
     """The rig's FMU with the fitted values, or that of a scene of the same discs with these in place of its own.
 
     contacts: those in use, of the fitted ones; all if None.

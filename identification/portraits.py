@@ -1,8 +1,9 @@
 """Phase portraits compared: a measured cycle against a modelled one, both processed alike.
 
 Both motions are smoothed by the same filter, cut into cycles where the angle rises through the middle of its range, and
-averaged over cycles at equal phase: a closed mean cycle (angle, speed) with the stick on each disc. Angles and speeds are scaled by the half
-ranges of the measured cycle, so that the figures are free of units. Acceptance levels (prototypes of this project):
+averaged over cycles at equal phase: a closed mean cycle (angle, speed) with the stick on each disc. Angles and speeds
+are scaled by the half ranges of the measured cycle, so that the figures are free of units. Acceptance levels
+(prototypes of this project):
     amplitude 3 %, period 1 %, stick fraction 0.02, symmetric-difference area 5 %, phase-aligned rms 4 %.
 The Hausdorff distance is reported and not judged: one noisy point decides it.
 A stick fraction of a smoothed motion is too large by nature (.270 where the truth is .213), hence the equal processing.
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -27,6 +29,7 @@ SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself
 HYSTERESIS = 0.25  # of the half range, that the angle must fall below the middle before it counts as rising through it
 LEAST_CYCLES = 2
 RESTING = 1e-3  # rad, half range below which there is no cycle
+DYING = 0.8  # second half of a motion without stick over its first half: below that the motion is no cycle
 IRREGULAR = 0.2  # of the mean period, spread of the periods of a motion without stick from which on it is no cycle
 
 LIMITS = {"amplitude": 0.03, "period": 0.01, "stick fraction": 0.02, "area": 0.05, "rms": 0.04}
@@ -41,11 +44,13 @@ MEANING = (
 @dataclass(frozen=True, eq=False)
 class Stick:
     """Stick on one disc. fraction: share of time with |slip| below the threshold; strip: (PHASES,) share of the cycles
-    that stick at each phase; times: (n,) s, how long each stick stays below the threshold."""
+    that stick at each phase; times: (n,) s, how long each stick stays below the threshold; held: (PHASES,) as strip, by
+    the model's own contact states (None where measured)."""
 
     fraction: float
     strip: np.ndarray
     times: np.ndarray
+    held: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,21 +69,21 @@ class Portrait:
 
     @property
     def sequence(self) -> tuple[tuple[str, ...], ...]:
-        """Which discs stick, one after the other within a cycle, from the first stick after the angle rises through the
-        middle of its range on."""
-        if not self.sticks:
-            return ()
+        """Which discs stick, one after the other within a cycle, from the first stick on after the angle has risen
+        through the middle of its range. What is shorter than the acceptance level of a stick fraction is left out."""
         together = np.stack([stick.strip > 0.5 for stick in self.sticks.values()], axis=1)
         sets = [tuple(name for name, on in zip(self.sticks, row, strict=True) if on) for row in together]
-        free = [i for i, one in enumerate(sets) if not one]
-        order = sets[free[0] :] + sets[: free[0]] if free and sets[0] else sets
-        found = [one for one, before in zip(order, [(), *order[:-1]], strict=True) if one and one != before]
-        return tuple(found)
+        runs = [(one, len(list(same))) for one, same in groupby(sets)]
+        if len(runs) > 1 and runs[0][0] == runs[-1][0]:  # a stick that lasts over the beginning
+            runs = [*runs[1:-1], (runs[0][0], runs[0][1] + runs[-1][1])]
+        kept = [one for one, length in runs if one and length > LIMITS["stick fraction"] * PHASES]
+        return tuple(one for one, _ in groupby(kept))
 
     @property
     def words(self) -> str:
-        """The motion in words."""
-        return "stick-slip" if self.sequence else "a cycle without stick"
+        """The motion in words, as in "stick on {0} -> {0, 1} -> {1}"."""
+        discs = ("{" + ", ".join(contact[-1] for contact in one) + "}" for one in self.sequence)
+        return "stick on " + " -> ".join(discs) if self.sequence else "a cycle without stick"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON (the curves left out)."""
@@ -175,11 +180,17 @@ class Processing:
         return angle <= edge if contact == "disc0" else angle >= -edge
 
     def motion(
-        self, time: np.ndarray, angle: np.ndarray, drives: Mapping[str, np.ndarray], what: str = "the motion"
+        self,
+        time: np.ndarray,
+        angle: np.ndarray,
+        drives: Mapping[str, np.ndarray],
+        what: str = "the motion",
+        states: Mapping[str, np.ndarray] | None = None,
     ) -> Portrait | Rest:
         """Mean cycle of a steady motion, or where it rests.
 
-        time: (n,) s, even; angle: (n,) rad, as measured or simulated, unsmoothed; drives: by contact (n,) rad/s.
+        time: (n,) s, even; angle: (n,) rad, as measured or simulated, unsmoothed; drives: by contact (n,) rad/s;
+        states: of a model, by contact (n,), 0 where it sticks.
 
         Raises:
             StickslipError: a motion with stick of fewer than `LEAST_CYCLES` cycles.
@@ -195,6 +206,10 @@ class Processing:
         rest = Rest(float(np.mean(smooth)), float(high - low) / 2)
         if rest.swing < RESTING:
             return rest
+        half = len(smooth) // 2
+        if not any(mask.any() for mask in masks.values()) and np.ptp(smooth[half:]) < DYING * np.ptp(smooth[:half]):
+            late = smooth[3 * len(smooth) // 4 :]
+            return Rest(float(np.mean(late)), float(np.ptp(late)) / 2, "a swing that dies out to steady sliding")
         starts = _risings(time, smooth - 0.5 * (low + high), HYSTERESIS * rest.swing)
         if len(starts) < LEAST_CYCLES + 1:
             if not any(mask.any() for mask in masks.values()):
@@ -214,6 +229,7 @@ class Processing:
                 float(np.mean(mask[whole])),
                 np.interp(phase, time, mask.astype(float)).mean(axis=0),
                 _durations(mask, step, window),
+                None if states is None else np.interp(phase, time, (states[contact] == 0) * 1.0).mean(axis=0),
             )
             for contact, mask in masks.items()
         }
@@ -243,15 +259,13 @@ def _durations(mask: np.ndarray, step: float, window: float) -> np.ndarray:
 def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[Verdict, ...]:
     """The metrics of `identification.portraits`, each against its acceptance level; where one of the two has no stick,
     only whether the other has none either is judged."""
-    alike = bool(_has_stick(measured) == _has_stick(model))
-    state = Verdict(
-        "same motion",
-        float(not alike),
-        0.0,
-        alike,
-        f"measured: {measured.words}; model: {model.words}",
+    first, second = sequence_of(measured), sequence_of(model)
+    # where a cycle begins does not count
+    alike = len(first) == len(second) and any(
+        first == second[shift:] + second[:shift] for shift in range(max(len(first), 1))
     )
-    if isinstance(measured, Portrait) and isinstance(model, Portrait) and _has_stick(measured) == _has_stick(model):
+    state = Verdict("same motion", float(not alike), 0.0, alike, f"measured: {measured.words}; model: {model.words}")
+    if isinstance(measured, Portrait) and isinstance(model, Portrait) and bool(first) == bool(second):
         return (state, *compare_portraits(measured, model))
     if isinstance(measured, Rest) and isinstance(model, Rest):
         value = model.angle / measured.angle - 1 if measured.angle else 0.0
@@ -259,8 +273,9 @@ def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[
     return (state,)
 
 
-def _has_stick(motion: Portrait | Rest) -> bool:
-    return isinstance(motion, Portrait) and bool(motion.sequence)
+def sequence_of(motion: Portrait | Rest) -> tuple[tuple[str, ...], ...]:
+    """The sticks of a motion, one after the other; none where it rests."""
+    return motion.sequence if isinstance(motion, Portrait) else ()
 
 
 def compare_portraits(measured: Portrait, model: Portrait) -> tuple[Verdict, ...]:

@@ -1,11 +1,11 @@
-"""Figures: friction against slip speed with the fitted law and residuals; measured against modelled phase portraits.
+"""Friction against slip speed, with the fitted law and the residuals.
 
 Curves and marks differ in shape and line as well as in colour. matplotlib is imported only here, inside the functions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from identification.inverse_dynamics import FrictionSamples
-    from identification.portraits import PortraitComparison
     from identification.result import FrictionFit
 
 # colours of Okabe and Ito, told apart by colour-blind readers
@@ -78,45 +77,6 @@ def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
         for q in fit.parameters
     )
     above.set_title(values, fontsize="medium")
-    return figure
-
-
-def portrait_figure(comparisons: Sequence[PortraitComparison]) -> Figure:
-    """Measured (broad grey line) and modelled (thin black, dashed, with rings) mean cycle of each log."""
-    from matplotlib.figure import Figure
-
-    if not comparisons:
-        raise StickslipError("There is no comparison to draw: give at least one stick-slip log.")
-    columns = min(len(comparisons), 3)
-    rows = -(-len(comparisons) // columns)
-    figure = Figure(figsize=(4.0 * columns, 3.8 * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, one in zip(grid, comparisons, strict=False):
-        closed = np.append(np.arange(len(one.measured.angle)), 0)
-        axes.plot(
-            one.measured.angle[closed], one.measured.speed[closed], color="#999999", linewidth=4, label="measured"
-        )
-        axes.plot(
-            one.model.angle[closed],
-            one.model.speed[closed],
-            color="black",
-            linewidth=1.3,
-            linestyle="--",
-            marker="o",
-            markersize=4,
-            markerfacecolor="white",
-            markevery=20,
-            label="model",
-        )
-        failed = [verdict.name for verdict in one.verdicts if verdict.passed is False]
-        outcome = "pass" if one.passed else f"fail: {', '.join(failed)}"
-        axes.set_title(f"{one.log}, drive {one.drive_speed:.3g} rad/s\n{outcome}", fontsize="medium")
-        axes.set_xlabel("angle (rad)")
-        axes.set_ylabel("angular speed (rad/s)")
-        axes.grid(alpha=0.25)
-        axes.legend(fontsize="small", frameon=False)
-    for axes in grid[len(comparisons) :]:
-        axes.set_visible(False)
     return figure
 
 

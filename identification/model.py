@@ -195,7 +195,13 @@ def arrangement_of(fit: FrictionFit) -> Arrangement:
     return "together"
 
 
-def fitted_model(fit: FrictionFit, scene: Scene | None = None, contacts: tuple[str, ...] | None = None) -> FittedModel:
+def fitted_model(
+    fit: FrictionFit,
+    scene: Scene | None = None,
+    contacts: tuple[str, ...] | None = None,
+    *,
+    fmi_version: str = "3.0",
+) -> FittedModel:
     """The rig's FMU with the fitted values, or that of a scene of the same discs with these in place of its own.
 
     contacts: those in use, of the fitted ones; all if None.
@@ -209,17 +215,18 @@ def fitted_model(fit: FrictionFit, scene: Scene | None = None, contacts: tuple[s
     if scene is not None:
         fmu, start = _of_scene(fit, scene, contacts)
     else:
-        fmu, start = _built(MODELS[arrangement], contacts, dict.fromkeys(contacts, law) if law else {}), {}
+        laws = dict.fromkeys(contacts, law) if law else {}
+        fmu, start = _built(MODELS[arrangement], contacts, laws, fmi_version), {}
     sticks = law != BRISTLES and not (scene is not None and BRISTLES in scene.laws.values())
     values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
     return FittedModel(fmu, contacts, arrangement, values, start, sticks)
 
 
-def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str]) -> Fmu:
+def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str], fmi_version: str = "3.0") -> Fmu:
     from fmu_models.codegen.package import built
     from fmu_models.simulation.fmu import Fmu
 
-    return Fmu.open(built(model, contacts=contacts, laws=laws or None))
+    return Fmu.open(built(model, contacts=contacts, laws=laws or None, fmi_version=fmi_version))
 
 
 def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tuple[Fmu, Mapping[str, float]]:

@@ -158,7 +158,7 @@ def _bifurcation(axes: Axes, one: BifurcationComparison) -> None:
         reach = 1.96 * (one.measured.deviation or 0.0)
         axes.errorbar([one.measured.estimate], [0.0], xerr=[reach], color="#777777", marker="D", markersize=7,
                       capsize=4, linestyle="none",
-                      label=f"measured, carried on to no stick: {one.measured.estimate:.4g} ± {reach:.1g} rad/s")  # fmt: skip
+                      label=f"measured, carried on to no stick: {one.measured.estimate:.4g} ± {reach:.1g}")  # fmt: skip
     if one.predicted is not None:
         reach = 1.96 * one.predicted.deviation
         known = f" ± {reach:.1g}" if np.isfinite(reach) else ""

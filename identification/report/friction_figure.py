@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
 from identification.laws import find_law
 
 if TYPE_CHECKING:

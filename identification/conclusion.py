@@ -85,8 +85,19 @@ class Estimator:
 
     name: str
     structure: tuple[str, ...]
-    estimate: Callable[[Pool, FittableLaw, Options], tuple[FrictionProblem, Solution]]
+    estimate: Callable[[Pool, FittableLaw, Options], Estimate]
     rigid: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A solved problem, the estimator that it is of (one that was to give first values only, if the later stages could
+    not be finished), and what to warn of."""
+
+    estimator: Estimator
+    problem: FrictionProblem
+    solution: Solution
+    warnings: tuple[str, ...] = ()
 
 
 def conclude(
@@ -98,8 +109,9 @@ def conclude(
     asked: Inference,
     *,
     progress: Callable[[float], None] | None = None,
+    warnings: tuple[str, ...] = (),
 ) -> FrictionFit:
-    """Say how well a solution is known; ``progress`` is told the fraction done.
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: to begin with.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
@@ -140,6 +152,7 @@ def conclude(
         converged=found.converged,
         message=found.message,
         warnings=(
+            *warnings,
             *ready.warnings,
             *_doubts(law, found, parameters, segments),
             *known.doubts,

@@ -13,8 +13,12 @@ from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
-ESTIMATORS = {"weak-form": "identification.weak_form", "savitzky-golay": "identification.inverse_dynamics"}
-DEFAULT = "weak-form"
+ESTIMATORS = {
+    "shooting": "identification.shooting",
+    "weak-form": "identification.weak_form",
+    "savitzky-golay": "identification.inverse_dynamics",
+}
+DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
 
@@ -51,5 +55,14 @@ def fit_friction(
     chosen = estimator_named(estimator)
     form = find_law(law)
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    problem, found = chosen.estimate(ready, form, options)
-    return conclude(ready, chosen, problem, found, form, inference, progress=progress)
+    made = chosen.estimate(ready, form, options)
+    return conclude(
+        ready,
+        made.estimator,
+        made.problem,
+        made.solution,
+        form,
+        inference,
+        progress=progress,
+        warnings=made.warnings,
+    )

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.conclusion import Estimator, Options
+from identification.conclusion import Estimate, Estimator, Options
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
-from identification.problem import Solution
-from identification.regression import Regression, RegressionProblem, regress
+from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment, long_enough
 
 ORDER = 5
@@ -47,13 +46,13 @@ class FrictionSamples:
     weight: np.ndarray
 
 
-def estimate(ready: Pool, law: FittableLaw, options: Options) -> tuple[RegressionProblem, Solution]:
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs.
 
     Raises:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
-    return regress(ready, law, _equations, WINDOW, options.progress)
+    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def friction_samples(ready: Pool) -> FrictionSamples:

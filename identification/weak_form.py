@@ -16,13 +16,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.conclusion import Estimator, Options
+from identification.conclusion import Estimate, Estimator, Options
 from identification.inverse_dynamics import STRUCTURE
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
-from identification.problem import Solution
-from identification.regression import Regression, RegressionProblem, regress
+from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment
 
 WINDOW = 0.264  # natural periods
@@ -32,13 +31,13 @@ BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums
 UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
 
 
-def estimate(ready: Pool, law: FittableLaw, options: Options) -> tuple[RegressionProblem, Solution]:
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs.
 
     Raises:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
-    return regress(ready, law, _equations, WINDOW, options.progress)
+    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:

@@ -36,8 +36,10 @@ def fit(
     estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
     law: Annotated[str, typer.Option(help="Friction law.")] = "Conti",
     settings: Settings = None,
-    bootstrap: Annotated[int, typer.Option(help="Draws for the standard deviations (default: jackknife).")] = 0,
+    covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
+    bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
+    profile: Annotated[bool, typer.Option("--profile", help="Intervals by profile likelihood.")] = False,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,
     figure: FigurePath = None,
@@ -48,14 +50,22 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
+    from identification.inference import Inference
+
     refuse_existing(result, figure, overwrite=overwrite)
+    inference = Inference(covariance, bootstrap, seed, profile)
     with console.progress("fitting") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"))
-        advance(0.2)
+        advance(0.1)
         decay, ready, found = fit_logs(
-            read, estimator=estimator, law=law, bootstrap=bootstrap, seed=seed, allow_no_stick=allow_no_stick
+            read,
+            estimator=estimator,
+            law=law,
+            inference=inference,
+            progress=lambda done: advance(0.2 + 0.7 * done),
+            allow_no_stick=allow_no_stick,
         )
-        advance(0.8)
+        advance(0.9)
         if figure:
             draw_friction(found, ready, figure, overwrite)
     if result:

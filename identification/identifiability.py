@@ -17,37 +17,48 @@ import numpy as np
 
 from identification.problem import Problem, Solution, prior_precision
 
-POOR = 15.0  # collinearity index above which parameters count as not told apart (Brun et al.: 10 to 15)
+POOR = 15.0  # collinearity index above which parameters are nearly collinear (Brun et al.: 10 to 15)
+BLURRED = 10.0  # per cent, of one standard deviation along the direction: then parameters are not told apart
 TAKES_PART = 0.1  # share of the largest component below which a parameter has no part in the direction
+HIGHEST = 1e12  # index of a direction without any effect
 
 
 @dataclass(frozen=True)
 class Collinearity:
-    """index: 1 for independent effects, more the less they can be told apart; direction: change in per cent of each
-    parameter that has a part in the direction of least effect, the largest 1 %."""
+    """index: 1 for independent effects, more the more nearly collinear; direction: change in per cent of each parameter
+    that has a part in the direction of least effect, the largest 1 %; deviation: one standard deviation along it, in
+    per cent of the largest."""
 
     index: float
     direction: dict[str, float]
+    deviation: float
 
     @property
     def poor(self) -> bool:
-        """Whether the parameters cannot be told apart."""
+        """Whether the parameters are nearly collinear."""
         return self.index > POOR
 
     @property
     def words(self) -> str:
-        """The direction in a sentence, such as "mu_k up 1 % with p down 0.33 % can hardly be told apart"."""
-        moves = [
-            f"{name} {'up' if change > 0 else 'down'} {abs(change):.2g} %" for name, change in self.direction.items()
-        ]
-        if len(moves) < 2:
-            return "the parameters act apart from one another"
-        verb = "cannot be told apart from no change" if self.poor else "is what the logs see least"
-        return f"{moves[0]} together with {' and '.join(moves[1:])} {verb}"
+        """The direction in a sentence, such as "mu_k up 1 % with p down 0.33 % is what the logs see least"."""
+        moves = [f"{name} {'up' if by > 0 else 'down'} {abs(by):.2g} %" for name, by in self.direction.items()]
+        together = moves[0] + (f" with {' and '.join(moves[1:])}" if moves[1:] else "")
+        if self.deviation > BLURRED:
+            return f"{together} cannot be told apart from no change (one standard deviation is {self.deviation:.2g} %)"
+        return f"{together} is what the logs see least (one standard deviation is {self.deviation:.2g} %)"
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What to say where the logs leave a direction open."""
+        if self.deviation <= BLURRED:
+            return ()
+        return (
+            f"The logs leave a direction open: {self.words}. `stickslip design` names the experiment that helps most.",
+        )
 
 
-def collinearity(problem: Problem, found: Solution) -> Collinearity:
-    """Of the unknowns without a prior, those with one projected out."""
+def collinearity(problem: Problem, found: Solution, covariance: np.ndarray) -> Collinearity:
+    """Of the unknowns without a prior, those with one projected out. covariance: (m, m) of all unknowns."""
     free = np.array([u.prior is None for u in problem.unknowns])
     gradient = np.vstack([found.evaluation.gradient, np.sqrt(prior_precision(problem))])
     rest = gradient[:, ~free]
@@ -55,21 +66,23 @@ def collinearity(problem: Problem, found: Solution) -> Collinearity:
     if rest.shape[1]:
         columns = columns - rest @ np.linalg.lstsq(rest, columns, rcond=None)[0]
     names = [u.name for u in problem.unknowns if u.prior is None]
-    return of_gradient(columns, names, found.values[free])
+    return of_gradient(columns, names, found.values[free], covariance[np.ix_(free, free)])
 
 
-def of_gradient(columns: np.ndarray, names: Sequence[str], values: np.ndarray) -> Collinearity:
-    """As `collinearity`, of a gradient (n, m) by parameters of these names and values (m,)."""
+def of_gradient(columns: np.ndarray, names: Sequence[str], values: np.ndarray, covariance: np.ndarray) -> Collinearity:
+    """As `collinearity`, of a gradient (n, m) by parameters of these names and values (m,), with covariance (m, m)."""
     norms = np.linalg.norm(columns, axis=0)
-    if not np.all(norms > 0):
-        dead = names[int(np.argmin(norms))]
-        return Collinearity(float("inf"), {dead: 1.0})
+    norms = np.where(norms > 0, norms, np.finfo(float).tiny)
     _, singular, right = np.linalg.svd(columns / norms, full_matrices=False)
-    index = float(1 / singular[-1]) if singular[-1] > 0 else float("inf")
     # a step of the scaled problem, back in parameters and relative to them
     scale = np.where(values != 0, np.abs(values), 1.0)
-    step = right[-1] / norms / scale
     part = np.abs(right[-1]) >= TAKES_PART * np.max(np.abs(right[-1]))
-    step = step / step[np.argmax(np.abs(step) * part)]
-    order = np.argsort(-np.abs(step))
-    return Collinearity(index, {names[i]: float(step[i]) for i in order if part[i]})
+    step = np.where(part, right[-1] * np.min(norms) / norms / scale, 0.0)
+    step = step / step[np.argmax(np.abs(step))]
+    move = 0.01 * step * scale
+    seen = float(move @ np.linalg.lstsq(covariance, move, rcond=None)[0])
+    return Collinearity(
+        index=float(min(1 / max(singular[-1], 1 / HIGHEST), HIGHEST)),
+        direction={names[int(i)]: float(step[i]) for i in np.argsort(-np.abs(step)) if part[i]},
+        deviation=float(min(1 / np.sqrt(seen), HIGHEST)) if seen > 0 else HIGHEST,
+    )

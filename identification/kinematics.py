@@ -243,5 +243,5 @@ def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.nd
         row[:, 2 + place] = 1.0
         rows.append(row)
         values.append(angle - seen)
-        labels.append(np.round(angle / motion.log.calibration.need("encoder").pitch))
+        labels.append(np.floor(angle / motion.log.calibration.need("encoder").pitch))
     return np.vstack(rows), np.concatenate(values), np.concatenate(labels)

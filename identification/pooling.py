@@ -15,6 +15,7 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
+from identification.problem import Prior
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from rig_io.arrangement import Arrangement
 from rig_io.log import RIG_UNITS, RigLog
@@ -41,17 +42,6 @@ class RigValues:
         return self.forces[0]
 
 
-@dataclass(frozen=True)
-class Prior:
-    """A constant as it is known: name, value, unit, standard uncertainty and where it is from."""
-
-    name: str
-    value: float
-    unit: str
-    standard_uncertainty: float
-    source: str
-
-
 @dataclass(frozen=True, eq=False)
 class Pool:
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
@@ -69,6 +59,11 @@ class Pool:
     warnings: tuple[str, ...]
 
     @property
+    def contact(self) -> str:
+        """The driving disc, or the first of two."""
+        return self.contacts[0]
+
+    @property
     def values(self) -> RigValues:
         """Constants at their stated values."""
         return rig_values({prior.name: prior.value for prior in self.priors})
@@ -83,6 +78,10 @@ class Pool:
         """The same segments with the angle's scale and date moved further by gain (relative) and delay (s)."""
         moved = {id(m): corrected(m, gain, delay) for m in self.motions}
         return tuple(replace(segment, motion=moved[id(segment.motion)]) for segment in self.segments)
+
+    def log_number(self, segment: SlipSegment) -> int:
+        """Place of the segment's log among ``motions``, whose sensors may have been moved."""
+        return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
 
 
 def rig_values(known: dict[str, float]) -> RigValues:

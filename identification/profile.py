@@ -117,7 +117,7 @@ class _Profile:
 
     def end(self, side: int) -> float | None:
         """The end of the interval below (-1) or above (+1) the estimate; None if it is open."""
-        from scipy.optimize import brentq
+        from scipy.optimize import root_scalar
 
         unknown, value = self.problem.unknowns[self.place], float(self.found.values[self.place])
         bound = unknown.minimum if side < 0 else unknown.maximum
@@ -142,7 +142,7 @@ class _Profile:
                 return -self.limit if x == value else self.excess(x)
         else:
             excess = self.excess
-        return float(brentq(excess, inside, outside, xtol=ACCURACY * self.step, rtol=1e-12, maxiter=60))
+        return float(root_scalar(excess, bracket=(inside, outside), method="brentq", xtol=ACCURACY * self.step).root)
 
     def excess(self, x: float) -> float:
         """Sum of squares with the unknown at x, less the least, less the limit; infinite where no fit is possible."""

@@ -80,11 +80,19 @@ def clustered_covariance(
     for label in np.unique(cluster):
         inside = cluster == label
         part = gradient[inside]
-        shifts.append(np.linalg.solve(normal - part.T @ part, part.T @ residual[inside]))
+        # least squares: without a cluster some direction may be lost, along which the estimate then stays
+        shifts.append(np.linalg.lstsq(normal - part.T @ part, part.T @ residual[inside], rcond=None)[0])
     table = np.array(shifts)
     table = table - table.mean(axis=0)
     inverse = np.linalg.inv(normal)
     return (len(table) - 1) / len(table) * table.T @ table + inverse @ known @ inverse
+
+
+def student(freedom: int, level: float) -> float:
+    """Quantile of Student's distribution for a two-sided interval of that level."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(max(freedom, 1), 0.5 + level / 2))
 
 
 def correlation(covariance: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 /*
- * Derivatives of a motion along directions in start state and parameters, carried through steps and events.
+ * Derivatives of a motion along directions in start state, parameters and inputs, carried through steps and events.
  *
  * A tangent is a second copy of the point, in numbers a + i eps b: a is the motion itself, b its derivative. The run
  * decides (length, events, states of contacts), in steps no longer than the tangents allow; each tangent repeats the
@@ -18,8 +18,6 @@
  * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7 (saltation);
  * Squire and Trapp, SIAM Review 40 (1998) (derivatives by complex arithmetic).
  */
-#include <stdlib.h>
-
 #include "tangent.h"
 
 #include "kind_tangent.h"
@@ -31,25 +29,32 @@
 #include "contact.c"
 #include "flow.c"
 
-struct Tangents {
+typedef struct {
     Point at;
     Jets jets;
-    int expanded; /* jets holds the series in time from the point */
+    int order;    /* to which jets holds the series in time from the point; 0: it does not */
+    int untimed;  /* the last event has no indicator that says when it is */
+    Real x[MODEL_ROOM(MODEL_NX)], y[MODEL_ROOM(MODEL_NY)]; /* at the time looked at */
+} Tangent;
+
+struct Tangents {
+    int count;
+    Jets scratch;
+    Tangent list[];
 };
 
 /* so small that its square vanishes, so large that nothing underflows */
 #define EPS 1e-100
 
-static Real with_tangent(double value, double derivative)
-{
-    return value + EPS * derivative * _Complex_I;
-}
-
 /* the tangent's own derivative on the run's value: both have moved by the same arithmetic, up to rounding */
-static void rejoin(const Run *r, Tangents *t)
+static void rejoin(const Run *r, Tangent *t)
 {
     for (int i = 0; i < MODEL_NX; i++) {
         t->at.x[i] = r->at.x[i] + cimag(t->at.x[i]) * _Complex_I;
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
+        t->at.du[i] = r->at.du[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         t->at.memory[c] = r->at.memory[c] + cimag(t->at.memory[c]) * _Complex_I;
@@ -59,46 +64,40 @@ static void rejoin(const Run *r, Tangents *t)
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
     memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
     memcpy(t->at.known, r->at.known, sizeof t->at.known);
+    t->order = 0;
 }
 
-static void start(const Run *r, Tangents *t, const double *dx, const double *dp)
+size_t tangents_room(int n)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
-        t->at.x[i] = with_tangent(r->at.x[i], dx ? dx[i] : 0.0);
-    }
-    for (int i = 0; i < MODEL_NP; i++) {
-        t->at.p[i] = with_tangent(r->at.p[i], dp ? dp[i] : 0.0);
-    }
-    for (int i = 0; i < MODEL_NU; i++) {
-        t->at.u[i] = r->at.u[i];
-        t->at.du[i] = r->at.du[i];
-    }
-    rejoin(r, t);
-    model_prepare(t->at.p, t->at.d);
-    model_inertia(t->at.p, t->at.d, &t->jets, 0);
+    return sizeof(Tangents) + (size_t)n * sizeof(Tangent);
 }
 
-Tangents *tangent_new(const Run *r, int n, const double *states, const double *parameters)
+Tangents *tangents_start(void *room, const Run *r, int n)
 {
-    Tangents *tangents = calloc((size_t)n + 1, sizeof *tangents);
-    for (int i = 0; tangents && i < n; i++) {
-        start(r, &tangents[i], states ? states + i * MODEL_NX : NULL, parameters ? parameters + i * MODEL_NP : NULL);
+    Tangents *tangents = memset(room, 0, tangents_room(n));
+    tangents->count = n;
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < MODEL_NP; i++) {
+            tangents->list[k].at.p[i] = r->at.p[i];
+        }
+        rejoin(r, &tangents->list[k]);
     }
     return tangents;
 }
 
-void tangent_free(Tangents *tangents)
+void tangents_along(Tangents *tangents, int k, Along what, int index)
 {
-    free(tangents);
+    Point *at = &tangents->list[k].at;
+    Real *start = what == ALONG_STATE ? at->x : what == ALONG_INPUT ? at->u : at->p;
+    start[index] += EPS * _Complex_I;
+    model_prepare(at->p, at->d);
+    model_inertia(at->p, at->d, &tangents->list[k].jets, 0);
 }
 
-void tangent_results(const Tangents *tangents, int n, double *derivatives)
+double tangents_event(const Tangents *tangents, int k)
 {
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < MODEL_NX; i++) {
-            derivatives[k * MODEL_NX + i] = cimag(tangents[k].at.x[i]) / EPS;
-        }
-    }
+    const Tangent *t = &tangents->list[k];
+    return t->untimed ? NAN : cimag(t->at.time) / EPS;
 }
 
 static Real value_at(const Real *c, int n, Real s, Real *slope)
@@ -115,10 +114,9 @@ static Real value_at(const Real *c, int n, Real s, Real *slope)
     return value;
 }
 
-/* the falling indicator of the step, up to its sign, and the order to which it is known */
-static int falling_series(const Run *r, const Jets *j, double s, Real *series)
+/* the falling indicator of the step, up to its sign, and the order to which it is known; -1 if there is none */
+static int falling_series(const Run *r, const Jets *j, int order, double s, Real *series)
 {
-    const int order = taylor_order(r);
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
             if (!r->falling[c][slot]) {
@@ -141,17 +139,18 @@ static int falling_series(const Run *r, const Jets *j, double s, Real *series)
 }
 
 /* the length over which the derivatives of the states keep the tolerance */
-static double shortest_length(const Run *r, Tangents *tangents, int n)
+static double shortest_length(const Run *r, Tangents *tangents)
 {
     const int order = taylor_order(r);
     double shortest = INFINITY;
-    for (int k = 0; k < n; k++) {
-        flow_series(&tangents[k].at, &tangents[k].jets, order);
-        tangents[k].expanded = 1;
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        flow_series(&t->at, &t->jets, order);
+        t->order = order;
         for (int i = 0; i < MODEL_NX; i++) {
             double derivative[POLYNOMIAL_TERMS];
             for (int m = 0; m <= order; m++) {
-                derivative[m] = cimag(tangents[k].jets.x[i][m]) / EPS;
+                derivative[m] = cimag(t->jets.x[i][m]) / EPS;
             }
             const double length = taylor_series_length(derivative, order, r->tolerances.step);
             shortest = length > 0.0 ? fmin(shortest, length) : shortest; /* a step in the root of time has no series here */
@@ -160,23 +159,25 @@ static double shortest_length(const Run *r, Tangents *tangents, int n)
     return shortest;
 }
 
-static int follow(const Run *r, Tangents *t, double length, int at_event)
+/* time since the start of the step, for a tangent, at a time that is the same for all */
+static Real since_start(const Tangent *t, double length)
 {
-    Jets *j = &t->jets;
-    const int full = taylor_order(r);
-    if (r->segment_rooted) {
-        flow_rooted_series(&t->at, j, full);
-    } else if (!t->expanded) {
-        flow_series(&t->at, j, full);
-    }
-    t->expanded = 0;
-    Real since = length - cimag(t->at.time) * _Complex_I;
+    return length - cimag(t->at.time) * _Complex_I;
+}
+
+/* to the end of the step; 0 where that has no derivative */
+static int follow(const Run *r, Tangent *t, double length, int at_event)
+{
+    const Jets *j = &t->jets;
+    Real since = since_start(t, length);
     Real s = r->segment_rooted ? sqrt(since) : since;
+    t->untimed = 0;
     if (at_event) {
         Real series[POLYNOMIAL_TERMS];
         Real slope;
         const double here = r->segment_rooted ? sqrt(length) : length;
-        const int order = falling_series(r, j, here, series);
+        const int order = falling_series(r, j, t->order, here, series);
+        t->untimed = order < 0;
         if (order >= 0) {
             const Real value = value_at(series, order, here, &slope);
             s = here - cimag(value) / creal(slope) * _Complex_I;
@@ -184,7 +185,7 @@ static int follow(const Run *r, Tangents *t, double length, int at_event)
         }
     }
     for (int i = 0; i < MODEL_NX; i++) {
-        t->at.x[i] = value_at(j->x[i], full, s, NULL);
+        t->at.x[i] = value_at(j->x[i], t->order, s, NULL);
     }
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] += t->at.du[i] * since;
@@ -194,7 +195,7 @@ static int follow(const Run *r, Tangents *t, double length, int at_event)
 }
 
 /* the impact with the impulses that the run has found to fit */
-static void repeat_impact(const Run *r, Tangents *t)
+static void repeat_impact(const Run *r, Tangent *t)
 {
     Jets *j = &t->jets;
     Real impulse[NC] = {0.0};
@@ -210,7 +211,8 @@ static void repeat_impact(const Run *r, Tangents *t)
     }
 }
 
-static void repeat_event(const Run *r, Tangents *t)
+/* what the run has done to its contacts and states at this instant */
+static void repeat_event(const Run *r, Tangent *t)
 {
     Jets *j = &t->jets;
     int any = 0;
@@ -237,48 +239,146 @@ static void repeat_event(const Run *r, Tangents *t)
         }
         contact_project(&t->at, j, r->projected);
     }
+    rejoin(r, t);
 }
 
-RunStatus tangent_advance(Run *r, double end, Tangents *tangents, int n)
+void tangents_choose(const Run *r, Tangents *tangents)
+{
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        for (int i = 0; i < MODEL_NU; i++) {
+            t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
+            t->at.du[i] = r->at.du[i];
+        }
+        repeat_event(r, t);
+    }
+}
+
+void tangents_hold(Tangents *tangents)
+{
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        const Real since = since_start(t, 0.0);
+        if (cimag(since) == 0.0) {
+            continue;
+        }
+        flow_load(&t->at, &t->jets, 0);
+        flow_field(&t->at, &t->jets, 0, 0);
+        flow_extend(&t->jets, 1, 0);
+        for (int i = 0; i < MODEL_NX; i++) {
+            t->at.x[i] += t->jets.x[i][1] * since;
+        }
+        for (int i = 0; i < MODEL_NU; i++) {
+            t->at.u[i] += t->at.du[i] * since;
+        }
+        t->at.time = creal(t->at.time);
+        t->order = 0;
+    }
+}
+
+RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
-    while (r->at.time < end || (r->segment_valid && r->segment_event && segment_end(r, &rest) <= end)) {
-        if (!r->segment_valid
-            && taylor_step(r, fmin(step_limit(r, end), shortest_length(r, tangents, n))) == RUN_ERROR) {
+    if (!r->segment_valid) {
+        if (check_pace(r) == RUN_ERROR || taylor_step(r, fmin(step_limit(r, end), shortest_length(r, tangents))) == RUN_ERROR) {
             return RUN_ERROR;
         }
-        const int inside = segment_end(r, &rest) > end;
-        const int at_event = !inside && r->segment_event;
-        const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
-        for (int i = 0; i < n; i++) {
-            if (!follow(r, &tangents[i], length, at_event)) {
-                return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of a contact there without "
-                                   "crossing it, and neighbours may or may not", r->segment_start + length);
+        for (int k = 0; k < tangents->count; k++) {
+            Tangent *t = &tangents->list[k];
+            if (r->segment_rooted) {
+                t->order = taylor_order(r);
+                flow_rooted_series(&t->at, &t->jets, t->order);
             }
-        }
-        if (inside) {
-            evaluate_segment(r, end, length);
-            r->at.time_rest = 0.0;
-            run_touched(r);
-        } else {
-            if (r->segment_length > 0.0) {
-                r->stalled = 0;
-            }
-            finish_segment(r);
-            memset(r->at.known, 0, sizeof r->at.known);
-            if (at_event && events_resolve(r, NULL, NULL) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
-            r->segment_event = 0;
-        }
-        for (int i = 0; i < n; i++) {
-            if (at_event) {
-                repeat_event(r, &tangents[i]);
-            }
-            rejoin(r, &tangents[i]);
         }
     }
+    *until = fmin(end, segment_end(r, &rest));
     return RUN_OK;
+}
+
+RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context)
+{
+    double rest;
+    const int inside = segment_end(r, &rest) > end;
+    const int at_event = !inside && r->segment_event;
+    const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
+    for (int k = 0; k < tangents->count; k++) {
+        if (!follow(r, &tangents->list[k], length, at_event)) {
+            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of a contact there without "
+                               "crossing it, and neighbours may or may not", r->segment_start + length);
+        }
+    }
+    if (inside) {
+        move_inside(r, end, length);
+        run_touched(r);
+    } else {
+        if (r->segment_length > 0.0) {
+            r->stalled = 0;
+        }
+        finish_segment(r);
+        memset(r->at.known, 0, sizeof r->at.known);
+        if (!at_event) {
+            keep_without_slip(r);
+        }
+        r->segment_event = 0;
+        if (at_event && events_resolve(r, sink, context) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
+    }
+    for (int k = 0; k < tangents->count; k++) {
+        if (at_event) {
+            repeat_event(r, &tangents->list[k]);
+        } else {
+            rejoin(r, &tangents->list[k]);
+        }
+    }
+    return run_check_finite(r, "state", r->at.x, MODEL_NX);
+}
+
+/* outputs at a point of the motion, from its states, inputs and time */
+static void look_at_outputs(Jets *j, Tangent *t, Real since)
+{
+    Point at = t->at;
+    memcpy(at.x, t->x, sizeof at.x);
+    for (int i = 0; i < MODEL_NU; i++) {
+        at.u[i] += at.du[i] * since;
+    }
+    at.time += since;
+    flow_load(&at, j, 0);
+    model_inertia(at.p, at.d, j, 0);
+    flow_field(&at, j, 0, 0);
+    model_outputs(at.p, at.d, j, 0);
+    for (int i = 0; i < MODEL_NY; i++) {
+        t->y[i] = j->y[i][0];
+    }
+}
+
+void tangents_look(const Run *r, Tangents *tangents, double time, int outputs)
+{
+    const int inside = time > r->at.time;
+    const double length = inside ? (time - r->segment_start) - r->jets.time_rest : 0.0;
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        const Real since = since_start(t, length);
+        const Real s = r->segment_rooted ? sqrt(since) : since;
+        for (int i = 0; i < MODEL_NX; i++) {
+            t->x[i] = inside ? value_at(t->jets.x[i], t->order, s, NULL) : t->at.x[i];
+        }
+        if (outputs) {
+            look_at_outputs(&tangents->scratch, t, since);
+        }
+    }
+}
+
+double tangents_value(const Tangents *tangents, int output, int index)
+{
+    const Tangent *t = &tangents->list[0];
+    return creal(output ? t->y[index] : t->x[index]);
+}
+
+double tangents_derivative(const Tangents *tangents, int k, int output, int index)
+{
+    const Tangent *t = &tangents->list[k];
+    return cimag(output ? t->y[index] : t->x[index]) / EPS;
 }
 
 #include "kind_real.h"

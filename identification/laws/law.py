@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.problem import Unknown
+
 
 @dataclass(frozen=True)
 class LawParameter:
@@ -45,6 +47,11 @@ class FittableLaw:
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, in order."""
         return tuple(parameter.name for parameter in self.parameters)
+
+
+def unknowns(law: FittableLaw) -> tuple[Unknown, ...]:
+    """Parameters of a law as unknowns of a problem, without priors."""
+    return tuple(Unknown(p.name, p.unit, p.minimum, p.maximum, p.description) for p in law.parameters)
 
 
 def coefficient(name: str, description: str) -> LawParameter:

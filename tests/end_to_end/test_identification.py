@@ -15,6 +15,7 @@ import pytest
 from fmu_models.errors import StickslipError
 from identification.estimators import ESTIMATORS, fit_friction
 from identification.free_decay import fit_free_decay
+from identification.inference import Inference
 from identification.model import compare
 from identification.pooling import pool
 from identification.result import FrictionFit
@@ -96,9 +97,9 @@ def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], es
 
 
 def test_bootstrap_agrees_with_the_jackknife(logs: list[RigLog], fit: FrictionFit) -> None:
-    other = fit_friction(logs, bootstrap=400, seed=5)
+    other = fit_friction(logs, inference=Inference("bootstrap", draws=200, seed=5))
     assert other.law_values == pytest.approx(fit.law_values)
-    # 400 draws of 60 segments: 4 % from the draws, 9 % between the two methods
+    # 200 draws of 60 segments: 5 % from the draws, 9 % between the two methods
     for name in TRUTH:
         assert other[name].standard_deviation == pytest.approx(fit[name].standard_deviation, rel=0.3)
 

@@ -79,7 +79,7 @@ def test_json_gives_the_result_back() -> None:
         ("[1]", "not a fitted law"),
         ('{"type": "something else"}', "not a fitted law"),
         ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
-        ('{"type": "stickslip friction fit", "version": 1}', "incomplete"),
+        ('{"type": "stickslip friction fit", "version": 2}', "incomplete"),
     ],
 )
 def test_what_is_no_result_is_refused(text: str, said: str) -> None:

@@ -1,0 +1,364 @@
+"""Arcs: initial-value problems on measured samples, whose start states are projected out.
+
+An arc begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
+seen as the laser sees it:
+    y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
+measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
+and what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every arc is found by
+Gauss-Newton steps from the last one; with Q R = dr/ds,
+    r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
+Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.simulation.signal import Signal
+from identification.conclusion import FrictionProblem, FrictionRows
+from identification.inverse_dynamics import friction_samples
+from identification.kinematics import DiscMotion
+from identification.laws.law import FittableLaw, unknowns
+from identification.pooling import Pool, rig_values
+from identification.problem import Evaluation, Prior, Unknown
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
+
+MARGIN = 0.005  # s by which an arc begins before its first sample, so that the delay may move
+DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
+LOCAL_STEP = 1e-4  # of a standard deviation: a step of the start states that moves no residual further is the last
+LOCAL_STEPS = 12
+ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
+LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
+STARTS = ("theta", "omega")
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """One initial-value problem.
+
+    time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
+    the noise, as measured; log: number of the log; drive: rad/s; sign: direction of the slip at the start; laser:
+    whether a laser measured; guess: (2,) angle and speed at ``start_time``, rad, rad/s.
+    """
+
+    start_time: float
+    time: np.ndarray
+    measured: np.ndarray
+    cluster: np.ndarray
+    deviation: float
+    log: int
+    drive: Signal
+    sign: int
+    laser: bool
+    guess: np.ndarray
+
+    def of(self, clusters: np.ndarray) -> Arc | None:
+        """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
+        rows = [np.flatnonzero(self.cluster == label) for label in clusters]
+        labels = np.repeat(np.arange(len(clusters)), [len(part) for part in rows])
+        chosen = np.concatenate(rows)
+        if not len(chosen):
+            return None
+        order = np.argsort(self.time[chosen], kind="stable")
+        chosen = chosen[order]
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
+
+
+class Runs:
+    """A kept instance of an FMU, opened when first needed; another process opens its own."""
+
+    def __init__(self, fmu: Fmu, by: Sequence[str]) -> None:
+        self.fmu, self.by = fmu, tuple(by)
+        self._run: SensitiveRun | None = None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Runs, (self.fmu, self.by)
+
+    @property
+    def run(self) -> SensitiveRun:
+        """The instance."""
+        if self._run is None:
+            from fmu_models.simulation.sensitivity import SensitiveRun
+
+            self._run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
+            weakref.finalize(self, self._run.close)
+        return self._run
+
+
+@dataclass(frozen=True, eq=False)
+class ArcProblem(FrictionProblem):
+    """Arcs of pooled logs under one law.
+
+    first: (m,) where the search begins; runs: the model, differentiated by what the unknowns move and by `STARTS`;
+    starts: start states of the arcs, (2,) each, at the last x that was evaluated: a memory that only saves steps.
+    """
+
+    ready: Pool
+    law: FittableLaw
+    arcs: tuple[Arc, ...]
+    unknowns: tuple[Unknown, ...]
+    held: tuple[Prior, ...]
+    first: np.ndarray
+    noise_known: bool
+    runs: Runs
+    starts: list[np.ndarray] = field(repr=False)
+    residual_unit: str = "m"
+
+    def start(self) -> np.ndarray:
+        """As given."""
+        return self.first
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Residuals with the start states projected out.
+
+        Raises:
+            StickslipError: the model cannot be run at x.
+        """
+        names = [unknown.name for unknown in self.unknowns]
+        parts = [self._projected(number, x, names) for number in range(len(self.arcs))]
+        residual, gradient, slip = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return Evaluation(
+            residual=residual,
+            gradient=gradient,
+            cluster=np.concatenate([arc.cluster for arc in self.arcs]),
+            log=np.repeat([arc.log for arc in self.arcs], [len(arc.time) for arc in self.arcs]),
+            slip=slip,
+            eliminated=len(STARTS) * len(self.arcs),
+        )
+
+    def resampled(self, clusters: np.ndarray) -> ArcProblem:
+        """As in `Problem`."""
+        chosen = [(arc.of(clusters), start) for arc, start in zip(self.arcs, self.starts, strict=True)]
+        kept = [(arc, start) for arc, start in chosen if arc is not None]
+        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=[start.copy() for _, start in kept])
+
+    def rows(self, x: np.ndarray) -> FrictionRows:
+        """Friction by inverse dynamics on the slip segments, for the eye: arcs measure none."""
+        samples = friction_samples(self.ready)
+        return FrictionRows(
+            speed=samples.slip,
+            least=samples.slip,
+            greatest=samples.slip,
+            measured=samples.coefficient,
+            fitted=self.law.value(np.abs(samples.slip), x[: len(self.law.parameters)]),
+            cluster=samples.cluster,
+            log=samples.log,
+        )
+
+    def rms(self, x: np.ndarray) -> float:
+        """Of the measured displacement."""
+        deviations = np.repeat([arc.deviation for arc in self.arcs], [len(arc.time) for arc in self.arcs])
+        return float(np.sqrt(np.mean((deviations * self.evaluate(x).residual) ** 2)))
+
+    def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Exact, as the gradient; the laser's gain and delay are among the unknowns, or nothing is known of them."""
+        names = [prior.name for prior in self.held]
+        full = replace(self, runs=Runs(self.runs.fmu, directions(self.law, names, self.ready.contact)))
+        columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.arcs))])
+        return dict(zip(names, columns.T, strict=True))
+
+    def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
+        """The motion of arc ``number`` at x, from its last start states, at times (n,) of the model's clock."""
+        arc = self.arcs[number]
+        rig = rig_values(self.known(x))
+        disc = self.ready.contact[-1]
+        theta, omega = self.starts[number]
+        q = x[: len(self.law.parameters)]
+        law = {f"{name}{disc}": value for name, value in self.law.simulated(q, rig.N).items()}
+        start = {"theta": float(theta), "omega": float(omega)}
+        if f"sigma0{disc}" in law:
+            # bristles at their steady deflection: they forget any other within 0.1 mm of slip
+            slip = abs(rig.r * float(np.interp(arc.start_time, arc.drive.time, arc.drive.value)) - rig.R * omega)
+            force = rig.N * float(self.law.value(np.array([slip]), q)[0])
+            start[f"z{disc}"] = arc.sign * force / law[f"sigma0{disc}"]
+        return self.runs.run.run(
+            time,
+            start_time=arc.start_time,
+            parameters=law | {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N},
+            start=start,
+            inputs={f"w{disc}": arc.drive},
+        )
+
+    def known(self, x: np.ndarray) -> dict[str, float]:
+        """Everything but the law at x: constants of the rig, gain, delay, zero."""
+        given = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
+        given |= {prior.name: prior.value for prior in self.ready.priors}
+        count = len(self.law.parameters)
+        return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
+
+    def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
+        arc = self.arcs[number]
+        for _ in range(LOCAL_STEPS):
+            seen, by_start, columns, slip = self._seen(number, x, names)
+            residual = (seen - arc.measured) / arc.deviation
+            basis, triangle = np.linalg.qr(by_start / arc.deviation)
+            along = basis.T @ residual
+            self.starts[number] = self.starts[number] - np.linalg.solve(triangle, along)
+            if np.max(np.abs(basis @ along)) < LOCAL_STEP:
+                columns = columns / arc.deviation
+                return residual - basis @ along, columns - basis @ (basis.T @ columns), slip
+        raise StickslipError(
+            f"The start of the motion at {arc.start_time:.4g} s in log '{self.ready.motions[arc.log].log.name}' cannot "
+            "be found: the model does not follow the log there."
+        )
+
+    def _seen(
+        self, number: int, x: np.ndarray, names: Sequence[str]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What the sensor would show (n,), its derivatives by start states (n, 2) and by names, slip speeds (n,)."""
+        arc, known, sensors = self.arcs[number], self.known(x), self.ready.sensors
+        motion = self.run(number, x, arc.time - (known["delay"] - sensors.delay))
+        theta, omega = motion["theta"], motion["omega"]
+        # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
+        lever = self.ready.values.R if sensors.lines else known["R"]
+        scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
+        shown = scale * np.sin(theta) if arc.laser else theta
+        slope = scale * np.cos(theta) if arc.laser else np.ones_like(theta)
+        by = slope[:, None] * motion.of("theta")
+        inner = len(motion.by) - len(STARTS)
+        columns = by[:, :inner] @ chain(self.law, x, known, names, motion.by[:inner], self.ready.contact)
+        for place, name in enumerate(names):
+            if name == "gain":
+                columns[:, place] -= shown / (1 + known["gain"])
+            elif name == "delay":
+                columns[:, place] -= slope * omega
+            elif name == "zero":
+                columns[:, place] += 1.0
+            elif name == "R" and arc.laser and not sensors.lines:
+                columns[:, place] += shown / known["R"]
+        drive = np.interp(motion.time, arc.drive.time, arc.drive.value)
+        return shown + known["zero"], by[:, inner:], columns, np.abs(known["r"] * drive - known["R"] * omega)
+
+
+def directions(law: FittableLaw, names: Sequence[str], contact: str) -> tuple[str, ...]:
+    """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
+    disc = contact[-1]
+    moved = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c"), "gain": (), "delay": (), "zero": ()}
+    simulated = tuple(f"{name}{disc}" for name in law.simulated(np.ones(len(law.parameters)), 1.0))
+    moved |= {"N": (f"N{disc}", *simulated)} | {one: (one,) for one in ("k", "c", "R", "r")}
+    moved |= {parameter.name: simulated for parameter in law.parameters}
+    return (*dict.fromkeys(one for name in names for one in moved[name]), *STARTS)
+
+
+def chain(
+    law: FittableLaw,
+    x: np.ndarray,
+    known: Mapping[str, float],
+    names: Sequence[str],
+    parameters: Sequence[str],
+    contact: str,
+) -> np.ndarray:
+    """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for."""
+    disc, count = contact[-1], len(law.parameters)
+    rig, q = rig_values(dict(known)), x[:count]
+    by: dict[str, dict[str, float]] = {one: {one: 1.0} for one in ("J", "k", "c", "R", "r")}
+    by["J"] |= {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
+    by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
+    # the law's parameters in the model are linear in q, and in N where they are forces
+    now, more = law.simulated(q, rig.N), law.simulated(q, rig.N + 1.0)
+    by["N"] = {f"N{disc}": 1.0} | {f"{name}{disc}": more[name] - now[name] for name in now}
+    for place, parameter in enumerate(law.parameters):
+        unit = law.simulated(np.eye(count)[place], rig.N)
+        by[parameter.name] = {f"{name}{disc}": value for name, value in unit.items()}
+    return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
+        len(parameters), len(names)
+    )
+
+
+def arc_problem(
+    ready: Pool, law: FittableLaw, arcs: Sequence[Arc], q: np.ndarray, nuisance: Sequence[str], noise_known: bool
+) -> ArcProblem:
+    """The problem of these arcs. q: (m,) first values of the law's parameters; nuisance: see `Options`.
+
+    Raises:
+        StickslipError: a nuisance parameter is unknown, or nothing is known of it.
+    """
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
+
+    others = _nuisance(ready, nuisance, any(arc.laser for arc in arcs))
+    every = (*unknowns(law), *others)
+    laws = None if law.model is None else {ready.contact: law.model}
+    fmu = Fmu.open(built("disc_rig", contacts=(ready.contact,), laws=laws))
+    freed = {unknown.name for unknown in others}
+    return ArcProblem(
+        ready=ready,
+        law=law,
+        arcs=tuple(arcs),
+        unknowns=every,
+        held=tuple(prior for prior in ready.priors if prior.name not in freed),
+        first=np.concatenate([q, [unknown.prior.value for unknown in others if unknown.prior is not None]]),
+        noise_known=noise_known,
+        runs=Runs(fmu, directions(law, [unknown.name for unknown in every], ready.contact)),
+        starts=[arc.guess.copy() for arc in arcs],
+        residual_unit="m" if any(arc.laser for arc in arcs) else "rad",
+    )
+
+
+def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
+    """Gain and delay as the encoder gave them, and what was asked for."""
+    found = []
+    if laser and ready.sensors.lines:
+        deviations = np.sqrt(np.diag(ready.sensors.covariance))
+        pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
+        for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
+            prior = Prior(name, value, unit, float(deviation), "laser against encoder")
+            reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
+            found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
+    stated = {prior.name: prior for prior in ready.priors}
+    stated["zero"] = Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
+    for name in dict.fromkeys(asked):
+        if name not in stated:
+            raise StickslipError(f"'{name}' cannot be estimated beside the law.{nearest(name, stated)}")
+        prior = stated[name]
+        if not prior.standard_uncertainty > 0:
+            raise StickslipError(
+                f"The rig constant {name} is stated without uncertainty, so it cannot be estimated beside the law: the "
+                'logs alone do not tell them apart. State its "standard_uncertainty" in datapackage.json.'
+            )
+        reach = REACH * prior.standard_uncertainty
+        low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
+        found.append(Unknown(name, prior.unit, low, prior.value + reach, "", prior))
+    return tuple(found)
+
+
+def drive_signal(motion: DiscMotion) -> Signal:
+    """The drive's speed for the model, held at both ends for `MARGIN` and more."""
+    stride = max(round(DRIVE_STEP / motion.step), 1)
+    time, value = motion.time[::stride], motion.drive[::stride]
+    ends = motion.time[0] - 2 * MARGIN, motion.time[-1] + 2 * MARGIN
+    time = np.concatenate([ends[:1], time, motion.time[-1:], ends[1:]])
+    value = np.concatenate([value[:1], value, motion.drive[-1:], motion.drive[-1:]])
+    keep = np.concatenate([[True], np.diff(time) > 0])
+    return Signal(time[keep], value[keep])
+
+
+def measured(motion: DiscMotion, R: float) -> tuple[np.ndarray, bool]:
+    """What the angle sensor showed (n,), and whether it was a laser: displacement in m, or the angle itself in rad."""
+    laser = motion.log.has("laser") and not motion.log.has("angle")
+    return (R * np.sin(motion.angle) if laser else motion.angle), laser
+
+
+def noise(motion: DiscMotion, R: float) -> tuple[float, bool]:
+    """Standard deviation of the angle sensor's noise in the unit of `measured`, and whether it is known: from the
+    calibration and the resolution that the readings show, otherwise from what the readings do within four samples."""
+    shown, laser = measured(motion, R)
+    calibration = motion.log.calibration.laser
+    if laser and calibration is not None and calibration.noise > 0:
+        volts = np.unique(np.round(motion.log.column("laser"), 9))
+        resolution = abs(calibration.gain) * float(np.min(np.diff(volts))) if len(volts) > 1 else 0.0
+        return float(np.hypot(calibration.noise, resolution / np.sqrt(12))), True
+    # third differences of white noise have 20 times its variance, those of a motion next to nothing
+    found = float(np.sqrt(np.mean(np.diff(shown, 3) ** 2) / 20))
+    return max(found, LEAST_NOISE * float(np.ptp(shown))), False

@@ -165,5 +165,5 @@ def _bifurcation(axes: Axes, one: BifurcationComparison) -> None:
         axes.axvline(one.predicted.speed, color="black", linestyle="--", linewidth=1.3,
                      label=f"{one.predicted.words}: {one.predicted.speed:.4g}{known} rad/s (model)")  # fmt: skip
         if np.isfinite(reach):
-            low, high = one.predicted.speed - reach, one.predicted.speed + reach
-            axes.axvspan(low, high, facecolor="none", edgecolor="black", hatch="....", linewidth=0, alpha=0.5)
+            for edge in (one.predicted.speed - reach, one.predicted.speed + reach):
+                axes.axvline(edge, color="black", linewidth=0.5)

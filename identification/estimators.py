@@ -8,7 +8,7 @@ from importlib import import_module
 from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference import Inference
-from identification.joint_law import joint_law
+from identification.joint_law import sought_law
 from identification.laws import find_law
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
@@ -56,7 +56,7 @@ def fit_friction(
     chosen = estimator_named(estimator)
     form = find_law(law)
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    sought = form if len(ready.contacts) == 1 else joint_law(form, ready.arrangement)
+    sought = sought_law(form, ready.contacts, ready.arrangement)
     made = chosen.estimate(ready, sought, options)
     return conclude(
         ready,

@@ -84,6 +84,11 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
     return JointLaw(**form | made, single=single, arrangement=arrangement)
 
 
+def sought_law(single: FittableLaw, contacts: Sequence[str], arrangement: Arrangement) -> FittableLaw:
+    """What is to be fitted to logs of these discs: a law of this form, or one for each of two."""
+    return single if len(contacts) == 1 else joint_law(single, arrangement)
+
+
 @dataclass(frozen=True)
 class DiscLaw:
     """The law of one driving disc within a fit. disc: its number in the model; place: of its parameters among all;

@@ -122,7 +122,7 @@ def pool(
     sliding = [log for log in logs if log.kind != "free-decay"]
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
-    _check_same_rig([*sliding, *decays])
+    check_same_rig([*sliding, *decays])
     _check_no_copies(sliding)
     contacts, arrangement = _contacts(sliding)
     materials = _materials(sliding, contacts)
@@ -132,7 +132,7 @@ def pool(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw = [disc_motion(log) for log in sliding]
-    _check_same_rate(raw)
+    check_same_rate(raw)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = [zeroed(motion, free_decay.rest) for motion in raw]
@@ -197,7 +197,7 @@ def _materials(logs: Sequence[RigLog], contacts: Sequence[str]) -> tuple[str, ..
     return () if "no materials" in pairs else pairs
 
 
-def _check_same_rig(logs: Sequence[RigLog]) -> None:
+def check_same_rig(logs: Sequence[RigLog]) -> None:
     first = logs[0]
     for log in logs[1:]:
         for name in RIG_UNITS:
@@ -213,7 +213,7 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
             )
 
 
-def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
+def check_same_rate(motions: Sequence[DiscMotion]) -> None:
     first = motions[0]
     for motion in motions[1:]:
         if abs(motion.step / first.step - 1) > SAME_RATE:

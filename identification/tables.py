@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
-
-from identification.portraits import MEANING
 
 if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
 
     from identification.free_decay import FreeDecay
-    from identification.portraits import PortraitComparison
     from identification.profile import Interval
     from identification.result import FrictionFit
 
@@ -152,27 +148,3 @@ def decay_table(decay: FreeDecay) -> Table:
     table.add_row("k/J", f"{decay.stiffness_ratio:.6g}", f"{decay.stiffness_ratio_deviation:.1g}", "1/s^2")
     table.add_row("c/J", f"{decay.damping_ratio:.6g}", f"{decay.damping_ratio_deviation:.1g}", "1/s")
     return table
-
-
-def comparison_report(comparisons: Sequence[PortraitComparison]) -> Group:
-    """Metrics of each log with verdicts, and what a pass means."""
-    from rich.console import Group
-    from rich.text import Text
-
-    table = _table(
-        "Phase portraits, model against measurement",
-        ("", "left"),
-        *((f"{one.log}\n{one.drive_speed:.4g} rad/s", "right") for one in comparisons),
-        ("accepted up to", "right"),
-    )
-    for verdicts in zip(*(one.verdicts for one in comparisons), strict=True):
-        marks = [_shown(v.name, v.value, "+") + (" FAIL" if v.passed is False else "") for v in verdicts]
-        limit = verdicts[0].limit
-        table.add_row(verdicts[0].name, *marks, "not judged" if limit is None else _shown(verdicts[0].name, limit))
-    table.add_row("verdict", *("pass" if one.passed else "FAIL" for one in comparisons), "", style="bold")
-    return Group(table, Text(MEANING))
-
-
-def _shown(metric: str, value: float, sign: str = "") -> str:
-    """A metric as people read it; the stick fraction is a difference of shares, the others are relative."""
-    return f"{value:{sign}.4g}" if metric == "stick fraction" else f"{100 * value:{sign}.3g} %"

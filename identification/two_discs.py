@@ -292,7 +292,7 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
 
 def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:
     """Friction of each disc in the windows of the weak form, under a law with parameters q (m,), whoever found it."""
-    segments = long_enough(ready.segments, WINDOW * ready.natural_period)
+    segments = long_enough(segments_at(ready, law, q).segments, WINDOW * ready.natural_period)
     logs = [ready.log_number(segment) for segment in segments]
     return joint_equations(segments, logs, ready.values, ready.natural_period).rows(law, q)
 

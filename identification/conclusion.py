@@ -15,16 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import FittableLaw
+from identification.inference import Inference, Inferred, infer
+from identification.laws import FittableLaw
 from identification.pooling import Pool
+from identification.presliding import presliding
 from identification.problem import Prior, Problem, Progress, Solution, information, prior_precision
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
-from identification.uncertainty import (
-    autocorrelation,
-    block_bootstrap,
-    clustered_covariance,
-    correlation,
-)
+from identification.uncertainty import autocorrelation, correlation
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
@@ -84,11 +81,24 @@ class Options:
 
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator by name: what it assumes, and how it reduces pooled logs to a problem and solves that."""
+    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, and whether it
+    takes the contact as rigid."""
 
     name: str
     structure: tuple[str, ...]
-    estimate: Callable[[Pool, FittableLaw, Options], tuple[FrictionProblem, Solution]]
+    estimate: Callable[[Pool, FittableLaw, Options], Estimate]
+    rigid: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A solved problem, the estimator that it is of (one that was to give first values only, if the later stages could
+    not be finished), and what to warn of."""
+
+    estimator: Estimator
+    problem: FrictionProblem
+    solution: Solution
+    warnings: tuple[str, ...] = ()
 
 
 def conclude(
@@ -97,26 +107,31 @@ def conclude(
     problem: FrictionProblem,
     found: Solution,
     law: FittableLaw,
+    asked: Inference,
     *,
-    bootstrap: int = 0,
-    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    warnings: tuple[str, ...] = (),
 ) -> FrictionFit:
-    """Say how well a solution is known.
-
-    bootstrap: draws for the standard deviations (0: jackknife over clusters).
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: to begin with.
 
     Raises:
-        StickslipError: the logs do not determine the parameters one by one.
+        StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
     """
     _check_determined(problem, found, law)
     shifts = _shifts(problem, found)
-    covariance = _noise(problem, found, bootstrap, seed)
+    instruments: np.ndarray | float = 0.0
     if "gain" in shifts:
         by_sensor = np.stack([shifts["gain"], shifts["delay"]], axis=1)
-        covariance = covariance + by_sensor @ ready.sensors.covariance @ by_sensor.T
+        instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
     count = len(law.parameters)
+    names = [motion.log.name for motion in ready.motions]
+    known = infer(problem, found, asked, count=count, logs=names, instruments=instruments, progress=progress)
+    covariance = known.covariance
+    elastic = None
+    if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
+        elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
     constants, scale = _constants(problem, shifts, law, found.values)
-    every = _parameters(problem, found, covariance, scale)
+    every = _parameters(problem, found, known, scale)
     parameters, nuisance = every[:count], every[count:]
     rows = problem.rows(found.values)
     segments = len(np.unique(found.evaluation.cluster))
@@ -139,8 +154,19 @@ def conclude(
         autocorrelation=autocorrelation(found.evaluation.residual, found.evaluation.cluster),
         converged=found.converged,
         message=found.message,
-        warnings=(*ready.warnings, *_doubts(law, found, parameters, segments)),
+        warnings=(
+            *warnings,
+            *ready.warnings,
+            *_doubts(law, found, parameters, segments),
+            *known.doubts,
+            *(elastic.doubts if elastic else ()),
+        ),
         nuisance=nuisance,
+        covariance=asked.covariance,
+        intervals=known.intervals,
+        collinearity=known.collinearity,
+        whiteness=known.whiteness,
+        presliding=elastic,
     )
 
 
@@ -159,9 +185,10 @@ def _check_determined(problem: FrictionProblem, found: Solution, law: FittableLa
 
 
 def _parameters(
-    problem: FrictionProblem, found: Solution, covariance: np.ndarray, scale: np.ndarray
+    problem: FrictionProblem, found: Solution, known: Inferred, scale: np.ndarray
 ) -> tuple[FittedParameter, ...]:
-    deviation, plain = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(white_covariance(problem, found)))
+    deviation, plain = np.sqrt(np.diag(known.covariance)), np.sqrt(np.diag(white_covariance(problem, found)))
+    bound = None if known.bound is None else np.sqrt(np.diag(known.bound))
     return tuple(
         FittedParameter(
             name=spec.name,
@@ -174,6 +201,7 @@ def _parameters(
             maximum=spec.maximum,
             at_bound=found.at_bound[i],
             description=spec.description,
+            bound=None if bound is None else float(bound[i]),
         )
         for i, spec in enumerate(problem.unknowns)
     )
@@ -200,25 +228,6 @@ def _shifts(problem: FrictionProblem, found: Solution) -> dict[str, np.ndarray]:
     for name, slope in problem.by_held(found.values).items():
         shifts[name] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
     return shifts
-
-
-def _noise(problem: FrictionProblem, found: Solution, bootstrap: int, seed: int) -> np.ndarray:
-    """Covariance (m, m) from the residuals, by jackknife over clusters or bootstrap of whole ones, and from priors."""
-    gradient, residual = found.evaluation.gradient, found.evaluation.residual
-    precision = prior_precision(problem)
-    inverse = np.linalg.inv(information(problem, found.evaluation))
-    from_priors = inverse @ precision @ inverse
-    if bootstrap == 0:
-        return clustered_covariance(gradient, residual, found.evaluation.cluster, precision) + from_priors
-    pull = -gradient.T @ residual  # what the priors pull at the solution
-
-    def again(rows: np.ndarray) -> np.ndarray:
-        # one Gauss-Newton step from the solution: the law is nearly linear over the spread of the draws
-        part = gradient[rows]
-        return found.values - np.linalg.solve(part.T @ part + precision, part.T @ residual[rows] + pull)
-
-    draws = block_bootstrap(again, found.evaluation.cluster, draws=bootstrap, seed=seed)
-    return np.atleast_2d(np.cov(draws, rowvar=False)) + from_priors
 
 
 def _constants(

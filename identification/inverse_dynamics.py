@@ -16,13 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.conclusion import Estimator, Options
+from identification.conclusion import Estimate, Estimator, Options
 from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
-from identification.laws_fit import FittableLaw
+from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
-from identification.problem import Solution
-from identification.regression import Regression, RegressionProblem, regress
+from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment, long_enough
 
 ORDER = 5
@@ -49,7 +48,7 @@ class FrictionSamples:
     weight: np.ndarray
 
 
-def estimate(ready: Pool, law: FittableLaw, options: Options) -> tuple[RegressionProblem, Solution]:
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs.
 
     Raises:
@@ -60,7 +59,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> tuple[Regressio
             "Two driving discs give no friction coefficient at a single sample, only the sum of their forces: fit them "
             "by another estimator, weak-form first."
         )
-    return regress(ready, law, _equations, WINDOW, options.progress)
+    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def friction_samples(ready: Pool) -> FrictionSamples:

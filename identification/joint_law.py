@@ -6,11 +6,12 @@ last where the angle decides which disc touches.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from identification.laws_fit import FittableLaw, LawParameter
+from identification.laws.law import FittableLaw, LawParameter
 from rig_io.arrangement import CHANGEOVER, Arrangement
 
 DISCS = (0, 1)
@@ -81,3 +82,39 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
     form = {one.name: getattr(single, one.name) for one in fields(single)}
     made = {"parameters": parameters, "value": value, "gradient": gradient, "start": start, "doubts": doubts}
     return JointLaw(**form | made, single=single, arrangement=arrangement)
+
+
+def sought_law(single: FittableLaw, contacts: Sequence[str], arrangement: Arrangement) -> FittableLaw:
+    """What is to be fitted to logs of these discs: a law of this form, or one for each of two."""
+    return single if len(contacts) == 1 else joint_law(single, arrangement)
+
+
+@dataclass(frozen=True)
+class DiscLaw:
+    """The law of one driving disc within a fit. disc: its number in the model; place: of its parameters among all;
+    force: of its normal force among `RigValues.forces`; suffix: of the names of both in the fit."""
+
+    disc: str
+    law: FittableLaw
+    place: slice
+    force: int
+    suffix: str
+
+
+def laws_of(law: FittableLaw, contacts: Sequence[str]) -> tuple[DiscLaw, ...]:
+    """The laws of the discs that touch in a log: of the only one, or the parts of a joint law."""
+    if isinstance(law, JointLaw):
+        numbers = [int(contact[-1]) for contact in contacts]
+        return tuple(DiscLaw(str(d), law.single, law.of_disc(d), d, str(d)) for d in numbers)
+    return (DiscLaw(contacts[0][-1], law, slice(0, len(law.parameters)), 0, ""),)
+
+
+def touching(
+    law: FittableLaw, contacts: Sequence[str], q: np.ndarray, angle: np.ndarray, guard: float = 0.0
+) -> np.ndarray:
+    """Whether each disc of a log touches (n_discs, n) at angles (n,) rad, give or take ``guard`` rad."""
+    touch = np.ones((len(contacts), len(angle)), dtype=bool)
+    if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
+        below, above = (edge * q[-1] for edge in law.edges)
+        touch[0], touch[1] = angle < below + guard, angle >= above - guard
+    return touch

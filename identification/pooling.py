@@ -127,7 +127,7 @@ def pool(
     sliding = [log for log in logs if log.kind != "free-decay"]
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
-    _check_same_rig([*sliding, *decays])
+    check_same_rig([*sliding, *decays])
     _check_no_copies(sliding)
     contacts, arrangement = _contacts(sliding)
     materials = _materials(sliding, contacts)
@@ -136,10 +136,7 @@ def pool(
     priors = _priors(sliding, contacts, free_decay)
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
-    pieces = [log.pieces() for log in sliding]
-    split = {piece.name for parts in pieces if len(parts) > 1 for piece in parts}
-    raw, unfit = _usable([(piece.name, piece) for parts in pieces for piece in parts], disc_motion, split)
-    _check_same_rate(raw)
+    raw, split, unfit = motions_in_pieces(sliding)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = [zeroed(motion, free_decay.rest) for motion in raw]
@@ -152,12 +149,6 @@ def pool(
     found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
     motions = tuple(motion for motion, _ in found)
     doubts = [f"Log '{log.name}': {doubt}" for log in (*sliding, *decays) for doubt in log.doubts]
-    doubts += [
-        f"Log '{parts[0].name}' is in {len(parts)} pieces (gaps, a clock set back, lost edges); nothing is filtered or "
-        "simulated across."
-        for parts in pieces
-        if len(parts) > 1
-    ]
     doubts += [doubt for motion in motions for doubt in (*motion.doubts, *drive_doubts(motion))]
     return Pool(
         motions,
@@ -170,6 +161,35 @@ def pool(
         threshold,
         (*doubts, *unfit, *empty, *sensors.doubts, *_doubts(sliding, sensors, free_decay)),
     )
+
+
+def motions_in_pieces(
+    logs: Sequence[RigLog], shortest: float = 0.0
+) -> tuple[list[DiscMotion], frozenset[str], tuple[str, ...]]:
+    """Motions of the pieces of all logs, at one rate; names of the pieces of logs that have several; what to say.
+
+    shortest: s, a piece of several must last, or it is left out.
+
+    Raises:
+        StickslipError: a whole log that `disc_motion` refuses, or no piece is left; logs of different rates.
+    """
+    pieces = [log.pieces() for log in logs]
+    split = frozenset(piece.name for parts in pieces if len(parts) > 1 for piece in parts)
+
+    def motion(piece: RigLog) -> DiscMotion:
+        if piece.name in split and piece.duration < shortest:
+            raise StickslipError(f"It lasts {piece.duration:.3g} s, and {shortest:.3g} s are needed.")
+        return disc_motion(piece)
+
+    raw, unfit = _usable([(piece.name, piece) for parts in pieces for piece in parts], motion, split)
+    check_same_rate(raw)
+    said = [
+        f"Log '{parts[0].name}' is in {len(parts)} pieces (gaps, a clock set back, lost edges); nothing is filtered or "
+        "simulated across."
+        for parts in pieces
+        if len(parts) > 1
+    ]
+    return raw, split, (*said, *unfit)
 
 
 def _usable(
@@ -238,7 +258,7 @@ def _materials(logs: Sequence[RigLog], contacts: Sequence[str]) -> tuple[str, ..
     return () if "no materials" in pairs else pairs
 
 
-def _check_same_rig(logs: Sequence[RigLog]) -> None:
+def check_same_rig(logs: Sequence[RigLog]) -> None:
     first = logs[0]
     for log in logs[1:]:
         for name in RIG_UNITS:
@@ -254,7 +274,7 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
             )
 
 
-def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
+def check_same_rate(motions: Sequence[DiscMotion]) -> None:
     first = motions[0]
     for motion in motions[1:]:
         if abs(motion.step / first.step - 1) > SAME_RATE:

@@ -15,7 +15,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.conclusion import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
-from identification.laws_fit import FittableLaw, unknowns
+from identification.laws.law import FittableLaw, unknowns
 from identification.pooling import Pool, RigValues, rig_values
 from identification.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
 from identification.slip_segments import SlipSegment, long_enough
@@ -83,6 +83,10 @@ class RegressionProblem(FrictionProblem):
     again: Callable[[Mapping[str, float]], Regression] | None = None
     noise_known = False
     residual_unit = "1"
+
+    def __getstate__(self) -> dict[str, object]:
+        """For another process, which solves these equations and builds no others."""
+        return {**self.__dict__, "again": None}
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # of the law

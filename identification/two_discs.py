@@ -24,9 +24,9 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.conclusion import FrictionRows, Options
-from identification.joint_law import DISCS, JointLaw
-from identification.kinematics import DiscMotion, odd_count, savitzky_golay
-from identification.laws_fit import FittableLaw
+from identification.joint_law import DISCS, JointLaw, touching
+from identification.kinematics import odd_count, savitzky_golay
+from identification.laws.law import FittableLaw
 from identification.pooling import Pool, RigValues, rig_values
 from identification.problem import Solution, solve
 from identification.regression import Regression, RegressionProblem
@@ -38,6 +38,7 @@ THIN = 3  # samples per node of the average: 80 nodes on a bump whose first seve
 GUARD = 0.005  # rad on either side of the changeover where both discs must slip: ten times what it is known to at first
 CANDIDATES = 41  # changeovers of the scan: 5 mrad apart on a swing of 0.2 rad
 SLOPES = np.geomspace(0.5, 30.0, 5)  # of the scan: p times the greatest slip speed, for laws that fall
+SELDOM = 0.01  # share of a log: a disc touched less says nothing
 COARSE = 1e-6  # relative, of the search that only says which disc touches when
 NEAR = 1e-6  # rad, least turn of the disc in one sample
 
@@ -93,15 +94,25 @@ class JointRegression(Regression):
             columns.append((slope * push * law.value(np.abs(self.slip), q)).sum(axis=2) @ self.average)
         return np.stack(columns, axis=1)
 
-    def alone(self, law: JointLaw, q: np.ndarray, disc: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Friction of one disc with that of the other, as modelled, taken off: rows (k,) in which it touches for most
-        of the window, and friction coefficients measured and fitted (k,)."""
-        push = self.touch(law, q)[0] * np.sign(self.slip) * self.force[:, None, :]
-        weight = push[..., disc] @ self.average
-        rows = np.flatnonzero(np.abs(weight) > 0.5 * self.force[:, disc].max())
-        mine = (push[rows, :, disc] * law.value(np.abs(self.slip[rows]), q)[..., disc]) @ self.average
-        left = mine + (self.measured - self.model(law, q))[rows]
-        return rows, left / weight[rows], mine / weight[rows]
+    def rows(self, law: JointLaw, q: np.ndarray) -> FrictionRows:
+        """Friction of each disc with that of the other, as modelled, taken off, in the windows in which it touches for
+        the most part."""
+        share = self.touch(law, q)[0] * np.sign(self.slip) * self.force[:, None, :]
+        slip, mu = np.abs(self.slip), law.value(np.abs(self.slip), q)
+        off = self.measured - self.model(law, q)
+        weight = share.transpose(0, 2, 1) @ self.average
+        rows, place = np.nonzero(np.abs(weight) > 0.5 * self.force.max(axis=0))
+        fitted = (share * mu)[rows, :, place] @ self.average / weight[rows, place]
+        return FrictionRows(
+            speed=slip[rows, :, place] @ self.average,
+            least=slip[rows, :, place].min(axis=1),
+            greatest=slip[rows, :, place].max(axis=1),
+            measured=fitted + off[rows] / weight[rows, place],
+            fitted=fitted,
+            cluster=self.cluster[rows],
+            log=self.log[rows],
+            place=place,
+        )
 
     def of(self, clusters: np.ndarray) -> JointRegression:
         """The equations of these clusters (k,), labelled anew 0..k-1."""
@@ -221,34 +232,26 @@ def _linear_fit(these: JointRegression, law: JointLaw, x: float) -> tuple[float,
     return best
 
 
-def touching(motion: DiscMotion, law: JointLaw, x: float, period: float) -> np.ndarray | None:
-    """Samples (n_discs, n) at which each disc of a log may touch: at the changeover x, give or take `GUARD`."""
-    if law.changeover is None or len(motion.log.contacts) == 1:
-        return None
-    angle = motion.smoothed(SPEED_WINDOW * period, SPEED_ORDER)
-    below, above = (edge * x for edge in law.edges)
-    return np.stack([angle < below + GUARD, angle >= above - GUARD])
-
-
-def segments_at(ready: Pool, law: JointLaw, x: float, *, allow_no_stick: bool = True) -> Pool:
-    """The pool with the slip segments of the disc that touches, at the changeover x (rad).
+def segments_at(ready: Pool, law: JointLaw, q: np.ndarray) -> Pool:
+    """The pool with the slip segments of the disc that touches by a law with parameters q (m,).
 
     Raises:
         StickslipError: one of the discs is not touched in any log.
     """
     period = ready.natural_period
     found: list[SlipSegment] = []
-    seen = set()
+    seen: set[str] = set()
     for motion in ready.motions:
-        here = touching(motion, law, x, period)
-        seen |= set(motion.log.contacts if here is None else np.array(motion.log.contacts)[here.mean(axis=1) > 0.01])
-        found += slip_segments(motion, period, threshold=ready.threshold, allow_no_stick=allow_no_stick, touching=here)
+        contacts = motion.log.contacts
+        here = touching(law, contacts, q, motion.smoothed(SPEED_WINDOW * period, SPEED_ORDER), GUARD)
+        seen |= {contact for contact, row in zip(contacts, here, strict=True) if row.mean() > SELDOM}
+        found += slip_segments(motion, period, threshold=ready.threshold, allow_no_stick=True, touching=here)
     missing = sorted(set(ready.contacts) - seen)
     if missing:
         raise StickslipError(
-            f"In none of the logs the disc comes to touch {missing[0]} (changeover at {x:.4g} rad), so that its "
-            "friction cannot be known. Let the swing pass the changeover (other drive speeds), or fit the other alone: "
-            f'"contacts": ["{min(set(ready.contacts) - set(missing))}"].'
+            f"In none of the logs the disc comes to touch {missing[0]} ({law.changeover} = {q[-1]:.4g} rad), so that "
+            "its friction cannot be known. Let the swing pass the changeover (other drive speeds), or fit the other "
+            f'alone: "contacts": ["{min(set(ready.contacts) - set(missing))}"].'
         )
     return replace(ready, segments=tuple(found))
 
@@ -266,22 +269,8 @@ class JointProblem(RegressionProblem):
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction of each disc, that of the other taken off."""
-        these, law = self.regression, self.law
-        assert isinstance(these, JointRegression) and isinstance(law, JointLaw)
-        parts = [these.alone(law, x, disc) for disc in DISCS]
-        rows, measured, fitted = (np.concatenate(part) for part in zip(*parts, strict=True))
-        place = np.repeat(DISCS, [len(part[0]) for part in parts])
-        slip = np.abs(these.slip)[rows, :, place]
-        return FrictionRows(
-            speed=slip @ these.average,
-            least=slip.min(axis=1),
-            greatest=slip.max(axis=1),
-            measured=measured,
-            fitted=fitted,
-            cluster=these.cluster[rows],
-            log=these.log[rows],
-            place=place,
-        )
+        assert isinstance(self.regression, JointRegression) and isinstance(self.law, JointLaw)
+        return self.regression.rows(self.law, x)
 
 
 def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem, Solution]:
@@ -295,10 +284,17 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
     if law.changeover is None:
         return first, solve(first, found.values, progress=options.progress)
     # twice: the windows follow the changeover, which moves a little with them
-    near = _problem(segments_at(ready, law, float(found.values[-1])), law, found.values)
+    near = _problem(segments_at(ready, law, found.values), law, found.values)
     found = solve(near, progress=options.progress)
-    problem = _problem(segments_at(ready, law, float(found.values[-1])), law, found.values)
+    problem = _problem(segments_at(ready, law, found.values), law, found.values)
     return problem, solve(problem, progress=options.progress)
+
+
+def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:
+    """Friction of each disc in the windows of the weak form, under a law with parameters q (m,), whoever found it."""
+    segments = long_enough(segments_at(ready, law, q).segments, WINDOW * ready.natural_period)
+    logs = [ready.log_number(segment) for segment in segments]
+    return joint_equations(segments, logs, ready.values, ready.natural_period).rows(law, q)
 
 
 def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> JointProblem:

@@ -16,14 +16,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.conclusion import Estimator, Options
+from identification.conclusion import Estimate, Estimator, Options
 from identification.inverse_dynamics import STRUCTURE
 from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
-from identification.laws_fit import FittableLaw
+from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
-from identification.problem import Solution
-from identification.regression import Regression, RegressionProblem, regress
+from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment
 
 WINDOW = 0.264  # natural periods
@@ -33,7 +32,7 @@ BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums
 UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
 
 
-def estimate(ready: Pool, law: FittableLaw, options: Options) -> tuple[RegressionProblem, Solution]:
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs; of two discs by `identification.two_discs`.
 
     Raises:
@@ -42,8 +41,8 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> tuple[Regressio
     if isinstance(law, JointLaw):
         from identification.two_discs import estimate as estimate_both
 
-        return estimate_both(ready, law, options)
-    return regress(ready, law, _equations, WINDOW, options.progress)
+        return Estimate(ESTIMATOR, *estimate_both(ready, law, options))
+    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:

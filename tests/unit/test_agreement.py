@@ -13,6 +13,7 @@ from fmu_models.errors import StickslipError
 from identification.estimators import fit_friction
 from identification.free_decay import fit_free_decay
 from identification.kinematics import disc_motion
+from identification.measured import measured_motions
 from identification.pooling import Pool, pool
 from rig_io.emulator import RIG
 from rig_io.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
@@ -251,3 +252,9 @@ def test_friction_that_rises_with_speed_is_said_to_need_another_law() -> None:
     assert found["mu_s"].value < found["mu_k"].value
     (doubt,) = [warning for warning in found.warnings if "is less than mu_k" in warning]
     assert "viscous" in doubt
+
+
+def test_comparison_takes_the_pieces_that_hold_cycles(logs: list[RigLog]) -> None:
+    motions = measured_motions([without(logs[1], 8.0, 16.0), logs[0], logs[3]], natural_period=0.9)[("disc0",)]
+    assert [m.log.name for m in motions] == ["paper-rubber-0.83", "paper-rubber-0.41"]
+    assert motions[0].time[-1] < 8.0

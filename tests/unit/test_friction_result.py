@@ -13,11 +13,12 @@ import pytest
 from fmu_models.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from identification.inverse_dynamics import FrictionSamples
-from identification.laws_fit import CONTI
+from identification.laws import LAWS
 from identification.portraits import Portrait, PortraitComparison, compare_portraits
 from identification.report import friction_figure, portrait_figure
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 
+CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])
 
 
@@ -78,7 +79,7 @@ def test_json_gives_the_result_back() -> None:
         ("[1]", "not a fitted law"),
         ('{"type": "something else"}', "not a fitted law"),
         ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
-        ('{"type": "stickslip friction fit", "version": 1}', "incomplete"),
+        ('{"type": "stickslip friction fit", "version": 2}', "incomplete"),
     ],
 )
 def test_what_is_no_result_is_refused(text: str, said: str) -> None:

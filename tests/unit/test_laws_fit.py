@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import CONTI
+from identification.laws.conti import LAW as CONTI
 from identification.problem import solve
 from identification.regression import Regression, RegressionProblem
 

@@ -11,7 +11,7 @@ from fmu_models.errors import StickslipError
 from identification import two_discs
 from identification.conclusion import Options
 from identification.joint_law import joint_law
-from identification.laws_fit import LAWS
+from identification.laws import LAWS
 from identification.pooling import pool
 from identification.slip_segments import long_enough
 from rig_io import sidecar
@@ -179,4 +179,4 @@ def test_a_disc_that_never_slips_or_is_never_touched_is_named(together: list[Rig
     ready = pool(sequential[:1])
     law = joint_law(LAWS["Conti"], ready.arrangement)
     with pytest.raises(StickslipError, match="never|none of the logs .* touch disc0"):
-        two_discs.segments_at(ready, law, -0.5)
+        two_discs.segments_at(ready, law, np.append(TRUTH, -0.5))

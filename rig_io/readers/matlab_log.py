@@ -40,7 +40,8 @@ def read(path: Path) -> Table:
         elif len(found.values) == 1:
             scalars[found.name] = float(found.values[0])
         else:
-            columns[found.name] = found.values.astype(np.float64)
+            with np.errstate(invalid="ignore"):  # of a NaN that signals; it stays NaN
+                columns[found.name] = found.values.astype(np.float64)
     _check_columns(path, columns, left_out)
     return Table(f"'{path}'", columns, {}, None, scalars, left_out)
 

@@ -140,7 +140,8 @@ def test_any_table_survives_the_file(tmp_path_factory, data) -> None:
     table = read_table(path)
     assert set(table.columns) == set(columns)
     for name, values in columns.items():
-        np.testing.assert_array_equal(table.columns[name], values.astype(np.float64))
+        with np.errstate(invalid="ignore"):  # NaN of any bits are drawn
+            np.testing.assert_array_equal(table.columns[name], values.astype(np.float64))
     matlab_log.write(path, table.columns)
     for name, values in read_table(path).columns.items():
         np.testing.assert_array_equal(values, table.columns[name])

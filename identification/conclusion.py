@@ -1,29 +1,27 @@
-"""From an estimator's equations to a result: solution, standard deviations, sensitivities, warnings.
+"""From a problem and its solution to a result: standard deviations, sensitivities, warnings; for all estimators.
 
-To first order a change dx of something taken as given moves the estimate by  dq = -(A'A)^-1 A' (dr/dx) dx,  with r(x)
-the whitened residual. The same formula serves the laser's gain and delay (their covariance joins the noise) and the
-constants of the rig (their uncertainty is reported apart).
+To first order a change dx of something taken as given moves the estimate by  dq = -(A'A + P)^-1 A' (dr/dx) dx,  with
+r(x) the whitened residual and P the precision of the priors. The same formula serves the laser's gain and delay, where
+they are taken as given (their covariance joins the noise), and the constants of the rig (their uncertainty is reported
+apart).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import FittableLaw, Regression, Solution, solve
-from identification.pooling import Pool, RigValues, rig_values
+from identification.inference import Inference, Inferred, infer
+from identification.laws import FittableLaw
+from identification.pooling import Pool
+from identification.presliding import presliding
+from identification.problem import Prior, Problem, Progress, Solution, information, prior_precision
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
-from identification.slip_segments import SlipSegment, long_enough
-from identification.uncertainty import (
-    autocorrelation,
-    block_bootstrap,
-    clustered_covariance,
-    correlation,
-    plain_covariance,
-)
+from identification.uncertainty import autocorrelation, correlation
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
@@ -31,73 +29,155 @@ SINGULAR = 1e9  # condition of the scaled gradient from which on the parameters 
 GAIN_STEP, DELAY_STEP, CONSTANT_STEP = 1e-4, 1e-5, 1e-4  # relative, s, relative: for differences of smooth functions
 
 
+@dataclass(frozen=True, eq=False)
+class FrictionRows:
+    """Friction as an estimator saw it.
+
+    speed: (n,) m/s, mean slip speed; least, greatest: (n,) m/s, its range; measured, fitted: (n,) friction coefficient;
+    cluster: (n,) labels; log: (n,) number of the log; place: (n,) of the driving disc among the contacts.
+    """
+
+    speed: np.ndarray
+    least: np.ndarray
+    greatest: np.ndarray
+    measured: np.ndarray
+    fitted: np.ndarray
+    cluster: np.ndarray
+    log: np.ndarray
+    place: np.ndarray
+
+
+class FrictionProblem(Problem):
+    """A problem whose first unknowns are the parameters of a friction law, nuisance parameters after them.
+
+    held: constants of the rig that are taken as given; residual_unit: of ``rows``' residual that a user reads.
+    """
+
+    held: tuple[Prior, ...]
+    residual_unit: str
+
+    @abstractmethod
+    def rows(self, x: np.ndarray) -> FrictionRows:
+        """Friction against slip speed at x (m,)."""
+
+    @abstractmethod
+    def by_held(self, x: np.ndarray) -> Mapping[str, np.ndarray]:
+        """Derivatives (n,) of the residuals by each constant held, per its unit; and by ``gain`` (relative) and
+        ``delay`` (s) of the laser, if these are not among the unknowns."""
+
+    @abstractmethod
+    def rms(self, x: np.ndarray) -> float:
+        """Root mean square of the residual that a user reads, in ``residual_unit``."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
+    estimated along with the law, with what is known of them as priors; progress: see `identification.problem`."""
+
+    nuisance: tuple[str, ...] = ()
+    progress: Progress | None = None
+
+
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator by name: what it assumes, the window (natural periods) that a segment must hold, and its equations
-    from segments, rig and natural period (s)."""
+    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, and whether it
+    takes the contact as rigid."""
 
     name: str
     structure: tuple[str, ...]
-    window: float
-    regression: Callable[[Sequence[SlipSegment], RigValues, float], Regression]
+    estimate: Callable[[Pool, FittableLaw, Options], Estimate]
+    rigid: bool = True
 
 
-def conclude(ready: Pool, estimator: Estimator, law: FittableLaw, *, bootstrap: int = 0, seed: int = 0) -> FrictionFit:
-    """Solve the pooled equations and say how well the result is known.
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A solved problem, the estimator that it is of (one that was to give first values only, if the later stages could
+    not be finished), and what to warn of."""
+
+    estimator: Estimator
+    problem: FrictionProblem
+    solution: Solution
+    warnings: tuple[str, ...] = ()
+
+
+def conclude(
+    ready: Pool,
+    estimator: Estimator,
+    problem: FrictionProblem,
+    found: Solution,
+    law: FittableLaw,
+    asked: Inference,
+    *,
+    progress: Callable[[float], None] | None = None,
+    warnings: tuple[str, ...] = (),
+) -> FrictionFit:
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: to begin with.
 
     Raises:
-        StickslipError: no segment holds the window, or too few equations or segments.
+        StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
     """
-    period = ready.natural_period
-    segments = long_enough(ready.segments, estimator.window * period)
-    if len(segments) < 2:
-        raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    regression = estimator.regression(segments, ready.values, period)
-    _check_sign(regression)
-    found = solve(regression, law)
-    _check_determined(found, law)
-    shifts = _Shifts(ready, estimator, law, regression, found, segments, period)
-    by_sensor = np.stack([shifts.by_gain(), shifts.by_delay()], axis=1)
-    covariance = _noise(regression, law, found, bootstrap, seed) + by_sensor @ ready.sensors.covariance @ by_sensor.T
-    constants, scale = _constants(ready, shifts, law, found.values)
-    parameters = _parameters(law, found, covariance, scale)
+    _check_determined(problem, found, law)
+    shifts = _shifts(problem, found)
+    instruments: np.ndarray | float = 0.0
+    if "gain" in shifts:
+        by_sensor = np.stack([shifts["gain"], shifts["delay"]], axis=1)
+        instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
+    count = len(law.parameters)
+    names = [motion.log.name for motion in ready.motions]
+    known = infer(problem, found, asked, count=count, logs=names, instruments=instruments, progress=progress)
+    covariance = known.covariance
+    elastic = None
+    if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
+        elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
+    constants, scale = _constants(problem, shifts, law, found.values)
+    every = _parameters(problem, found, known, scale)
+    parameters, nuisance = every[:count], every[count:]
+    rows = problem.rows(found.values)
+    segments = len(np.unique(found.evaluation.cluster))
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=estimator.structure,
-        contact=ready.contact,
+        structure=(*estimator.structure, *ready.assumed),
+        contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
-        correlation=tuple(tuple(float(x) for x in row) for row in correlation(covariance)),
+        correlation=tuple(tuple(float(x) for x in row) for row in correlation(covariance[:count, :count])),
         constants=constants,
-        logs=_summaries(ready, segments, regression),
-        bins=_bins(regression, law, found),
+        logs=_summaries(ready, rows),
+        bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),
         sensors=_sensors(ready),
-        segments=len(segments),
-        values=len(regression.measured),
-        rms_residual=float(np.sqrt(np.mean(found.raw_residual**2))),
-        autocorrelation=autocorrelation(found.residual, regression.cluster),
+        segments=segments,
+        values=len(found.evaluation.residual),
+        rms_residual=problem.rms(found.values),
+        residual_unit=problem.residual_unit,
+        autocorrelation=autocorrelation(found.evaluation.residual, found.evaluation.cluster),
         converged=found.converged,
         message=found.message,
-        warnings=(*ready.warnings, *_doubts(law, found, parameters, len(segments))),
+        warnings=(
+            *warnings,
+            *ready.warnings,
+            *_doubts(law, found, parameters, segments),
+            *known.doubts,
+            *(elastic.doubts if elastic else ()),
+        ),
+        nuisance=nuisance,
+        covariance=asked.covariance,
+        intervals=known.intervals,
+        collinearity=known.collinearity,
+        whiteness=known.whiteness,
+        presliding=elastic,
     )
 
 
-def _check_sign(regression: Regression) -> None:
-    middle = float(np.median(regression.measured))
-    if middle <= 0:
-        raise StickslipError(
-            f"Friction is found to drive the slip instead of opposing it (median coefficient {middle:.2g}): angle and "
-            "drive count in opposite senses. Turn the sign of the laser's gain (and of the encoder), or that of the "
-            "drive."
-        )
-
-
-def _check_determined(found: Solution, law: FittableLaw) -> None:
-    norms = np.linalg.norm(found.gradient, axis=0)
-    if np.linalg.cond(found.gradient / np.where(norms > 0, norms, 1.0)) > SINGULAR:
+def _check_determined(problem: FrictionProblem, found: Solution, law: FittableLaw) -> None:
+    matrix = information(problem, found.evaluation)
+    norms = np.sqrt(np.diag(matrix))
+    scaled = matrix / np.outer(norms, norms) if np.all(norms > 0) else np.zeros_like(matrix)
+    # the eigenvalues of the scaled matrix are the squared singular values of the scaled gradient
+    if np.linalg.cond(scaled) > SINGULAR**2 or not np.all(norms > 0):
         names = [parameter.name for parameter in law.parameters]
-        values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=True))
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=False))
         raise StickslipError(
             f"The logs do not determine {', '.join(names)} of '{law.name}' one by one (found {values}): friction "
             "hardly changes over the slip speeds in them. Pool logs at more drive speeds, or take a simpler law."
@@ -105,9 +185,10 @@ def _check_determined(found: Solution, law: FittableLaw) -> None:
 
 
 def _parameters(
-    law: FittableLaw, found: Solution, covariance: np.ndarray, scale: np.ndarray
+    problem: FrictionProblem, found: Solution, known: Inferred, scale: np.ndarray
 ) -> tuple[FittedParameter, ...]:
-    deviation, plain = np.sqrt(np.diag(covariance)), np.sqrt(np.diag(plain_covariance(found.gradient, found.residual)))
+    deviation, plain = np.sqrt(np.diag(known.covariance)), np.sqrt(np.diag(white_covariance(problem, found)))
+    bound = None if known.bound is None else np.sqrt(np.diag(known.bound))
     return tuple(
         FittedParameter(
             name=spec.name,
@@ -120,108 +201,91 @@ def _parameters(
             maximum=spec.maximum,
             at_bound=found.at_bound[i],
             description=spec.description,
+            bound=None if bound is None else float(bound[i]),
         )
-        for i, spec in enumerate(law.parameters)
+        for i, spec in enumerate(problem.unknowns)
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Shifts:
-    """First-order shifts of the estimate (m,) by things taken as given."""
-
-    ready: Pool
-    estimator: Estimator
-    law: FittableLaw
-    regression: Regression
-    found: Solution
-    segments: Sequence[SlipSegment]
-    period: float
-
-    def by_constant(self, name: str) -> np.ndarray:
-        """d q / d ln(constant)."""
-        known = {prior.name: prior.value for prior in self.ready.priors}
-        known[name] *= 1 + CONSTANT_STEP
-        return self._shift(self.segments, rig_values(known)) / CONSTANT_STEP
-
-    def by_gain(self) -> np.ndarray:
-        """d q / d gain of the laser."""
-        return self._shift(self._moved(GAIN_STEP, 0.0), self.ready.values) / GAIN_STEP
-
-    def by_delay(self) -> np.ndarray:
-        """d q / d delay of the laser, per second."""
-        return self._shift(self._moved(0.0, DELAY_STEP), self.ready.values) / DELAY_STEP
-
-    def _moved(self, gain: float, delay: float) -> list[SlipSegment]:
-        return long_enough(self.ready.with_sensors(gain, delay), self.estimator.window * self.period)
-
-    def _shift(self, segments: Sequence[SlipSegment], rig: RigValues) -> np.ndarray:
-        other = self.estimator.regression(segments, rig, self.period)
-        moved = other.model(self.law, self.found.values) - other.measured - self.found.raw_residual
-        return -np.linalg.lstsq(self.found.gradient, self.regression.whitened(moved), rcond=None)[0]
+def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
+    """Covariance (m, m) as if residuals were white: of unit variance where the noise is known (then it is the bound of
+    Cramer and Rao), otherwise of the variance that they show."""
+    inverse = np.linalg.inv(information(problem, found.evaluation))
+    if problem.noise_known:
+        return inverse
+    residual = found.evaluation.residual
+    freedom = len(residual) - found.evaluation.eliminated - len(found.values)
+    return inverse * float(residual @ residual) / freedom
 
 
-def _noise(regression: Regression, law: FittableLaw, found: Solution, bootstrap: int, seed: int) -> np.ndarray:
-    """Covariance (m, m) from the residuals: jackknife over slip segments, or bootstrap of whole segments."""
-    if bootstrap == 0:
-        return clustered_covariance(found.gradient, found.residual, regression.cluster)
-
-    def again(rows: np.ndarray) -> np.ndarray:
-        # one Gauss-Newton step from the solution: the law is nearly linear over the spread of the draws
-        return found.values - np.linalg.lstsq(found.gradient[rows], found.residual[rows], rcond=None)[0]
-
-    draws = block_bootstrap(again, regression.cluster, draws=bootstrap, seed=seed)
-    return np.cov(draws, rowvar=False)
+def _shifts(problem: FrictionProblem, found: Solution) -> dict[str, np.ndarray]:
+    """First-order shifts of the estimate (m,) by what is taken as given, per its unit."""
+    gradient = found.evaluation.gradient
+    # as least squares, whose condition is the root of that of the normal equations
+    roots = np.sqrt(prior_precision(problem))
+    stacked = np.vstack([gradient, roots])
+    shifts = {}
+    for name, slope in problem.by_held(found.values).items():
+        shifts[name] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
+    return shifts
 
 
 def _constants(
-    ready: Pool, shifts: _Shifts, law: FittableLaw, values: np.ndarray
+    problem: FrictionProblem, shifts: Mapping[str, np.ndarray], law: FittableLaw, values: np.ndarray
 ) -> tuple[tuple[Constant, ...], np.ndarray]:
     """Constants with the sensitivities of the parameters, and the standard deviations (m,) that they pass on."""
     names = [parameter.name for parameter in law.parameters]
-    constants, power = [], np.zeros(len(names))
-    for prior in ready.priors:
-        shift = shifts.by_constant(prior.name)
-        power += (shift * prior.standard_uncertainty / prior.value) ** 2
-        relative = {name: float(s / v) if v else None for name, s, v in zip(names, shift, values, strict=True)}
+    constants, power = [], np.zeros(len(problem.unknowns))
+    for prior in problem.held:
+        shift = shifts[prior.name]
+        power += (shift * prior.standard_uncertainty) ** 2
+        relative = {
+            name: float(s * prior.value / v) if v else None for name, s, v in zip(names, shift, values, strict=False)
+        }
         constants.append(
             Constant(prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative)
         )
     return tuple(constants), np.sqrt(power)
 
 
-def _summaries(ready: Pool, segments: Sequence[SlipSegment], regression: Regression) -> tuple[LogSummary, ...]:
-    ends = np.stack([regression.slip.min(axis=1), regression.slip.max(axis=1)], axis=1)
+def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
     summaries = []
-    for motion in ready.motions:
-        mine = [number for number, segment in enumerate(segments) if segment.motion is motion]
-        rows = ends[np.isin(regression.cluster, mine)]
-        least, greatest = (float(rows[:, 0].min()), float(rows[:, 1].max())) if len(rows) else (0.0, 0.0)
-        summaries.append(LogSummary(motion.log.name, float(np.mean(motion.drive)), len(mine), least, greatest))
+    for number, motion in enumerate(ready.motions):
+        mine = rows.log == number
+        least, greatest = (
+            (float(rows.least[mine].min()), float(rows.greatest[mine].max())) if mine.any() else (0.0, 0.0)
+        )
+        segments = len(np.unique(rows.cluster[mine]))
+        speeds = tuple(float(np.mean(drive)) for drive in motion.drives)
+        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest))
     return tuple(summaries)
 
 
-def _bins(regression: Regression, law: FittableLaw, found: Solution) -> tuple[SpeedBin, ...]:
-    """Measured and fitted coefficient in ranges of slip speed of equal counts; standard errors over slip segments."""
-    speed = regression.slip @ regression.average
-    fitted = regression.model(law, found.values)
-    edges = np.quantile(speed, np.linspace(0, 1, BINS + 1))
-    place = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, BINS - 1)
+def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
+    """Measured and fitted coefficient of one disc in ranges of slip speed of equal counts; standard errors over slip
+    segments."""
+    mine = rows.place == disc
+    if not mine.any():
+        return []
+    edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
+    range_of = np.where(mine, np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1), -1)
     bins = []
-    for number in np.unique(place):
-        inside = place == number
-        off, labels = (regression.measured - fitted)[inside], regression.cluster[inside]
+    for number in np.unique(range_of[mine]):
+        inside = range_of == number
+        off, labels = (rows.measured - rows.fitted)[inside], rows.cluster[inside]
         means = [float(np.mean(off[labels == label])) for label in np.unique(labels)]
         error = float(np.std(means, ddof=1) / np.sqrt(len(means))) if len(means) > 1 else None
         bins.append(
             SpeedBin(
-                float(np.mean(speed[inside])),
-                float(np.mean(regression.measured[inside])),
+                float(np.mean(rows.speed[inside])),
+                float(np.mean(rows.measured[inside])),
                 error,
-                float(np.mean(fitted[inside])),
+                float(np.mean(rows.fitted[inside])),
                 int(np.sum(inside)),
+                contact,
             )
         )
-    return tuple(bins)
+    return bins
 
 
 def _sensors(ready: Pool) -> dict[str, float]:

@@ -1,18 +1,38 @@
-"""The estimators by name. A new one is a file with ``fit`` and a line here."""
+"""The estimators by name. A new one is a file with ``ESTIMATOR`` and a line here."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
-from identification.laws_fit import LAWS
-from identification.pooling import Pool
+from identification.conclusion import Estimator, Options, conclude
+from identification.inference import Inference
+from identification.joint_law import sought_law
+from identification.laws import find_law
+from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
-ESTIMATORS = {"weak-form": "identification.weak_form", "savitzky-golay": "identification.inverse_dynamics"}
-DEFAULT = "weak-form"
+ESTIMATORS = {
+    "shooting": "identification.shooting",
+    "weak-form": "identification.weak_form",
+    "savitzky-golay": "identification.inverse_dynamics",
+}
+DEFAULT = "shooting"
+DEFAULT_OPTIONS = Options()
+DEFAULT_INFERENCE = Inference()
+
+
+def estimator_named(name: str) -> Estimator:
+    """An estimator.
+
+    Raises:
+        StickslipError: there is none of this name.
+    """
+    if name not in ESTIMATORS:
+        raise StickslipError(f"There is no estimator '{name}'.{nearest(name, ESTIMATORS)}")
+    return import_module(ESTIMATORS[name]).ESTIMATOR
 
 
 def fit_friction(
@@ -20,22 +40,31 @@ def fit_friction(
     *,
     estimator: str = DEFAULT,
     law: str = "Conti",
-    bootstrap: int = 0,
-    seed: int = 0,
+    options: Options = DEFAULT_OPTIONS,
+    inference: Inference = DEFAULT_INFERENCE,
+    progress: Callable[[float], None] | None = None,
 ) -> FrictionFit:
     """Friction law from stick-slip logs of one rig, all pooled.
 
-    logs: stick-slip logs of one disc in contact; a free-decay log among them gives k/J and c/J; or a
-    `identification.pooling.pool` of them. bootstrap: draws for the standard deviations (0: jackknife over slip
-    segments).
+    logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
+    `identification.pooling.pool` of them. inference: how its uncertainty is found, and ``progress`` the fraction of
+    that work done.
 
     Raises:
-        StickslipError: unknown estimator or law, a negative number of draws, or logs that cannot be pooled or fitted.
+        StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
     """
-    if estimator not in ESTIMATORS:
-        raise StickslipError(f"There is no estimator '{estimator}'.{nearest(estimator, ESTIMATORS)}")
-    if law not in LAWS:
-        raise StickslipError(f"There is no friction law '{law}'.{nearest(law, LAWS)}")
-    if bootstrap < 0 or 0 < bootstrap < 20:
-        raise StickslipError(f"A bootstrap of {bootstrap} draws gives no standard deviation; take 200, or 0 for none.")
-    return import_module(ESTIMATORS[estimator]).fit(logs, law=LAWS[law], bootstrap=bootstrap, seed=seed)
+    chosen = estimator_named(estimator)
+    form = find_law(law)
+    ready = logs if isinstance(logs, Pool) else pool(logs)
+    sought = sought_law(form, ready.contacts, ready.arrangement)
+    made = chosen.estimate(ready, sought, options)
+    return conclude(
+        ready,
+        made.estimator,
+        made.problem,
+        made.solution,
+        sought,
+        inference,
+        progress=progress,
+        warnings=made.warnings,
+    )

@@ -10,7 +10,7 @@ torque). Source: disc_rig paper, section 3.2 (natural frequency and decay of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -73,8 +73,14 @@ def fit_free_decay(log: RigLog) -> FreeDecay:
 
     if log.kind != "free-decay":
         raise StickslipError(f"Log '{log.name}' is of kind '{log.kind}'; k/J and c/J need one of kind 'free-decay'.")
-    time, angle = angle_at_ticks(log)
-    return fit_decay(time, angle, name=log.name)
+    pieces = log.pieces()
+    longest = max(pieces, key=lambda piece: len(piece.time))
+    time, angle = angle_at_ticks(longest)
+    found = fit_decay(time, angle, name=log.name)
+    if len(pieces) == 1:
+        return found
+    said = f"Free decay '{log.name}' is in {len(pieces)} pieces; the longest, of {longest.duration:.3g} s, was used."
+    return replace(found, warnings=(said, *found.warnings))
 
 
 def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDecay:

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.conclusion import Estimator, conclude
+from fmu_models.errors import StickslipError
+from identification.conclusion import Estimate, Estimator, Options
+from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
-from identification.laws_fit import CONTI, FittableLaw, Regression
-from identification.pooling import Pool, RigValues, pool
-from identification.result import FrictionFit
+from identification.laws import FittableLaw
+from identification.pooling import Pool, RigValues
+from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment, long_enough
-from rig_io.log import RigLog
 
 ORDER = 5
 WINDOW = 0.22  # natural periods
@@ -47,35 +48,34 @@ class FrictionSamples:
     weight: np.ndarray
 
 
-def fit(logs: Sequence[RigLog] | Pool, *, law: FittableLaw = CONTI, bootstrap: int = 0, seed: int = 0) -> FrictionFit:
-    """Friction law from stick-slip logs of one rig, all pooled.
-
-    logs: a free-decay log among them gives k/J and c/J; or a `Pool`. bootstrap: number of draws for the standard
-    deviations (0: jackknife over slip segments).
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
+    """Friction law from pooled logs.
 
     Raises:
-        StickslipError: see `pool`; or no slip segment holds a window.
+        StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
-    ready = logs if isinstance(logs, Pool) else pool(logs)
-    return conclude(ready, ESTIMATOR, law, bootstrap=bootstrap, seed=seed)
+    if isinstance(law, JointLaw):
+        raise StickslipError(
+            "Two driving discs give no friction coefficient at a single sample, only the sum of their forces: fit them "
+            "by another estimator, weak-form first."
+        )
+    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def friction_samples(ready: Pool) -> FrictionSamples:
     """Friction coefficient against slip speed at every sample of the pooled slip segments."""
     window = WINDOW * ready.natural_period
     segments = long_enough(ready.segments, window)
-    return _samples(segments, ready.values, window)
+    return _samples(segments, [ready.log_number(s) for s in segments], ready.values, window)
 
 
-def _samples(segments: Sequence[SlipSegment], rig: RigValues, window: float) -> FrictionSamples:
+def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, window: float) -> FrictionSamples:
     columns: list[tuple[np.ndarray, ...]] = []
-    logs: dict[str, int] = {}
-    for number, segment in enumerate(segments):
+    for number, (segment, log) in enumerate(zip(segments, logs, strict=True)):
         step, angle = segment.motion.step, segment.angle
         place, speed, acceleration = (savitzky_golay(angle, step, window, ORDER, d) for d in range(3))
         slip = rig.r * segment.drive - rig.R * speed
         force = (rig.J * acceleration + rig.c * speed + rig.k * place) / rig.R
-        log = logs.setdefault(segment.motion.log.name, len(logs))
         columns.append(
             (
                 segment.sign * slip,
@@ -104,12 +104,12 @@ def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndar
     return np.concatenate([gain[:half], np.full(length - 2 * half, gain[half]), gain[half + 1 :]])
 
 
-def _regression(segments: Sequence[SlipSegment], rig: RigValues, period: float) -> Regression:
-    samples = _samples(segments, rig, WINDOW * period)
+def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:
+    samples = _samples(segments, logs, rig, WINDOW * period)
     slip, coefficient = samples.slip[::EVERY], samples.coefficient[::EVERY]
     cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
-    return Regression(slip[:, None], np.ones(1), coefficient, cluster, blocks)
+    return Regression(slip[:, None], np.ones(1), coefficient, cluster, samples.log[::EVERY], blocks)
 
 
-ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, WINDOW, _regression)
+ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, estimate)

@@ -16,7 +16,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.agreement import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
 from identification.uncertainty import clustered_covariance
+from rig_io.clock import UNEVEN
 from rig_io.log import RigLog
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 
@@ -26,7 +28,11 @@ SMOOTHING = (
 DRIVE_KNOTS = 0.3  # s between knots of the drive's speed: follows its eighth harmonic, averages its line errors
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
-UNEVEN = 0.02  # of the sample interval: jitter above this is refused
+JITTER = 0.3  # of the sample interval, rms: a clock that wanders more is no clock
+STRAY = 5.0  # times the leap that one sample in a hundred exceeds is still noise
+SHARPEST = 1000.0  # rad/s^2; the disc reaches 100
+HOLE = 1.75  # sample intervals: between stamps further apart a sample is missing
+SHORTEST = 100  # samples of a log
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +41,7 @@ class SensorFit:
 
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
-    encoder).
+    encoder); doubts: where the delay is not one and the same, in words.
     """
 
     gain: float = 0.0
@@ -43,21 +49,29 @@ class SensorFit:
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
     rms: float = 0.0
     lines: int = 0
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class DiscMotion:
     """Motion of the disc in one log, on an even clock.
 
-    time: (n,) s; angle: (n,) rad, unsmoothed; drive: (n,) rad/s, speed of the driving disc; filled: (n,) samples that
-    the sensor did not give and that are interpolated (no estimator uses a segment that holds one).
+    time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
+    the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
+    estimator uses a segment that holds one); doubts: what was done to the samples, in words.
     """
 
     log: RigLog
     time: np.ndarray
     angle: np.ndarray
-    drive: np.ndarray
+    drives: np.ndarray
     filled: np.ndarray
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def drive(self) -> np.ndarray:
+        """Speed (n,) in rad/s of the driving disc, or of the first of two."""
+        return self.drives[0]
 
     @property
     def step(self) -> float:
@@ -69,8 +83,8 @@ class DiscMotion:
         return savitzky_golay(self.angle, self.step, window, order, derivative)
 
     def slip(self, r: float, R: float, window: float) -> np.ndarray:
-        """Slip speed (n,) of the drive against the disc, r w - R th', in m/s, smoothed over ``window`` s."""
-        return r * self.drive - R * self.smoothed(window, derivative=1)
+        """Slip speed (n_discs, n) of each drive against the disc, r w - R th', in m/s, smoothed over ``window`` s."""
+        return r * self.drives - R * self.smoothed(window, derivative=1)
 
 
 def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:
@@ -108,42 +122,102 @@ def angle_at_ticks(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
     return log.time - log.calibration.need("laser").latency, angle
 
 
-def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
-    """Motion of the disc in one log, sensors as calibrated in the log. disc: number of the driving disc in contact.
+def disc_motion(log: RigLog) -> DiscMotion:
+    """Motion of the disc in one log, sensors as calibrated in the log, and speeds of the driving discs in contact.
+
+    Stamps that depart from an even clock are kept where they are: the angle is interpolated from them.
 
     Raises:
-        StickslipError: no angle, no drive speed, too few samples, or an uneven clock.
+        StickslipError: no angle, no drive speed, too few samples, a log in pieces, a count that is missing, or a clock
+            that is none.
     """
-    time, angle = angle_at_ticks(log)
-    if len(time) < 100:
+    if len(log.time) < SHORTEST:
         raise StickslipError(
-            f"Log '{log.name}' has {len(time)} samples; a fit needs several cycles of 100 samples or more."
+            f"Log '{log.name}' has {len(log.time)} samples; a fit needs several cycles of {SHORTEST} samples or more."
         )
-    interval = np.diff(time)
-    step = float(np.median(interval))
-    uneven = np.flatnonzero(np.abs(interval - step) > UNEVEN * step)
-    if uneven.size:
+    pieces = log.pieces()
+    if len(pieces) > 1:
         raise StickslipError(
-            f"Log '{log.name}' is sampled unevenly: the interval is {step:g} s, but {interval[uneven[0]]:g} s at "
-            f"{time[uneven[0]]:g} s ({uneven.size} such). Split it at the gaps, or resample it on an even clock."
+            f"Log '{log.name}' is in {len(pieces)} pieces, the second from {pieces[1].time[0]:g} s on. Nothing may be "
+            "filtered across a gap: take its pieces()."
         )
+    _check_counts(log)
+    stamps, angle = angle_at_ticks(log)
+    clipped = laser_clipped(log) if _by_laser(log) else np.zeros(len(angle), dtype=bool)
+    stray = _stray(angle, float(np.median(np.diff(stamps))))
+    if _by_laser(log):
+        stray |= np.isnan(angle) & ~clipped & np.isfinite(log.column("laser"))
+    doubts = (*clipped_doubt(log, clipped), *stray_doubt(log, stray))
+    good = np.isfinite(angle) & ~stray
+    if np.mean(good) < 0.5:
+        raise StickslipError(
+            f"Log '{log.name}': {100 * np.mean(~good):.0f} % of the angle is missing or clipped. Check the sensor's "
+            "range."
+        )
+    time, said = _even_clock(log.name, stamps)
+    after = np.clip(np.searchsorted(stamps[good], time), 1, np.count_nonzero(good) - 1)
+    apart = stamps[good][after] - stamps[good][after - 1]
+    known = np.isin(time, stamps[good])
+    filled = (apart > HOLE * (time[1] - time[0])) & ~known
+    filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
+    angle = np.interp(time, stamps[good], angle[good])
+    drives = np.stack([smooth_drive(log, time, int(contact[-1])) for contact in log.contacts])
+    return DiscMotion(log, time, angle, drives, filled, (*doubts, *said))
+
+
+def _check_counts(log: RigLog) -> None:
+    used = ("encoder", *(f"drive{contact[-1]}" for contact in log.contacts))
     for name, column in log.columns.items():
-        missing = (
-            np.flatnonzero(~np.isfinite(column)) if name.startswith(("encoder", "drive")) else np.array([], dtype=int)
-        )
+        missing = np.flatnonzero(~np.isfinite(column)) if name.startswith(used) else np.zeros(0)
         if missing.size:
             raise StickslipError(
                 f"Log '{log.name}': column '{name}' holds no number in {missing.size} samples, first at "
-                f"{log.time[missing[0]]:g} s. A count cannot be bridged: split the log there, or leave the column out."
+                f"{log.time[int(missing[0])]:g} s. A count cannot be bridged: split the log there, or leave the column "
+                "out."
             )
-    filled = ~np.isfinite(angle)
-    if np.mean(filled) > 0.5:
+
+
+def _stray(angle: np.ndarray, step: float) -> np.ndarray:
+    """Samples (n,) that leap from the median of the five around them as no disc does; at the ends of the log none."""
+    found = np.zeros(len(angle), dtype=bool)
+    around = np.lib.stride_tricks.sliding_window_view(angle, 5)
+    whole = np.isfinite(around).all(axis=1)
+    if not whole.any():
+        return found
+    leap = np.where(whole, np.abs(angle[2:-2] - np.median(around, axis=1)), 0.0)
+    resolution = np.diff(np.unique(angle[np.isfinite(angle)]))
+    noise = max(float(np.quantile(leap[whole], 0.99)), float(np.min(resolution, initial=np.inf)))
+    found[2:-2] = leap > STRAY * noise + SHARPEST * step**2
+    return found
+
+
+def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Times (m,) an even interval apart over the span of stamps (n,), and what was wrong with those."""
+    intervals = np.diff(stamps)
+    usual = float(np.median(intervals))
+    if np.all(np.abs(intervals - usual) <= UNEVEN * usual):
+        return stamps, ()
+    single = intervals[intervals < 1.5 * usual]
+    mean = float(np.mean(single))
+    # the interval that the recorder was set to is a short number, and the same in all its logs
+    step = next((s for s in (float(f"{mean:.{digits}g}") for digits in (1, 2, 3)) if abs(s / mean - 1) < 2e-3), mean)
+    jitter = float(np.sqrt(np.mean((single / step - 1) ** 2)))
+    if jitter > JITTER:
         raise StickslipError(
-            f"Log '{log.name}': {100 * np.mean(filled):.0f} % of the angle is missing or clipped. Check the sensor's "
-            "range."
+            f"Log '{name}' has no even clock: its intervals depart from {step:g} s by {100 * jitter:.0f} % (rms). "
+            "Record with a clock of the recorder, not with that of a program."
         )
-    angle = np.interp(time, time[~filled], angle[~filled])
-    return DiscMotion(log, time, angle, smooth_drive(log, time, disc), filled)
+    time = stamps[0] + step * np.arange(int((stamps[-1] - stamps[0]) / step + 1e-6) + 1)
+    doubts = []
+    if jitter > UNEVEN / 2:
+        doubts.append(
+            f"Log '{name}' is sampled unevenly: intervals depart from {step:g} s by {100 * jitter:.2g} % (rms), at "
+            f"most by {np.max(np.abs(single - step)):.2g} s. Its angle was interpolated at even times."
+        )
+    lost = int(np.sum(np.round(intervals[intervals >= 1.5 * usual] / step) - 1))
+    if lost:
+        doubts.append(f"Log '{name}' lacks {lost} samples; slips that hold one are left out.")
+    return time, tuple(doubts)
 
 
 def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
@@ -181,22 +255,27 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
         StickslipError: laser and encoder differ by more than a tolerance: one calibration is wrong.
     """
     usable = [m for m in motions if _by_laser(m.log) and m.log.has("encoder_count")]
+    # a log that passes one line alone fixes its own offset and tells nothing else
+    usable = [m for m in usable if len(np.unique(_edge_equations([m], window).line)) > 1]
     if not usable:
         return list(motions), SensorFit()
-    design, edge, line = _edge_equations(usable, window)
-    lines = len(np.unique(line))
+    equations = _edge_equations(usable, window)
+    lines = len(np.unique(equations.line))
     if lines < LEAST_LINES:
         return list(motions), SensorFit()
-    solution = np.linalg.lstsq(design, edge, rcond=None)[0]
-    residual = design @ solution - edge
+    solution = np.linalg.lstsq(equations.design, equations.edge, rcond=None)[0]
+    residual = equations.design @ solution - equations.edge
     gain, delay = float(solution[0]), float(solution[1])
     if abs(gain) > GAIN_SUSPECT:
+        calibration = usable[0].log.calibration
+        advice = resolution_advice(1 + gain, calibration.need("laser"), calibration.need("encoder"))
         raise StickslipError(
-            f"Laser and encoder disagree: one shows {1 + gain:.3f} times the motion of the other. Check the laser's "
-            "gain (m/V), the radius R and the encoder's pulses_per_revolution and quadrature."
+            f"Laser and encoder disagree: the encoder shows {1 + gain:.4g} times the motion that the laser shows; "
+            f"{advice}"
         )
-    covariance = clustered_covariance(design, residual, line)[:2, :2]
-    fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines)
+    covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
+    doubts = delay_doubts(usable, equations, -residual)
+    fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, doubts)
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
 
 
@@ -215,12 +294,27 @@ def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
     """The motion with the displacement R sin(angle) times 1 + gain, dated ``delay`` s earlier, the drive read there."""
     time = motion.time - delay
     angle = np.arcsin((1 + gain) * np.sin(motion.angle))
-    return replace(motion, time=time, angle=angle, drive=np.interp(time, motion.time, motion.drive))
+    drives = np.stack([np.interp(time, motion.time, drive) for drive in motion.drives])
+    return replace(motion, time=time, angle=angle, drives=drives)
 
 
-def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows (n, 2 + n_logs) of gain, delay, offsets; edge less laser (n,), rad; number of the line (n,), by angle."""
-    rows, values, labels = [], [], []
+@dataclass(frozen=True, eq=False)
+class EdgeEquations:
+    """One row for each edge of the encoder, of all motions.
+
+    design: (n, 2 + n_motions), by gain, delay and the motion's offset; edge: (n,) rad, edge less laser; line: (n,)
+    number of the ruled line, by angle; time: (n,) s; motion: (n,) number of the motion.
+    """
+
+    design: np.ndarray
+    edge: np.ndarray
+    line: np.ndarray
+    time: np.ndarray
+    motion: np.ndarray
+
+
+def _edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquations:
+    rows, values, labels, times, places = [], [], [], [], []
     for place, motion in enumerate(motions):
         found = edges(motion.log, "encoder")
         smooth, speed = motion.smoothed(window), motion.smoothed(window, derivative=1)
@@ -235,5 +329,7 @@ def _edge_equations(motions: Sequence[DiscMotion], window: float) -> tuple[np.nd
         row[:, 2 + place] = 1.0
         rows.append(row)
         values.append(angle - seen)
-        labels.append(np.round(angle / motion.log.calibration.need("encoder").pitch))
-    return np.vstack(rows), np.concatenate(values), np.concatenate(labels)
+        labels.append(np.floor(angle / motion.log.calibration.need("encoder").pitch))
+        times.append(time)
+        places.append(np.full(len(time), place))
+    return EdgeEquations(*(np.concatenate(part) for part in (rows, values, labels, times, places)))

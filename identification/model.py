@@ -1,70 +1,240 @@
-"""The fitted model, run: the rig's FMU with the fitted friction law, at the drive speed of a log."""
+"""The fitted model, run: the rig's FMU under the fitted friction law, with the constants that the fit used."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.pooling import Pool, RigValues, pool, rig_values
-from identification.portraits import PortraitComparison, compare_portraits, portrait
+from identification.laws import find_law
 from identification.result import FrictionFit
-from rig_io.log import RigLog
+from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 
 if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
     from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.trajectory import Event
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
+NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
-SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
+BRISTLES = "lugre"  # the law of the FMU that never sticks exactly
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedMotion:
-    """time: (n,) s from 0; angle: (n,) rad; speed: (n,) rad/s; transient left out."""
+    """Motion after the transient. time: (n,) s from 0; angle: (n,) rad; speed: (n,) rad/s; states: per contact (n,) its
+    state (0: stick); events: with times on the same clock; end: the states at the end, to start another run from."""
 
     time: np.ndarray
     angle: np.ndarray
     speed: np.ndarray
+    states: Mapping[str, np.ndarray]
+    events: tuple[Event, ...]
+    end: Mapping[str, float]
 
 
-Simulator = Callable[[float, float, float], SimulatedMotion]
-"""drive speed rad/s, duration s, sample interval s -> motion."""
+@dataclass(frozen=True, eq=False)
+class FittedModel:
+    """The FMU of the rig and the values it runs with.
+
+    contacts: discs that touch; arrangement: of two discs, as in `rig_io.log.Experiment`; parameters: of the FMU, by
+    name; start: of states, in place of stick on the first disc; sticks: whether the law knows exact stick.
+    """
+
+    fmu: Fmu
+    contacts: tuple[str, ...]
+    arrangement: Arrangement
+    parameters: Mapping[str, float]
+    start: Mapping[str, float]
+    sticks: bool
+
+    @cached_property
+    def natural_period(self) -> float:
+        """2 pi sqrt(J/k), s."""
+        return float(2 * np.pi * np.sqrt(self.parameters["J"] / self.parameters["k"]))
+
+    @property
+    def changeover(self) -> float:
+        """Angle at which contact changes, rad; 0 where it does not."""
+        return self.parameters.get(CHANGEOVER.get(self.arrangement, ""), 0.0)
+
+    def with_parameters(self, parameters: Mapping[str, float]) -> FittedModel:
+        """The same model with other values; those of other models are left out."""
+        return replace(self, parameters={name: parameters[name] for name in self.parameters})
+
+    def states_at(
+        self, drive_speeds: Mapping[str, float], time: float, start: Mapping[str, float] | None = None
+    ) -> tuple[dict[str, float], tuple[Event, ...]]:
+        """States at a time (s) after a start, and the events until then.
+
+        Raises:
+            StickslipError: values out of the model's range.
+        """
+        from fmu_models.simulation.system import simulate
+
+        run = simulate(
+            self.fmu,
+            time,
+            parameters=self.parameters,
+            start=self._begin(drive_speeds) if start is None else start,
+            inputs=inputs(drive_speeds),
+            output_times=[time],
+        )
+        states = {name: float(run[name][-1]) for name in self.fmu.states}
+        held = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}
+        return states | held, run.events
+
+    def run(
+        self,
+        drive_speeds: Mapping[str, float],
+        duration: float,
+        step: float,
+        *,
+        transient: float = TRANSIENT,
+        start: Mapping[str, float] | None = None,
+    ) -> SimulatedMotion:
+        """Motion at steady drive speeds (rad/s, by contact), sampled every ``step`` s.
+
+        transient: natural periods before; start: states to start from in place of the model's own.
+
+        Raises:
+            StickslipError: values out of the model's range.
+        """
+        from fmu_models.simulation.system import simulate
+
+        before = transient * self.natural_period
+        times = before + step * np.arange(max(round(duration / step), 1) + 1)
+        trajectory = simulate(
+            self.fmu,
+            float(times[-1]),
+            parameters=self.parameters,
+            start=self._begin(drive_speeds) if start is None else start,
+            inputs=inputs(drive_speeds),
+            output_times=times,
+        )
+        shown = {contact: trajectory[f"{contact}_state"] for contact in self.contacts}
+        events = tuple(replace(e, time=e.time - before) for e in trajectory.events if e.time >= before)
+        end = {name: float(trajectory[name][-1]) for name in self.fmu.states}
+        return SimulatedMotion(times - before, trajectory["theta"], trajectory["omega"], shown, events, end)
+
+    def _begin(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
+        """Stick on the first disc, near where it lets go, so that one release leads onto the cycle."""
+        first = self.contacts[0]
+        speed = self.parameters["r"] * drive_speeds[first] / self.parameters["R"]
+        return {"theta": 0.0, "omega": speed, **self.start}
+
+    def sliding(self, drive_speeds: Mapping[str, float]) -> Sliding | None:
+        """Steady sliding: where the body rests, and its damping there; None where it cannot rest in slip.
+
+        A law with bristles is taken at its steady friction.
+        """
+        if any(speed == 0.0 for speed in drive_speeds.values()):
+            return None
+        angle = 0.0
+        for _ in range(3):  # once is exact where contact does not depend on the angle; then until the region fits
+            rest = self._acceleration(drive_speeds, angle, 0.0)
+            angle += rest * self.parameters["J"] / self.parameters["k"]
+        if abs(self._acceleration(drive_speeds, angle, 0.0)) > 1e-9 * max(abs(angle), 1e-3):
+            return None
+        above, below = (self._acceleration(drive_speeds, angle, sign * NUDGE) for sign in (1.0, -1.0))
+        return Sliding(angle, -self.parameters["J"] * (above - below) / (2 * NUDGE))
+
+    def _acceleration(self, drive_speeds: Mapping[str, float], angle: float, speed: float) -> float:
+        """Angular acceleration, rad/s^2."""
+        from fmu_models.simulation.system import simulate
+
+        rigid = self if self.sticks else self._rigid
+        run = simulate(
+            rigid.fmu,
+            1e-9,
+            parameters=rigid.parameters,
+            start={"theta": angle, "omega": speed},
+            inputs=inputs(drive_speeds),
+            output_times=[0.0],
+        )
+        return float(run["der(omega)"][0])
+
+    @cached_property
+    def _rigid(self) -> FittedModel:
+        """The model without bristles."""
+        fmu = _built(MODELS[self.arrangement], self.contacts, {})
+        values = {name: value for name, value in self.parameters.items() if name in fmu.parameters}
+        return replace(self, fmu=fmu, parameters=values, start={}, sticks=True)
 
 
-def fmu_simulator(fit: FrictionFit) -> Simulator:
-    """The FMU of the disc rig with one disc in contact, under the fitted law and the constants that the fit used.
+@dataclass(frozen=True)
+class Sliding:
+    """Steady sliding. angle: rad, at rest; damping: N m s/rad of small motions about it (stable where positive)."""
+
+    angle: float
+    damping: float
+
+
+def inputs(drive_speeds: Mapping[str, float]) -> dict[str, float]:
+    """Inputs of the rig's FMU from drive speeds (rad/s) by contact."""
+    return {f"w{contact[-1]}": speed for contact, speed in drive_speeds.items()}
+
+
+def arrangement_of(fit: FrictionFit) -> Arrangement:
+    """How two discs touch: the fit says it by the name of the angle at which contact changes."""
+    known = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
+    for name, angle in CHANGEOVER.items():
+        if angle in known:
+            return name
+    return "together"
+
+
+def fitted_model(
+    fit: FrictionFit,
+    scene: Scene | None = None,
+    contacts: tuple[str, ...] | None = None,
+    *,
+    fmi_version: str = "3.0",
+) -> FittedModel:
+    """The rig's FMU with the fitted values, or that of a scene of the same discs with these in place of its own.
+
+    contacts: those in use, of the fitted ones; all if None.
 
     Raises:
-        StickslipError: the law is not one of the FMU's, or its values are out of the model's range.
+        StickslipError: the law is unknown, or the scene is not of the discs that were fitted.
     """
-    if fit.law != "Conti":
-        raise StickslipError(f"The law '{fit.law}' cannot be simulated yet; 'Conti' can.")
+    contacts = contacts or fit.contacts
+    arrangement = arrangement_of(fit) if len(contacts) > 1 else "together"
+    law = find_law(fit.law).model
+    if scene is not None:
+        fmu, start = _of_scene(fit, scene, contacts)
+    else:
+        laws = dict.fromkeys(contacts, law) if law else {}
+        fmu, start = _built(MODELS[arrangement], contacts, laws, fmi_version), {}
+    sticks = law != BRISTLES and not (scene is not None and BRISTLES in scene.laws.values())
+    values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
+    return FittedModel(fmu, contacts, arrangement, values, start, sticks)
+
+
+def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str], fmi_version: str = "3.0") -> Fmu:
     from fmu_models.codegen.package import built
     from fmu_models.simulation.fmu import Fmu
 
-    return _simulator(fit, lambda: Fmu.open(built("disc_rig", contacts=(fit.contact,))), {})
+    return Fmu.open(built(model, contacts=contacts, laws=laws or None, fmi_version=fmi_version))
 
 
-def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
-    """The FMU of a scene with the fitted law and constants in place of its own; its start, its laws, its other values.
-
-    Raises:
-        StickslipError: the scene is not of the contact that was fitted alone, or varies it otherwise.
-    """
+def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tuple[Fmu, Mapping[str, float]]:
+    """The FMU of a scene whose fitted parameters are free, and its start."""
     from fmu_models.scene.reduce import built_scene, unfolded
     from fmu_models.simulation.fmu import Fmu
 
-    if scene.contacts != (fit.contact,):
-        used = ", ".join(scene.contacts) if scene.contacts else ("all" if scene.contacts is None else "none")
+    used = ("disc0", "disc1") if scene.contacts is None else scene.contacts
+    if used != contacts:
+        wanted = ", ".join(f'"{name}"' for name in contacts)
         raise StickslipError(
-            f"The fit is of '{fit.contact}' alone, scene '{scene.name}' has as contacts in use: {used}. Set "
-            f'contacts = ["{fit.contact}"] there.'
+            f"The fit is of {' and '.join(contacts)}, scene '{scene.name}' has as contacts in use: "
+            f"{', '.join(used) or 'none'}. Set contacts = [{wanted}] there."
         )
     values = fmu_parameters(fit)
     missing = [name for name in values if name not in scene.parameters]
@@ -73,89 +243,32 @@ def scene_simulator(fit: FrictionFit, scene: Scene) -> Simulator:
     free = unfolded(scene)
     fixed = {name: value for name, value in free.fixed.items() if name not in values}
     free = dataclasses.replace(free, fixed=fixed, free={**free.free, **values}, outputs=())
-    return _simulator(fit, lambda: Fmu.open(built_scene(free)), scene.start)
+    return Fmu.open(built_scene(free)), scene.start
 
 
-def _simulator(fit: FrictionFit, opened: Callable[[], Fmu], start: Mapping[str, float]) -> Simulator:
-    """Runs of an FMU with the fitted values, after a transient; ``start`` in place of stick at rest."""
-    rig = fitted_rig(fit)
-
-    def run(drive_speed: float, duration: float, step: float) -> SimulatedMotion:
-        from fmu_models.simulation.system import simulate
-
-        disc = fit.contact[-1]
-        transient = TRANSIENT * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
-        times = transient + step * np.arange(round(duration / step) + 1)
-        trajectory = simulate(
-            opened(),
-            float(times[-1]),
-            parameters=fmu_parameters(fit),
-            start={"theta": 0.0, "omega": rig.r * drive_speed / rig.R, **start},
-            inputs={f"w{disc}": drive_speed},
-            output_times=times,
-        )
-        return SimulatedMotion(times - transient, trajectory["theta"], trajectory["omega"])
-
-    return run
-
-
-def fitted_rig(fit: FrictionFit) -> RigValues:
-    """The constants of the rig with which a law was fitted."""
-    return rig_values({constant.name: constant.value for constant in fit.constants})
+def rig_constants(fit: FrictionFit) -> dict[str, float]:
+    """J, k, c, R, r and normal forces N0, N1 with which a law was fitted, SI."""
+    known = {one.name: one.value for one in (*fit.constants, *getattr(fit, "nuisance", ()))}
+    for name in ("k", "c"):
+        if name not in known:
+            known[name] = known["J"] * known[f"{name}/J"]
+    if "N" in known:
+        known[f"N{fit.contacts[0][-1]}"] = known["N"]
+    return {name: known[name] for name in ("J", "k", "c", "R", "r", "N0", "N1") if name in known}
 
 
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
-    """Parameters of the rig's FMU by name: fitted law and constants, for `simulate` or for an FMU to hand on."""
-    rig, disc = fitted_rig(fit), fit.contact[-1]
-    constants = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N}
-    return constants | {f"{parameter.name}{disc}": parameter.value for parameter in fit.parameters}
-
-
-def compare(
-    fit: FrictionFit, logs: Sequence[RigLog], *, simulate: Simulator | None = None
-) -> tuple[PortraitComparison, ...]:
-    """Measured against modelled phase portrait of each stick-slip log, at its mean drive speed.
-
-    logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
-    simulate: runs the model; the rig's FMU if None.
-
-    Raises:
-        StickslipError: a log that `pool` refuses, a log of another rig, or a model without a cycle.
-    """
-    ready = pool(logs, allow_no_stick=True)
-    _check_same_rig(fit, ready)
-    run = fmu_simulator(fit) if simulate is None else simulate
-    rig = fitted_rig(fit)
-    shape = {"r": rig.r, "R": rig.R, "natural_period": float(2 * np.pi * np.sqrt(rig.J / rig.k))}
-    comparisons = []
-    for motion in ready.motions:
-        drive_speed = float(np.mean(motion.drive))
-        measured = portrait(motion.time, motion.angle, motion.drive, what=f"log '{motion.log.name}'", **shape)
-        modelled = run(drive_speed, motion.time[-1] - motion.time[0], motion.step)
-        drive = np.full(len(modelled.time), drive_speed)
-        what = f"the model at {drive_speed:.3g} rad/s"
-        model = portrait(modelled.time, modelled.angle, drive, what=what, **shape)
-        comparisons.append(
-            PortraitComparison(motion.log.name, drive_speed, measured, model, compare_portraits(measured, model))
-        )
-    return tuple(comparisons)
-
-
-def _check_same_rig(fit: FrictionFit, ready: Pool) -> None:
-    if ready.contact != fit.contact:
-        raise StickslipError(
-            f"The fit is of '{fit.contact}', the logs are of '{ready.contact}'. Compare like with like."
-        )
-    if fit.materials and ready.materials and fit.materials != ready.materials:
-        raise StickslipError(
-            f"The fit is of {' / '.join(fit.materials)}, the logs are of {' / '.join(ready.materials)}. Compare like "
-            "with like."
-        )
-    fitted, logged = fitted_rig(fit), ready.values
-    for name in ("J", "R", "r", "N"):
-        there, here = getattr(fitted, name), getattr(logged, name)
-        if abs(here / there - 1) > SAME_RIG:
-            raise StickslipError(
-                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "
-                "like with like."
-            )
+    """Parameters of the rig's FMU by name, in its units: fitted law and constants, for `simulate` or for an FMU to hand
+    on."""
+    found, law = rig_constants(fit), find_law(fit.law)
+    contacts = fit.contacts
+    for contact in contacts:
+        number = contact[-1]
+        # of two discs the names end in the number of theirs, as those of the FMU do
+        suffix = number if len(contacts) > 1 else ""
+        values = np.array([fit[f"{name}{suffix}"].value for name in law.names])
+        found |= {f"{name}{number}": value for name, value in law.simulated(values, found[f"N{number}"]).items()}
+    for one in (*fit.parameters, *fit.constants, *getattr(fit, "nuisance", ())):
+        if one.name in CHANGEOVER.values():
+            found[one.name] = one.value
+    return found

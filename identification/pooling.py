@@ -6,56 +6,65 @@ path.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.agreement import check_stick_speed, drive_doubts
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
+from identification.problem import Prior
 from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
+from rig_io.arrangement import Arrangement
 from rig_io.log import RIG_UNITS, RigLog
 
 SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
+_ASSUMED: dict[Arrangement, str] = {
+    "together": "both discs touch at every angle",
+    "sequential": "one disc touches at a time: disc 0 below the angle theta_s, disc 1 from there on",
+    "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
+}
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
+
+Part = TypeVar("Part")
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
 class RigValues:
-    """Constants of the rig in one fit, SI: J kg*m^2, k N*m/rad, c N*m*s/rad, R m, r m, N N (normal force of the
-    disc)."""
+    """Constants of the rig in one fit, SI: J kg*m^2, k N*m/rad, c N*m*s/rad, R m, r m, forces N (normal force of each
+    driving disc, in the order of the pool's contacts)."""
 
     J: float
     k: float
     c: float
     R: float
     r: float
-    N: float
+    forces: tuple[float, ...]
 
-
-@dataclass(frozen=True)
-class Prior:
-    """A constant as it is known: name, value, unit, standard uncertainty and where it is from."""
-
-    name: str
-    value: float
-    unit: str
-    standard_uncertainty: float
-    source: str
+    @property
+    def N(self) -> float:
+        """Normal force of the driving disc, or of the first of two."""
+        return self.forces[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Logs ready for a fit. contact: name of the sliding disc; segments of all logs, in order of motions and time."""
+    """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
+    ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
+    time."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
     sensors: SensorFit
     priors: tuple[Prior, ...]
-    contact: str
+    contacts: tuple[str, ...]
     materials: tuple[str, ...]
+    arrangement: Arrangement
     threshold: float
     warnings: tuple[str, ...]
 
@@ -63,6 +72,11 @@ class Pool:
     def values(self) -> RigValues:
         """Constants at their stated values."""
         return rig_values({prior.name: prior.value for prior in self.priors})
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """How two discs touch, in words; nothing of one."""
+        return () if len(self.contacts) == 1 else (_ASSUMED[self.arrangement], "each disc has a law of its own")
 
     @property
     def natural_period(self) -> float:
@@ -75,13 +89,18 @@ class Pool:
         moved = {id(m): corrected(m, gain, delay) for m in self.motions}
         return tuple(replace(segment, motion=moved[id(segment.motion)]) for segment in self.segments)
 
+    def log_number(self, segment: SlipSegment) -> int:
+        """Place of the segment's log among ``motions``, whose sensors may have been moved."""
+        return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
+
 
 def rig_values(known: dict[str, float]) -> RigValues:
-    """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J."""
+    """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J; N, or N0 and N1."""
     J = known["J"]
     k = known["k"] if "k" in known else J * known["k/J"]
     c = known["c"] if "c" in known else J * known["c/J"]
-    return RigValues(J, k, c, known["R"], known["r"], known["N"])
+    forces = tuple(known[name] for name in ("N", "N0", "N1") if name in known)
+    return RigValues(J, k, c, known["R"], known["r"], forces)
 
 
 def pool(
@@ -93,11 +112,11 @@ def pool(
 ) -> Pool:
     """Make logs ready for one fit.
 
-    logs: stick-slip logs of one rig, one disc in contact; a free-decay log among them serves as ``free_decay`` if
-    that is not given. threshold: m/s, slip speed below which data are left out. allow_no_stick: see `slip_segments`.
+    logs: stick-slip logs of one rig, with one driving disc or two; a free-decay log among them serves as ``free_decay``
+    if that is not given. threshold: m/s, slip speed below which data are left out. allow_no_stick: see `slip_segments`.
 
     Raises:
-        StickslipError: no logs, logs of different rigs or contacts, two discs, constants missing, or a log that
+        StickslipError: no logs, logs of different rigs, contacts or arrangements, constants missing, or a log that
             `disc_motion`, `fuse` or `slip_segments` refuses.
     """
     if threshold <= 0:
@@ -108,58 +127,140 @@ def pool(
     sliding = [log for log in logs if log.kind != "free-decay"]
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
-    _check_same_rig([*sliding, *decays])
+    check_same_rig([*sliding, *decays])
     _check_no_copies(sliding)
-    contact = _one_contact(sliding)
+    contacts, arrangement = _contacts(sliding)
+    materials = _materials(sliding, contacts)
     if free_decay is None and decays:
         free_decay = fit_free_decay(decays[0])
-    priors = _priors(sliding[0], contact, free_decay)
+    priors = _priors(sliding, contacts, free_decay)
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
-    raw = [disc_motion(log, int(contact[-1])) for log in sliding]
-    _check_same_rate(raw)
+    raw, split, unfit = motions_in_pieces(sliding)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = [zeroed(motion, free_decay.rest) for motion in raw]
-    motions, sensors = fuse(raw, SMOOTHING * period)
-    segments = [
-        s for m in motions for s in slip_segments(m, period, threshold=threshold, allow_no_stick=allow_no_stick)
-    ]
+    fused, sensors = fuse(raw, SMOOTHING * period)
+
+    def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
+        check_stick_speed(motion, values.r, values.R, SMOOTHING * period)
+        return motion, slip_segments(motion, period, threshold=threshold, allow_no_stick=allow_no_stick)
+
+    found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
+    motions = tuple(motion for motion, _ in found)
+    doubts = [f"Log '{log.name}': {doubt}" for log in (*sliding, *decays) for doubt in log.doubts]
+    doubts += [doubt for motion in motions for doubt in (*motion.doubts, *drive_doubts(motion))]
     return Pool(
-        tuple(motions),
-        tuple(segments),
+        motions,
+        tuple(segment for _, segments in found for segment in segments),
         sensors,
         priors,
-        contact,
-        sliding[0].experiment.materials,
+        contacts,
+        materials,
+        arrangement,
         threshold,
-        _doubts(sliding, sensors, free_decay),
+        (*doubts, *unfit, *empty, *sensors.doubts, *_doubts(sliding, sensors, free_decay)),
     )
 
 
-def _one_contact(logs: Sequence[RigLog]) -> str:
+def motions_in_pieces(
+    logs: Sequence[RigLog], shortest: float = 0.0
+) -> tuple[list[DiscMotion], frozenset[str], tuple[str, ...]]:
+    """Motions of the pieces of all logs, at one rate; names of the pieces of logs that have several; what to say.
+
+    shortest: s, a piece of several must last, or it is left out.
+
+    Raises:
+        StickslipError: a whole log that `disc_motion` refuses, or no piece is left; logs of different rates.
+    """
+    pieces = [log.pieces() for log in logs]
+    split = frozenset(piece.name for parts in pieces if len(parts) > 1 for piece in parts)
+
+    def motion(piece: RigLog) -> DiscMotion:
+        if piece.name in split and piece.duration < shortest:
+            raise StickslipError(f"It lasts {piece.duration:.3g} s, and {shortest:.3g} s are needed.")
+        return disc_motion(piece)
+
+    raw, unfit = _usable([(piece.name, piece) for parts in pieces for piece in parts], motion, split)
+    check_same_rate(raw)
+    said = [
+        f"Log '{parts[0].name}' is in {len(parts)} pieces (gaps, a clock set back, lost edges); nothing is filtered or "
+        "simulated across."
+        for parts in pieces
+        if len(parts) > 1
+    ]
+    return raw, split, (*said, *unfit)
+
+
+def _usable(
+    parts: Sequence[tuple[str, Part]], make: Callable[[Part], Made], split: Container[str]
+) -> tuple[list[Made], tuple[str, ...]]:
+    """What ``make`` gives for each named part; of a log that is ``split`` a part that it refuses is left out, in words.
+
+    Raises:
+        StickslipError: a whole log is refused, or no part is left.
+    """
+    made, doubts, refused = [], [], None
+    for name, part in parts:
+        try:
+            made.append(make(part))
+        except StickslipError as error:
+            if name not in split:
+                raise
+            refused = error
+            doubts.append(f"'{name}', one of several pieces, was left out. {error}")
+    if refused is not None and not made:
+        raise refused
+    return made, tuple(doubts)
+
+
+def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
+    """Discs of all logs, and the arrangement of those logs that have two."""
     for log in logs:
-        if len(log.contacts) != 1:
-            found = " and ".join(log.contacts) or "none"
+        if not log.contacts:
             raise StickslipError(
-                f"Log '{log.name}' has these discs in contact: {found}. Two friction laws cannot be told apart by this "
-                "estimator: fit logs with one disc in contact."
+                f"Log '{log.name}' is of kind '{log.kind}', but has no disc in contact. Say which one touches, "
+                '"contacts": ["disc0"], or call it a "free-decay".'
             )
-    contacts = sorted({log.contacts[0] for log in logs})
-    if len(contacts) > 1:
-        raise StickslipError(f"The logs are of different discs ({', '.join(contacts)}). Fit each disc by itself.")
-    return contacts[0]
+    contacts = tuple(sorted({contact for log in logs for contact in log.contacts}))
+    double = [log for log in logs if len(log.contacts) == 2]
+    if len(contacts) > 1 and not double:
+        raise StickslipError(
+            f"The logs are of different discs ({', '.join(contacts)}), and none is of both. Fit each disc by itself."
+        )
+    for log in double[1:]:
+        if log.experiment.arrangement != double[0].experiment.arrangement:
+            raise StickslipError(
+                f"Logs '{double[0].name}' and '{log.name}' are of different arrangements of the two discs, "
+                f"'{double[0].experiment.arrangement}' and '{log.experiment.arrangement}'. Fit them apart."
+            )
+    return contacts, double[0].experiment.arrangement if double else "together"
 
 
-def _check_same_rig(logs: Sequence[RigLog]) -> None:
+def _materials(logs: Sequence[RigLog], contacts: Sequence[str]) -> tuple[str, ...]:
+    """The friction pair of each disc; none if a log states none."""
+    found: dict[str, tuple[str, str]] = {}
+    for log in logs:
+        pairs = log.experiment.materials
+        if pairs and len(pairs) != len(log.contacts):
+            raise StickslipError(
+                f"Log '{log.name}' states the materials {' and '.join(pairs)} for {' and '.join(log.contacts)}. Give "
+                "one for each disc."
+            )
+        for contact, pair in zip(log.contacts, pairs or ("no materials",) * len(log.contacts), strict=True):
+            first, known = found.setdefault(contact, (log.name, pair))
+            if known != pair:
+                raise StickslipError(
+                    f"Logs '{first}' ({known}) and '{log.name}' ({pair}) are of different materials on {contact}. Fit "
+                    "each pair alone."
+                )
+    pairs = tuple(found[contact][1] for contact in contacts)
+    return () if "no materials" in pairs else pairs
+
+
+def check_same_rig(logs: Sequence[RigLog]) -> None:
     first = logs[0]
     for log in logs[1:]:
-        if log.kind == first.kind and log.experiment.materials != first.experiment.materials:
-            raise StickslipError(
-                f"Logs '{first.name}' ({' / '.join(first.experiment.materials) or 'no materials'}) and '{log.name}' "
-                f"({' / '.join(log.experiment.materials) or 'no materials'}) are of different materials. Fit each pair "
-                "alone."
-            )
         for name in RIG_UNITS:
             here, there = getattr(first.rig, name), getattr(log.rig, name)
             if here is not None and there is not None and not np.isclose(here.value, there.value, rtol=1e-9):
@@ -173,7 +274,7 @@ def _check_same_rig(logs: Sequence[RigLog]) -> None:
             )
 
 
-def _check_same_rate(motions: Sequence[DiscMotion]) -> None:
+def check_same_rate(motions: Sequence[DiscMotion]) -> None:
     first = motions[0]
     for motion in motions[1:]:
         if abs(motion.step / first.step - 1) > SAME_RATE:
@@ -191,8 +292,11 @@ def _check_no_copies(logs: Sequence[RigLog]) -> None:
             raise StickslipError(f"Logs '{one.name}' and '{other.name}' hold the same data. Give each log once.")
 
 
-def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Prior, ...]:
-    names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", "N": f"N{contact[-1]}"}
+def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDecay | None) -> tuple[Prior, ...]:
+    # a log of one disc may leave out the force of the other
+    log = next(log for log in logs if len(log.contacts) == len(contacts))
+    forces = {"N": f"N{contacts[0][-1]}"} if len(contacts) == 1 else {"N0": "N0", "N1": "N1"}
+    names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", **forces}
     ratios: list[Prior] = []
     if free_decay is not None:
         source = f"free decay '{free_decay.log}'"
@@ -201,6 +305,13 @@ def _priors(log: RigLog, contact: str, free_decay: FreeDecay | None) -> tuple[Pr
             Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source),
             Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source),
         ]
+    elif log.rig.k is None or log.rig.c is None:
+        missing = " and ".join(name for name in ("k", "c") if getattr(log.rig, name) is None)
+        raise StickslipError(
+            f"Log '{log.name}' does not state {missing}, and there is no free decay among the logs. Record one (the "
+            'disc let go with no driving disc in contact, "kind": "free-decay"), from which k/J and c/J follow, or '
+            f'state {missing} under "rig" in datapackage.json.'
+        )
     stated = []
     for name, entry in names.items():
         quantity = log.rig.quantity(entry)

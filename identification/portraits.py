@@ -1,29 +1,36 @@
 """Phase portraits compared: a measured cycle against a modelled one, both processed alike.
 
 Both motions are smoothed by the same filter, cut into cycles where the angle rises through the middle of its range, and
-averaged over cycles at equal phase: a closed mean cycle (angle, speed). Angles and speeds are scaled by the half
-ranges of the measured cycle, so that the figures are free of units. Acceptance levels (prototypes of this project):
+averaged over cycles at equal phase: a closed mean cycle (angle, speed) with the stick on each disc. Angles and speeds
+are scaled by the half ranges of the measured cycle, so that the figures are free of units. Acceptance levels
+(prototypes of this project):
     amplitude 3 %, period 1 %, stick fraction 0.02, symmetric-difference area 5 %, phase-aligned rms 4 %.
 The Hausdorff distance is reported and not judged: one noisy point decides it.
 A stick fraction of a smoothed motion is too large by nature (.270 where the truth is .213), hence the equal processing.
+Above the bifurcation there is no cycle: two motions that slide steadily agree, one that sticks and one that does not
+differ, whatever their curves.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.kinematics import SMOOTHING, savitzky_golay
-from identification.slip_segments import THRESHOLD
+from identification.slip_segments import THRESHOLD, stretches
 
 PHASES = 400  # points of a mean cycle
 SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself
 HYSTERESIS = 0.25  # of the half range, that the angle must fall below the middle before it counts as rising through it
 LEAST_CYCLES = 2
 RESTING = 1e-3  # rad, half range below which there is no cycle
+DYING = 0.8  # second half of a motion without stick over its first half: below that the motion is no cycle
+IRREGULAR = 0.2  # of the mean period, spread of the periods of a motion without stick from which on it is no cycle
 
 LIMITS = {"amplitude": 0.03, "period": 0.01, "stick fraction": 0.02, "area": 0.05, "rms": 0.04}
 
@@ -35,9 +42,21 @@ MEANING = (
 
 
 @dataclass(frozen=True, eq=False)
+class Stick:
+    """Stick on one disc. fraction: share of time with |slip| below the threshold; strip: (PHASES,) share of the cycles
+    that stick at each phase; times: (n,) s, how long each stick stays below the threshold; held: (PHASES,) as strip, by
+    the model's own contact states (None where measured)."""
+
+    fraction: float
+    strip: np.ndarray
+    times: np.ndarray
+    held: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Portrait:
     """A mean cycle. angle: (PHASES,) rad; speed: (PHASES,) rad/s; period s and its deviation from cycle to cycle;
-    amplitude: rad, half range; stick_fraction: share of time with |slip| below the threshold; cycles averaged.
+    amplitude: rad, half range; sticks: by contact; cycles averaged.
     """
 
     angle: np.ndarray
@@ -45,8 +64,50 @@ class Portrait:
     period: float
     period_deviation: float
     amplitude: float
-    stick_fraction: float
+    sticks: Mapping[str, Stick]
     cycles: int
+
+    @property
+    def sequence(self) -> tuple[tuple[str, ...], ...]:
+        """Which discs stick, one after the other within a cycle, from the first stick on after the angle has risen
+        through the middle of its range. What is shorter than the acceptance level of a stick fraction is left out."""
+        together = np.stack([stick.strip > 0.5 for stick in self.sticks.values()], axis=1)
+        sets = [tuple(name for name, on in zip(self.sticks, row, strict=True) if on) for row in together]
+        runs = [(one, len(list(same))) for one, same in groupby(sets)]
+        if len(runs) > 1 and runs[0][0] == runs[-1][0]:  # a stick that lasts over the beginning
+            runs = [*runs[1:-1], (runs[0][0], runs[0][1] + runs[-1][1])]
+        kept = [one for one, length in runs if one and length > LIMITS["stick fraction"] * PHASES]
+        return tuple(one for one, _ in groupby(kept))
+
+    @property
+    def words(self) -> str:
+        """The motion in words, as in "stick on {0} -> {0, 1} -> {1}"."""
+        discs = ("{" + ", ".join(contact[-1] for contact in one) + "}" for one in self.sequence)
+        return "stick on " + " -> ".join(discs) if self.sequence else "a cycle without stick"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON (the curves left out)."""
+        return {
+            "motion": self.words,
+            "period": self.period,
+            "amplitude": self.amplitude,
+            "stick_fraction": {name: stick.fraction for name, stick in self.sticks.items()},
+            "sequence": [list(one) for one in self.sequence],
+            "cycles": self.cycles,
+        }
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Steady sliding: the mean angle, and half the range in which it stays, rad."""
+
+    angle: float
+    swing: float
+    words: str = "steady sliding"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {"motion": self.words, "angle": self.angle, "swing": self.swing}
 
 
 @dataclass(frozen=True)
@@ -62,12 +123,12 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class PortraitComparison:
-    """A measured portrait, the model's, and the verdicts. drive_speed: rad/s, at which the model ran."""
+    """A measured motion, the model's, and the verdicts. drive_speeds: rad/s by contact, at which the model ran."""
 
     log: str
-    drive_speed: float
-    measured: Portrait
-    model: Portrait
+    drive_speeds: Mapping[str, float]
+    measured: Portrait | Rest
+    model: Portrait | Rest
     verdicts: tuple[Verdict, ...]
 
     @property
@@ -75,91 +136,165 @@ class PortraitComparison:
         """Whether every judged metric is kept."""
         return all(verdict.passed is not False for verdict in self.verdicts)
 
+    @property
+    def drives(self) -> str:
+        """The drive speeds in words."""
+        return ", ".join(f"{speed:.3g}" for speed in self.drive_speeds.values()) + " rad/s"
+
     def __getitem__(self, name: str) -> Verdict:
         """A verdict by the name of its metric."""
         return next(verdict for verdict in self.verdicts if verdict.name == name)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON (the curves left out)."""
-        portraits = {
-            kind: {
-                "period": one.period,
-                "amplitude": one.amplitude,
-                "stick_fraction": one.stick_fraction,
-                "cycles": one.cycles,
-            }
-            for kind, one in (("measured", self.measured), ("model", self.model))
-        }
         return {
             "log": self.log,
-            "drive_speed": self.drive_speed,
+            "drive_speeds": dict(self.drive_speeds),
             "passed": self.passed,
-            **portraits,
+            "measured": self.measured.to_dict(),
+            "model": self.model.to_dict(),
             "metrics": [asdict(verdict) for verdict in self.verdicts],
             "meaning": MEANING,
         }
 
 
-def portrait(
-    time: np.ndarray,
-    angle: np.ndarray,
-    drive: np.ndarray,
-    *,
-    r: float,
-    R: float,
-    natural_period: float,
-    threshold: float = THRESHOLD,
-    what: str = "the motion",
-) -> Portrait:
-    """Mean cycle of a steady motion.
+@dataclass(frozen=True)
+class Processing:
+    """How motions become portraits. r, R: m, radii of driving discs and disc; natural_period: s, scale of the
+    smoothing; threshold: m/s, of slip speed; arrangement of two discs, and the angle (rad) at which contact changes."""
 
-    time: (n,) s, even; angle: (n,) rad, as measured or simulated, unsmoothed; drive: (n,) rad/s, of the driving disc;
-    r, R: m, radii of driving disc and disc; natural_period: s, scale of the smoothing; threshold: m/s, of slip speed.
+    r: float
+    R: float
+    natural_period: float
+    threshold: float = THRESHOLD
+    arrangement: str = "together"
+    changeover: float = 0.0
 
-    Raises:
-        StickslipError: the motion rests, or holds fewer than `LEAST_CYCLES` cycles.
-    """
-    step = float((time[-1] - time[0]) / (len(time) - 1))
-    window = SMOOTHING * natural_period
-    smooth, speed = (savitzky_golay(angle, step, window, 2, derivative) for derivative in (0, 1))
-    low, high = np.quantile(smooth, [0.002, 0.998])
-    if high - low < 2 * RESTING:
-        raise StickslipError(
-            f"{what[0].upper()}{what[1:]} rests: its angle stays within {high - low:.1g} rad, so there is no cycle to "
-            "compare. Above some drive speed stick-slip dies out; compare at a lower one."
+    def touches(self, contact: str, angle: np.ndarray) -> np.ndarray:
+        """Where a disc touches the body at these angles (n,)."""
+        if self.arrangement == "together":
+            return np.ones(len(angle), dtype=bool)
+        edge = self.changeover
+        if self.arrangement == "sequential":
+            return angle < edge if contact == "disc0" else angle >= edge
+        return angle <= edge if contact == "disc0" else angle >= -edge
+
+    def motion(
+        self,
+        time: np.ndarray,
+        angle: np.ndarray,
+        drives: Mapping[str, np.ndarray],
+        what: str = "the motion",
+        states: Mapping[str, np.ndarray] | None = None,
+    ) -> Portrait | Rest:
+        """Mean cycle of a steady motion, or where it rests.
+
+        time: (n,) s, even; angle: (n,) rad, as measured or simulated, unsmoothed; drives: by contact (n,) rad/s;
+        states: of a model, by contact (n,), 0 where it sticks.
+
+        Raises:
+            StickslipError: a motion with stick of fewer than `LEAST_CYCLES` cycles.
+        """
+        step = float((time[-1] - time[0]) / (len(time) - 1))
+        window = SMOOTHING * self.natural_period
+        smooth, speed = (savitzky_golay(angle, step, window, 2, derivative) for derivative in (0, 1))
+        low, high = np.quantile(smooth, [0.002, 0.998])
+        masks = {
+            contact: (np.abs(self.r * drive - self.R * speed) < self.threshold) & self.touches(contact, smooth)
+            for contact, drive in drives.items()
+        }
+        rest = Rest(float(np.mean(smooth)), float(high - low) / 2)
+        if rest.swing < RESTING:
+            return rest
+        half = len(smooth) // 2
+        if not any(mask.any() for mask in masks.values()) and np.ptp(smooth[half:]) < DYING * np.ptp(smooth[:half]):
+            late = smooth[3 * len(smooth) // 4 :]
+            return Rest(float(np.mean(late)), float(np.ptp(late)) / 2, "a swing that dies out to steady sliding")
+        starts = _risings(time, smooth - 0.5 * (low + high), HYSTERESIS * rest.swing)
+        if len(starts) < LEAST_CYCLES + 1:
+            if not any(mask.any() for mask in masks.values()):
+                return rest
+            raise StickslipError(
+                f"{what[0].upper()}{what[1:]} holds {max(len(starts) - 1, 0)} whole cycles in "
+                f"{time[-1] - time[0]:.3g} s; {LEAST_CYCLES} or more are needed. Use a longer record."
+            )
+        periods = np.diff(starts)
+        if not any(mask.any() for mask in masks.values()) and np.std(periods) > IRREGULAR * np.mean(periods):
+            return rest  # what the drive's unevenness stirs up
+        phase = (np.arange(PHASES) / PHASES)[None, :] * periods[:, None] + starts[:-1, None]
+        mean_angle = np.interp(phase, time, smooth).mean(axis=0)
+        whole = (time >= starts[0]) & (time < starts[-1])
+        sticks = {
+            contact: Stick(
+                float(np.mean(mask[whole])),
+                np.interp(phase, time, mask.astype(float)).mean(axis=0),
+                _durations(mask, step, window),
+                None if states is None else np.interp(phase, time, (states[contact] == 0) * 1.0).mean(axis=0),
+            )
+            for contact, mask in masks.items()
+        }
+        return Portrait(
+            mean_angle,
+            np.interp(phase, time, speed).mean(axis=0),
+            float(np.mean(periods)),
+            float(np.std(periods, ddof=1)),
+            float(np.ptp(mean_angle)) / 2,
+            sticks,
+            len(periods),
         )
-    starts = _risings(time, smooth - 0.5 * (low + high), HYSTERESIS * 0.5 * (high - low))
-    if len(starts) < LEAST_CYCLES + 1:
-        raise StickslipError(
-            f"{what[0].upper()}{what[1:]} holds {max(len(starts) - 1, 0)} whole cycles in {time[-1] - time[0]:.3g} s; "
-            f"{LEAST_CYCLES} or more are needed. Use a longer record."
-        )
-    periods = np.diff(starts)
-    phase = (np.arange(PHASES) / PHASES)[None, :] * periods[:, None] + starts[:-1, None]
-    mean_angle = np.interp(phase, time, smooth).mean(axis=0)
-    mean_speed = np.interp(phase, time, speed).mean(axis=0)
-    whole = (time >= starts[0]) & (time < starts[-1])
-    stick = np.abs(r * drive - R * speed) < threshold
-    return Portrait(
-        mean_angle,
-        mean_speed,
-        float(np.mean(periods)),
-        float(np.std(periods, ddof=1)),
-        float(np.ptp(mean_angle)) / 2,
-        float(np.mean(stick[whole])),
-        len(periods),
+
+
+def _durations(mask: np.ndarray, step: float, window: float) -> np.ndarray:
+    """How long (n,) s each stick lasts that begins and ends within the record; gaps shorter than the smoothing window
+    are its noise."""
+    runs = stretches(mask)
+    if len(runs) == 0:
+        return np.array([])
+    apart = (runs[1:, 0] - runs[:-1, 1]) * step > window
+    first, last = runs[np.append(True, apart), 0], runs[np.append(apart, True), 1]
+    inside = (first > 0) & (last < len(mask))
+    return (last - first)[inside] * step
+
+
+def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[Verdict, ...]:
+    """The metrics of `identification.portraits`, each against its acceptance level; where one of the two has no stick,
+    only whether the other has none either is judged."""
+    first, second = sequence_of(measured), sequence_of(model)
+    # where a cycle begins does not count
+    alike = len(first) == len(second) and any(
+        first == second[shift:] + second[:shift] for shift in range(max(len(first), 1))
     )
+    state = Verdict("same motion", float(not alike), 0.0, alike, f"measured: {measured.words}; model: {model.words}")
+    if isinstance(measured, Portrait) and isinstance(model, Portrait) and bool(first) == bool(second):
+        return (state, *compare_portraits(measured, model))
+    if isinstance(measured, Rest) and isinstance(model, Rest):
+        value = model.angle / measured.angle - 1 if measured.angle else 0.0
+        return (state, Verdict("rest angle", value, None, None, "relative to measured"))
+    return (state,)
+
+
+def sequence_of(motion: Portrait | Rest) -> tuple[tuple[str, ...], ...]:
+    """The sticks of a motion, one after the other; none where it rests."""
+    return motion.sequence if isinstance(motion, Portrait) else ()
 
 
 def compare_portraits(measured: Portrait, model: Portrait) -> tuple[Verdict, ...]:
-    """The metrics of `identification.portraits`, each against its acceptance level."""
+    """The metrics of two cycles."""
     scale = np.array([np.ptp(measured.angle), np.ptp(measured.speed)]) / 2
     first = np.stack([measured.angle, measured.speed], axis=1) / scale
     second = np.stack([model.angle, model.speed], axis=1) / scale
+    share = "difference of the shares of time"
+    sticks = {
+        "stick fraction" + (f" {contact}" if len(measured.sticks) > 1 else ""): (
+            model.sticks[contact].fraction - stick.fraction,
+            share,
+        )
+        for contact, stick in measured.sticks.items()
+    }
     values = {
         "amplitude": (model.amplitude / measured.amplitude - 1, "half range of the angle, relative to measured"),
         "period": (model.period / measured.period - 1, "relative to measured"),
-        "stick fraction": (model.stick_fraction - measured.stick_fraction, "difference of the shares of time"),
+        **sticks,
         "area": (
             symmetric_difference(first, second) / polygon_area(first),
             "area between the cycles, relative to the measured one's",
@@ -167,15 +302,10 @@ def compare_portraits(measured: Portrait, model: Portrait) -> tuple[Verdict, ...
         "rms": (aligned_rms(first, second), "distance at equal phase, relative to the half ranges"),
         "hausdorff": (hausdorff(first, second), "greatest distance between the curves, relative to the half ranges"),
     }
+    limits = {name: next((limit for key, limit in LIMITS.items() if name.startswith(key)), None) for name in values}
     return tuple(
-        Verdict(
-            name,
-            float(value),
-            LIMITS.get(name),
-            bool(abs(value) <= LIMITS[name]) if name in LIMITS else None,
-            meaning,
-        )
-        for name, (value, meaning) in values.items()
+        Verdict(name, float(value), limit, None if limit is None else bool(abs(value) <= limit), meaning)
+        for (name, (value, meaning)), limit in zip(values.items(), limits.values(), strict=True)
     )
 
 

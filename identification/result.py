@@ -8,19 +8,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
+from identification.identifiability import Collinearity
+from identification.presliding import PreSliding
+from identification.profile import Interval
+from identification.uncertainty import student
+from identification.whiteness import Whiteness, whiteness_from
+
+VERSION = 2  # of the format of a fit
 
 
 @dataclass(frozen=True)
 class FittedParameter:
     """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
     white (for comparison); scale_deviation: from the rig's constants; bounds of the search; ``at_bound``: it ended on
-    one.
+    one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not known.
     """
 
     name: str
@@ -33,6 +40,15 @@ class FittedParameter:
     maximum: float
     at_bound: bool
     description: str = ""
+    bound: float | None = None
+
+    @property
+    def efficiency(self) -> float | None:
+        """Variance of the Cramer-Rao bound over the stated one: 1 is the best that the sensors allow; None where their
+        noise is not known."""
+        if self.bound is None or not self.standard_deviation > 0:
+            return None
+        return (self.bound / self.standard_deviation) ** 2
 
     @property
     def total_deviation(self) -> float:
@@ -55,10 +71,11 @@ class Constant:
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What one log gave: mean drive speed rad/s, number of slip segments used, least and greatest slip speed m/s."""
+    """What one log gave: mean drive speed rad/s of each disc in contact, number of slip segments used, least and
+    greatest slip speed m/s."""
 
     name: str
-    drive_speed: float
+    drive_speeds: tuple[float, ...]
     segments: int
     least_slip: float
     greatest_slip: float
@@ -66,29 +83,35 @@ class LogSummary:
 
 @dataclass(frozen=True)
 class SpeedBin:
-    """Friction in one range of slip speeds: mean slip speed m/s, friction coefficient and its standard error, the
-    fitted law there, number of values; the error is None where one slip segment gave all of them."""
+    """Friction of one driving disc in one range of slip speeds: mean slip speed m/s, friction coefficient and its
+    standard error, the fitted law there, number of values; the error is None where one slip segment gave all of them.
+    Of two discs that touch together the modelled friction of the other is taken off."""
 
     slip: float
     coefficient: float
     standard_error: float | None
     fitted: float
     count: int
+    contact: str = "disc0"
 
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """Fitted friction law of one contact.
+    """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
+    and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
 
-    structure: what was assumed; correlation: of the parameters, in their order, from noise; rms_residual: of the
-    friction coefficient, 1; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by
-    the encoder.
+    contacts: the driving discs, in the order of materials; structure: what was assumed; correlation: of the parameters,
+    in their order, from noise; rms_residual: in ``residual_unit``, of the friction coefficient (1) or of the measured
+    motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder;
+    nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
+    intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
+    apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one.
     """
 
     estimator: str
     law: str
     structure: tuple[str, ...]
-    contact: str
+    contacts: tuple[str, ...]
     materials: tuple[str, ...]
     parameters: tuple[FittedParameter, ...]
     correlation: tuple[tuple[float, ...], ...]
@@ -103,6 +126,13 @@ class FrictionFit:
     converged: bool
     message: str
     warnings: tuple[str, ...]
+    residual_unit: str = "1"
+    nuisance: tuple[FittedParameter, ...] = ()
+    covariance: str = "jackknife"
+    intervals: tuple[Interval, ...] = ()
+    collinearity: Collinearity | None = None
+    whiteness: Whiteness | None = None
+    presliding: PreSliding | None = None
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -130,16 +160,14 @@ class FrictionFit:
 
     def interval(self, name: str, level: float = 0.95, *, with_scale: bool = False) -> tuple[float, float]:
         """Confidence interval of a parameter (Student's t, one degree of freedom for each slip segment to spare)."""
-        from scipy.special import stdtrit
-
         parameter = self[name]
         deviation = parameter.total_deviation if with_scale else parameter.standard_deviation
-        reach = float(stdtrit(max(self.segments - len(self.parameters), 1), 0.5 + level / 2)) * deviation
+        reach = student(self.segments - len(self.parameters), level) * deviation
         return parameter.value - reach, parameter.value + reach
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`."""
-        return {"type": "stickslip friction fit", "version": 1, **asdict(self)}
+        return {"type": "stickslip friction fit", "version": VERSION, **asdict(self)}
 
     def to_json(self) -> str:
         """The result as JSON text; the inverse of `from_json`."""
@@ -162,15 +190,28 @@ class FrictionFit:
         """As `from_json`, from plain values."""
         if not isinstance(plain, dict) or plain.get("type") != "stickslip friction fit":
             raise StickslipError('This is not a fitted law: it lacks "type": "stickslip friction fit".')
-        if plain.get("version") != 1:
-            raise StickslipError(f"The fit has format version {plain.get('version')}; this program reads version 1.")
-        kinds = {"parameters": FittedParameter, "constants": Constant, "logs": LogSummary, "bins": SpeedBin}
+        if plain.get("version") != VERSION:
+            raise StickslipError(
+                f"The fit has format version {plain.get('version')}; this program reads version {VERSION}. Fit again."
+            )
+        kinds = {
+            "parameters": FittedParameter,
+            "nuisance": FittedParameter,
+            "constants": Constant,
+            "logs": LogSummary,
+            "bins": SpeedBin,
+            "intervals": Interval,
+        }
         try:
             values = {key: value for key, value in plain.items() if key not in ("type", "version")}
             for key, kind in kinds.items():
                 values[key] = tuple(kind(**entry) for entry in values[key])
-            for key in ("structure", "materials", "warnings"):
+            values["logs"] = tuple(replace(log, drive_speeds=tuple(log.drive_speeds)) for log in values["logs"])
+            for key in ("structure", "contacts", "materials", "warnings"):
                 values[key] = tuple(values[key])
+            for key, kind in {"collinearity": Collinearity, "presliding": PreSliding}.items():
+                values[key] = None if values[key] is None else kind(**values[key])
+            values["whiteness"] = None if values["whiteness"] is None else whiteness_from(values["whiteness"])
             values["correlation"] = tuple(tuple(row) for row in values["correlation"])
             return FrictionFit(**values)
         except (KeyError, TypeError) as error:

@@ -1,7 +1,9 @@
-"""Slip segments: the stretches of a log where one contact slides in one direction, without the ends.
+"""Slip segments: the stretches of a log where every contact slides in one direction, without the ends.
 
 A sample belongs to a segment where |slip| exceeds a threshold (0.01 m/s: below it lies the micro-slip of the disc_rig
-paper, section 3.3). Both ends are trimmed by one smoothing window, so that no sample of a stick has entered.
+paper, section 3.3) at each disc that touches. Both ends are trimmed by one smoothing window, so that no sample of a
+stick has entered. While the disc sticks to one of two driving discs it turns with that one, whatever the friction of
+the other, and the force that holds it is unknown: such samples say nothing of either law and are left out.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ LEAST_CYCLES = 2
 
 @dataclass(frozen=True, eq=False)
 class SlipSegment:
-    """One slip: samples first..last-1 of a motion, sliding in direction ``sign`` (+1: the drive overtakes the disc)."""
+    """One slip: samples first..last-1 of a motion, sliding in direction ``sign`` (+1: the drive overtakes the disc) on
+    the first disc of the log."""
 
     motion: DiscMotion
     first: int
@@ -46,12 +49,17 @@ def stretches(mask: np.ndarray) -> np.ndarray:
 
 
 def slip_segments(
-    motion: DiscMotion, period: float, *, threshold: float = THRESHOLD, allow_no_stick: bool = False
+    motion: DiscMotion,
+    period: float,
+    *,
+    threshold: float = THRESHOLD,
+    allow_no_stick: bool = False,
+    touching: np.ndarray | None = None,
 ) -> list[SlipSegment]:
     """Slip segments of one log, in order of time; those cut by the ends of the log included.
 
     period: s, natural period of the disc, the scale of the smoothing; threshold: m/s. allow_no_stick: accept a log in
-    which the disc never sticks.
+    which the disc never sticks. touching: (n_discs, n), samples at which each disc touches; None for always.
 
     Raises:
         StickslipError: the disc never slips, never sticks, or the log is shorter than `LEAST_CYCLES` cycles.
@@ -59,13 +67,9 @@ def slip_segments(
     rig, name = motion.log.rig, motion.log.name
     window = SMOOTHING * period
     slip = motion.slip(rig.value("r"), rig.value("R"), window)
-    slipping = np.abs(slip) > threshold
-    if not slipping.any():
-        raise StickslipError(
-            f"Log '{name}' shows no slip: the slip speed r*w - R*th' stays below {threshold:g} m/s (greatest "
-            f"{np.max(np.abs(slip)):.2g} m/s). Friction against speed needs slip: drive slower or with another load to "
-            "get stick-slip, and check r, R and the drive's encoder."
-        )
+    touching = np.ones(slip.shape, dtype=bool) if touching is None else touching
+    slipping = np.all((np.abs(slip) > threshold) | ~touching, axis=0)
+    _check_slip(motion, slip, threshold)
     if slipping.all() and not allow_no_stick:
         raise StickslipError(
             f"Log '{name}' shows no stick: the slip speed never falls below {threshold:g} m/s (least "
@@ -77,16 +81,32 @@ def slip_segments(
     trim = round(TRIM * window / motion.step)
     found = []
     for first, last in stretches(slipping):
-        sign = int(np.sign(slip[(first + last) // 2]))
-        first, last = int(first) + trim * (first > 0), int(last) - trim * (last < len(slip))
+        first, last = int(first) + trim * (first > 0), int(last) - trim * (last < len(slipping))
         if last > first and not motion.filled[first:last].any():
-            found.append(SlipSegment(motion, first, last, sign))
+            found.append(SlipSegment(motion, first, last, int(np.sign(slip[0, (first + last) // 2]))))
     if not found:
         raise StickslipError(
             f"Log '{name}': every slip holds samples that are missing or clipped ({100 * np.mean(motion.filled):.0f} % "
             "of the log). Move the laser so that the whole motion is within its range."
         )
     return found
+
+
+def _check_slip(motion: DiscMotion, slip: np.ndarray, threshold: float) -> None:
+    """slip: (n_discs, n) m/s. Each disc must slip somewhere, and all of them together."""
+    discs = motion.log.contacts
+    for contact, row in zip(discs, np.abs(slip), strict=True):
+        if not (row > threshold).any():
+            raise StickslipError(
+                f"Log '{motion.log.name}' shows no slip on {contact}: the slip speed r*w - R*th' stays below "
+                f"{threshold:g} m/s (greatest {row.max():.2g} m/s). Friction against speed needs slip: drive slower or "
+                "with another load to get stick-slip, and check r, R and the drive's encoder."
+            )
+    if not np.all(np.abs(slip) > threshold, axis=0).any():
+        raise StickslipError(
+            f"Log '{motion.log.name}': {' and '.join(discs)} never slip at one time, so that the force of one could be "
+            "held by the other. Drive the discs at other speeds."
+        )
 
 
 def _check_cycles(motion: DiscMotion, slipping: np.ndarray) -> None:

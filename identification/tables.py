@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
-
-from identification.portraits import MEANING
 
 if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
 
     from identification.free_decay import FreeDecay
-    from identification.portraits import PortraitComparison
+    from identification.profile import Interval
     from identification.result import FrictionFit
 
 
@@ -27,28 +24,42 @@ def _table(title: str, *columns: tuple[str, str]) -> Table:
 
 
 def parameter_table(fit: FrictionFit) -> Table:
-    """Parameters with the two kinds of uncertainty and 95 % interval."""
-    where = f"{fit.law} law of {fit.contact}" + (f", {' and '.join(fit.materials)}" if fit.materials else "")
+    """Parameters with the two kinds of uncertainty, 95 % interval, and how near the sensors' bound they come."""
+    where = f"{fit.law} law of {' and '.join(fit.contacts)}"
+    where += f", {' and '.join(fit.materials)}" if fit.materials else ""
+    named = {one.name: one for one in fit.intervals}
+    kinds = dict.fromkeys(one.kind for one in fit.intervals)
     table = _table(
-        f"{where} ({fit.estimator}, {fit.segments} slip segments of {len(fit.logs)} logs)",
+        f"{where} ({fit.estimator}, {fit.segments} slip segments of {len(fit.logs)} logs, {fit.covariance})",
         ("parameter", "left"),
         ("value", "right"),
         ("sd (noise)", "right"),
         ("sd (rig constants)", "right"),
         ("95 % (noise)", "right"),
+        *((f"95 % ({kind})", "right") for kind in kinds),
+        *([("sd (bound)", "right"), ("efficiency", "right")] if fit.parameters[0].bound is not None else ()),
         ("unit", "left"),
     )
     for parameter in fit.parameters:
         low, high = fit.interval(parameter.name)
+        found = named.get(parameter.name)
         table.add_row(
             parameter.name,
             f"{parameter.value:.5g}",
             f"{parameter.standard_deviation:.2g}",
             f"{parameter.scale_deviation:.2g}",
             f"{low:.5g} .. {high:.5g}",
+            *([_ends(found)] if found else ["" for _ in kinds]),
+            *([] if parameter.bound is None else [f"{parameter.bound:.2g}", f"{parameter.efficiency or 0:.0%}"]),
             parameter.unit,
         )
     return table
+
+
+def _ends(interval: Interval) -> str:
+    """An interval as people read it; an end that the data leave open is called so."""
+    low, high = ("open" if end is None else f"{end:.5g}" for end in (interval.low, interval.high))
+    return f"{low} .. {high}"
 
 
 def correlation_table(fit: FrictionFit) -> Table:
@@ -99,8 +110,30 @@ def fit_report(fit: FrictionFit) -> Group:
                 f"+- {1e3 * fit.sensors['laser_delay_sd']:.3f} ms."
             )
         )
+    lines += [Text(line) for line in _certainty(fit)]
     lines += [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
     return Group(parameter_table(fit), correlation_table(fit), constants_table(fit), *lines)
+
+
+def _certainty(fit: FrictionFit) -> list[str]:
+    """What a fit says of its identifiability, of its residuals and of the contact in stick."""
+    said = []
+    if fit.collinearity:
+        judged = "nearly collinear" if fit.collinearity.poor else "told apart"
+        said.append(f"Collinearity index {fit.collinearity.index:.3g} ({judged}): {fit.collinearity.words}.")
+    if fit.whiteness:
+        coloured = fit.whiteness.coloured
+        names = f"coloured in {' and '.join(coloured)} (the deviations allow for it)" if coloured else "white"
+        beyond, tried = len(fit.whiteness.beyond), len(fit.whiteness.speeds)
+        said.append(
+            f"Residuals: {names} (Ljung-Box, 1 %); beyond 3 standard errors in {beyond} of {tried} ranges of slip "
+            "speed."
+        )
+    if fit.presliding and not fit.presliding.elastic:
+        reach = fit.presliding.compliance + 2 * fit.presliding.deviation
+        least = f"above {1 / reach:.1g} N/m" if reach > 0 else "beyond measure"
+        said.append(f"In stick the contact is as good as rigid: its stiffness is {least} (95 %).")
+    return said
 
 
 def decay_table(decay: FreeDecay) -> Table:
@@ -115,27 +148,3 @@ def decay_table(decay: FreeDecay) -> Table:
     table.add_row("k/J", f"{decay.stiffness_ratio:.6g}", f"{decay.stiffness_ratio_deviation:.1g}", "1/s^2")
     table.add_row("c/J", f"{decay.damping_ratio:.6g}", f"{decay.damping_ratio_deviation:.1g}", "1/s")
     return table
-
-
-def comparison_report(comparisons: Sequence[PortraitComparison]) -> Group:
-    """Metrics of each log with verdicts, and what a pass means."""
-    from rich.console import Group
-    from rich.text import Text
-
-    table = _table(
-        "Phase portraits, model against measurement",
-        ("", "left"),
-        *((f"{one.log}\n{one.drive_speed:.4g} rad/s", "right") for one in comparisons),
-        ("accepted up to", "right"),
-    )
-    for verdicts in zip(*(one.verdicts for one in comparisons), strict=True):
-        marks = [_shown(v.name, v.value, "+") + (" FAIL" if v.passed is False else "") for v in verdicts]
-        limit = verdicts[0].limit
-        table.add_row(verdicts[0].name, *marks, "not judged" if limit is None else _shown(verdicts[0].name, limit))
-    table.add_row("verdict", *("pass" if one.passed else "FAIL" for one in comparisons), "", style="bold")
-    return Group(table, Text(MEANING))
-
-
-def _shown(metric: str, value: float, sign: str = "") -> str:
-    """A metric as people read it; the stick fraction is a difference of shares, the others are relative."""
-    return f"{value:{sign}.4g}" if metric == "stick fraction" else f"{100 * value:{sign}.3g} %"

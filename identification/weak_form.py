@@ -16,14 +16,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.conclusion import Estimator, conclude
+from identification.conclusion import Estimate, Estimator, Options
 from identification.inverse_dynamics import STRUCTURE
+from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
-from identification.laws_fit import CONTI, FittableLaw, Regression
-from identification.pooling import Pool, RigValues, pool
-from identification.result import FrictionFit
+from identification.laws import FittableLaw
+from identification.pooling import Pool, RigValues
+from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment
-from rig_io.log import RigLog
 
 WINDOW = 0.264  # natural periods
 SPACING = 0.022  # natural periods between windows
@@ -32,23 +32,23 @@ BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums
 UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
 
 
-def fit(logs: Sequence[RigLog] | Pool, *, law: FittableLaw = CONTI, bootstrap: int = 0, seed: int = 0) -> FrictionFit:
-    """Friction law from stick-slip logs of one rig, all pooled.
-
-    logs: a free-decay log among them gives k/J and c/J; or a `Pool`. bootstrap: number of draws for the standard
-    deviations (0: jackknife over slip segments).
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
+    """Friction law from pooled logs; of two discs by `identification.two_discs`.
 
     Raises:
-        StickslipError: see `pool`; or no slip segment holds a window.
+        StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
-    ready = logs if isinstance(logs, Pool) else pool(logs)
-    return conclude(ready, ESTIMATOR, law, bootstrap=bootstrap, seed=seed)
+    if isinstance(law, JointLaw):
+        from identification.two_discs import estimate as estimate_both
+
+        return Estimate(ESTIMATOR, *estimate_both(ready, law, options))
+    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
-def _regression(segments: Sequence[SlipSegment], rig: RigValues, period: float) -> Regression:
+def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:
     step = segments[0].motion.step
     count = odd_count(WINDOW * period, step)
-    average, weights = _bump(count, step, rig)
+    average, weights = bump(count, step, rig)
     slips, measured, clusters, whiten = [], [], [], []
     for number, segment in enumerate(segments):
         speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
@@ -60,11 +60,13 @@ def _regression(segments: Sequence[SlipSegment], rig: RigValues, period: float) 
         slips.append(np.abs(rows))
         measured.append(segment.sign * (angles @ weights))
         clusters.append(np.full(len(rows), number))
-        whiten.append(_whitening(weights, stride, len(rows)))
-    return Regression(np.concatenate(slips), average, np.concatenate(measured), np.concatenate(clusters), tuple(whiten))
+        whiten.append(whitening(weights, stride, len(rows)))
+    cluster = np.concatenate(clusters)
+    log = np.asarray(logs)[cluster]
+    return Regression(np.concatenate(slips), average, np.concatenate(measured), cluster, log, tuple(whiten))
 
 
-def _bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
+def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
     """Weights (count,) of mu, of sum 1, and weights (count,) of the angle that give the averaged friction
     coefficient."""
     s = np.linspace(-1, 1, count)
@@ -77,7 +79,7 @@ def _bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarr
     return bump / bump.sum(), weights / bump.sum()
 
 
-def _whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
+def whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
     """Matrix (rows, rows) that makes the noise of windows ``stride`` samples apart white, of the variance of one
     window."""
     count = len(weights)
@@ -87,4 +89,4 @@ def _whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
     return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
-ESTIMATOR = Estimator("weak-form", STRUCTURE, WINDOW, _regression)
+ESTIMATOR = Estimator("weak-form", STRUCTURE, estimate)

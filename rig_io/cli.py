@@ -37,8 +37,18 @@ def emulate(
         str | None, typer.Option(metavar="W,W,...", help="Drive speeds of disc 0, rad/s (default: fit for the pair).")
     ] = None,
     second: Annotated[
-        float | None, typer.Option("--second-disc", metavar="W", help="Speed of a second disc, rad/s (default: none).")
+        str | None,
+        typer.Option("--second-disc", metavar="W,W,...", help="Its speeds, rad/s: one, or one for each of --speeds."),
     ] = None,
+    second_material: Annotated[
+        str | None, typer.Option("--second-material", help="Friction pair of the second disc (default: --material).")
+    ] = None,
+    arrangement: Annotated[
+        str, typer.Option(help="Of two discs: together, sequential (by the angle), overlapping.")
+    ] = "together",
+    changeover: Annotated[
+        float, typer.Option(help="Angle from which on disc 1 is touched, or up to which both are, rad.")
+    ] = 0.0,
     duration: Annotated[float, typer.Option(help="Length of each log, s.")] = 20.0,
     seed: Annotated[int, typer.Option(help="Of the bench: the same seed gives the same bytes.", min=0)] = 0,
     micro_slip: Annotated[
@@ -56,12 +66,12 @@ def emulate(
     """
     from dataclasses import replace
 
-    from rig_io.emulator import Disc, MicroSlip, standard_set
-    from rig_io.emulator import material as named
+    from rig_io.emulator import MicroSlip, standard_set
 
     if place.suffix == ".toml":
-        said = (material, speeds, second, duration, micro_slip, ripple, laser, encoder)
-        if said != ("paper/rubber", None, None, 20.0, None, True, True, True):
+        said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip)
+        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None)
+        if said != left or not (ripple and laser and encoder):
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -76,9 +86,33 @@ def emulate(
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     settings = standard_set(material, _numbers(speeds), duration=duration, **fitted)
     if second is not None:
-        disc = Disc(named(material), second)
-        settings = [replace(one, discs=(*one.discs, disc)) if one.discs else one for one in settings]
+        settings = _with_second(settings, _numbers(second) or [], second_material or material)
+        material = " and ".join(disc.material.name for disc in settings[0].discs)
+    elif second_material is not None:
+        raise StickslipError("--second-material is that of a second disc: say its speeds, --second-disc W,W,...")
+    placed = {"arrangement": arrangement, "changeover": changeover}
+    settings = [replace(one, **placed) if one.discs else one for one in settings]
     _emulate(folder, settings, material, seed, overwrite, json)
+
+
+def _with_second(settings: list[Emulation], speeds: list[float], material: str) -> list[Emulation]:
+    """The settings with a second disc; one speed (rad/s) for all logs, or one for each."""
+    from dataclasses import replace
+
+    from rig_io.emulator import Disc
+    from rig_io.emulator import material as named
+
+    *runs, decay = settings
+    if len(speeds) not in (1, len(runs)):
+        raise StickslipError(
+            f"There are {len(runs)} speeds of disc 0 and {len(speeds)} of the second disc. Give one, or {len(runs)}."
+        )
+    pair = named(material)
+    joined = zip(runs, speeds if len(speeds) == len(runs) else speeds * len(runs), strict=True)
+    return [
+        *(replace(one, name=f"{one.name}-{w:g}", discs=(*one.discs, Disc(pair, w))) for one, w in joined),
+        decay,
+    ]
 
 
 def _emulate_scene(path: Path, folder: Path | None, seed: int, overwrite: bool, json: bool) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 import json
-import pkgutil
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,43 +15,57 @@ from fmu_models.errors import StickslipError, nearest
 from fmu_models.files import write_whole
 from rig_io import sidecar
 from rig_io.columns import COLUMNS, TIME
-from rig_io.log import Calibration, Experiment, RigConstants, RigLog
+from rig_io.counters import counted
+from rig_io.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
+from rig_io.readers import reader_of
 from rig_io.sidecar import SIDECAR, mapping
-from rig_io.table import checked
+from rig_io.table import check_edges, checked
 
 # the calibration that a column needs
 _INSTRUMENTS = {"laser": "laser", "encoder_count": "encoder", "drive0_count": "drive0", "drive1_count": "drive1"}
 
 
 def load_log(
-    path: Path, rig: RigConstants | None, calibration: Calibration | None, experiment: Experiment | None
+    path: Path,
+    rig: RigConstants | None,
+    calibration: Calibration | None,
+    experiment: Experiment | None,
+    repair: Collection[str],
 ) -> RigLog:
     """See `rig_io.log.read_log`."""
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
-    reader = _reader(path)
+    reader = reader_of(path)
     if not path.exists():
         beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
         raise StickslipError(f"There is no log '{path}'.{nearest(path.name, [other.name for other in beside])}")
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
-    values = checked(reader.read(path), sidecar.units(resource, where))
+    table = reader.read(path)
+    known = checked(table, sidecar.units(resource, where), repair)
+    instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where)
+    for column, instrument in _INSTRUMENTS.items():
+        if column in known.columns:
+            instruments.need(instrument)
+    values, breaks, mended = counted(known.columns, known.breaks, instruments, known.table.source, known.table.place)
+    check_edges(known.table, values, breaks)
+    doubts = (*known.said, *mended)
+    for doubt in doubts:
+        warnings.warn(f"{table.source}: {doubt}", StickslipWarning, stacklevel=3)
     time = values.pop(TIME.name)
-    log = RigLog(
+    return RigLog(
         name=str(resource.get("name", path.stem)),
         time=time,
         columns=values,
         units={name: COLUMNS[name].unit for name in (TIME.name, *values)},
         rig=rig or sidecar.rig_constants(constants, where),
-        calibration=calibration or sidecar.calibration(mapping(resource, "calibration", where), where),
+        calibration=instruments,
         experiment=experiment or sidecar.experiment(mapping(resource, "experiment", where), where),
         path=path,
+        breaks=breaks,
+        doubts=doubts,
     )
-    for column, instrument in _INSTRUMENTS.items():
-        if log.has(column):
-            log.calibration.need(instrument)
-    return log
 
 
 def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -76,14 +89,15 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     return package, resources[path.name]
 
 
-def load_package(path: Path) -> list[RigLog]:
+def load_package(path: Path, repair: Collection[str]) -> list[RigLog]:
     """See `rig_io.log.read_package`."""
     found = path / SIDECAR if path.is_dir() else path
     if not found.exists():
         raise StickslipError(f"There is no {SIDECAR} in '{path}'. Name a folder that holds one.")
     if found.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
-    return [load_log(found.parent / str(r["path"]), None, None, None) for r in sidecar.load_json(found)["resources"]]
+    resources = sidecar.load_json(found)["resources"]
+    return [load_log(found.parent / str(r["path"]), None, None, None, repair) for r in resources]
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
@@ -144,19 +158,6 @@ def _unwritable(folder: Path, error: OSError) -> StickslipError:
     return StickslipError(
         f"'{folder}' cannot be written: {error.strerror or error}. Choose a folder you may write to, with room left."
     )
-
-
-def _reader(path: Path) -> Any:
-    """The module of `rig_io.readers` for this kind of file, by its suffix."""
-    import rig_io.readers
-
-    known: dict[str, Any] = {}
-    for module in pkgutil.iter_modules(rig_io.readers.__path__):
-        reader = importlib.import_module(f"rig_io.readers.{module.name}")
-        known.update(dict.fromkeys(reader.SUFFIXES, reader))
-    if path.suffix.lower() not in known:
-        raise StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(sorted(known))}.")
-    return known[path.suffix.lower()]
 
 
 def _check_hash(path: Path, resource: Mapping[str, Any], beside: Path) -> None:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
+from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.columns import COLUMNS, TIME
 from rig_io.datapackage import check_target
 from rig_io.drive import Ripple
@@ -110,12 +111,16 @@ class Emulation:
     """One log to be emulated. Times in s, rates in Hz, angles in rad.
 
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
-    may be None: not fitted, or ideal. scene: has the oscillator and its start in place of ``disc_rig`` at rest.
+    may be None: not fitted, or ideal. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
+    instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
+    its start in place of a rig at rest.
     """
 
     name: str
     discs: tuple[Disc, ...] = (Disc(),)
     rig: RigConstants = RIG
+    arrangement: Arrangement = "together"
+    changeover: float = 0.0
     duration: float = 20.0
     transient: float = 5.0
     sampling_rate: float = 1000.0
@@ -131,6 +136,14 @@ class Emulation:
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
         if len(self.discs) > 2:
             raise StickslipError(f"'{self.name}': the rig has places for two driving discs, not {len(self.discs)}.")
+        if self.arrangement not in MODELS:
+            raise StickslipError(
+                f"'{self.name}': there is no arrangement '{self.arrangement}'.{nearest(self.arrangement, MODELS)}"
+            )
+        if self.arrangement != "together" and len(self.discs) != 2:
+            raise StickslipError(
+                f"'{self.name}': discs arranged '{self.arrangement}' are two, not {len(self.discs)}. Give both."
+            )
         if self.laser is None and self.encoder is None:
             raise StickslipError(f"'{self.name}': no sensor sees the disc. Fit the laser or the encoder.")
         if not (self.duration > 0 and self.transient >= 0 and self.duration + self.transient <= LONGEST):
@@ -274,6 +287,8 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
     truth: dict[str, Any] = {"seed": seed, "number": number}
     for contact, disc in zip(settings.contacts, settings.discs, strict=True):
         truth[contact] = {"mu_s": disc.material.mu_s, "mu_k": disc.material.mu_k, "p": disc.material.p}
+    if settings.arrangement in CHANGEOVER and settings.scene is None:
+        truth[CHANGEOVER[settings.arrangement]] = settings.changeover
     if settings.micro_slip is not None:
         truth["micro_slip"] = asdict(settings.micro_slip)
     if settings.scene is not None:
@@ -283,6 +298,7 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
         contacts=settings.contacts,
         materials=tuple(disc.material.name for disc in settings.discs),
         drive_speed=tuple(disc.drive_speed for disc in settings.discs),
+        arrangement=settings.arrangement,
         emulation=truth,
     )
 
@@ -322,7 +338,8 @@ def _oscillator(settings: Emulation) -> tuple[Fmu, Mapping[str, float], Mapping[
     from fmu_models.codegen.package import built
 
     laws = None if settings.micro_slip is None else dict.fromkeys(settings.contacts, "lugre")
-    return Fmu.open(built("disc_rig", contacts=settings.contacts, laws=laws)), _parameters(settings), {}
+    fmu = Fmu.open(built(MODELS[settings.arrangement], contacts=settings.contacts, laws=laws))
+    return fmu, _parameters(settings), {}
 
 
 def _parameters(settings: Emulation) -> dict[str, float]:
@@ -334,4 +351,6 @@ def _parameters(settings: Emulation) -> dict[str, float]:
             law |= {"sigma0": settings.micro_slip.stiffness, "sigma1": settings.micro_slip.damping}
         named |= {f"{name}{i}": value for name, value in law.items()}
         named[f"N{i}"] = settings.rig.value(f"N{i}")
+    if settings.arrangement in CHANGEOVER:
+        named[CHANGEOVER[settings.arrangement]] = settings.changeover
     return named

@@ -7,13 +7,15 @@ column). Raw volts, counts and edge times are kept; `rig_io.sensors` turns them 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 from fmu_models.errors import StickslipError, nearest
+from rig_io.arrangement import Arrangement
 
 if TYPE_CHECKING:
     import numpy as np
@@ -98,12 +100,14 @@ class EncoderCalibration:
     """Incremental encoder: an edge is ``2 pi / edges_per_revolution`` from the next.
 
     pulses_per_revolution: of one track; quadrature: whether all four edges of the two tracks are counted;
-    clock: s, resolution of the edge times.
+    clock: s, resolution of the edge times; counter_bits: width of the counter, after which it begins anew (None: it
+    does not, or the width is to be found from the counts).
     """
 
     pulses_per_revolution: int
     quadrature: bool = False
     clock: float = 1e-6
+    counter_bits: int | None = None
 
     @property
     def edges_per_revolution(self) -> int:
@@ -145,6 +149,8 @@ class Calibration:
 class Experiment:
     """What was done: kind, discs in contact, their materials and nominal speeds (rad/s).
 
+    arrangement of two discs: both touch always ("together", class b of the disc_rig paper), disc 0 below and disc 1
+    from an angle on ("sequential", class c), or with angles at which both touch ("overlapping", class d).
     ``emulation`` holds the truth behind an emulated log (friction law, seed ...) for comparison; no estimator reads it.
     """
 
@@ -152,6 +158,7 @@ class Experiment:
     contacts: tuple[str, ...] = ("disc0",)
     materials: tuple[str, ...] = ()
     drive_speed: tuple[float, ...] = ()
+    arrangement: Arrangement = "together"
     emulation: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -160,7 +167,9 @@ class RigLog:
     """One log.
 
     time: (n_samples,) s, increasing. columns: raw columns by name, each (n_samples,) float64, without ``time``; names
-    and units as in `rig_io.columns`. units: unit of each column (and of time).
+    and units as in `rig_io.columns`; NaN where the file has no number. units: unit of each column (and of time).
+    breaks: samples at which a further recording begins, or before which edges were lost; doubts: what was mended when
+    it was read.
     """
 
     name: str
@@ -171,6 +180,8 @@ class RigLog:
     calibration: Calibration
     experiment: Experiment
     path: Path | None = None
+    breaks: tuple[int, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def kind(self) -> Kind:
@@ -201,6 +212,27 @@ class RigLog:
             raise StickslipError(f"Log '{self.name}' has no column '{name}'.{nearest(name, self.columns)}")
         return self.columns[name]
 
+    def pieces(self) -> tuple[RigLog, ...]:
+        """The log in parts across which nothing may be filtered or simulated: split at `breaks` and at gaps in time.
+
+        The first keeps the log's name, the others are 'name, part 2' and on; times stay as they are.
+        """
+        from rig_io.clock import gaps
+
+        begins = sorted({*self.breaks, *(int(at) for at in gaps(self.time))})
+        if not begins:
+            return (self,)
+        return tuple(
+            replace(
+                self,
+                name=self.name if number == 1 else f"{self.name}, part {number}",
+                time=self.time[first:last],
+                columns={name: values[first:last] for name, values in self.columns.items()},
+                breaks=(),
+            )
+            for number, (first, last) in enumerate(pairwise([0, *begins, len(self.time)]), 1)
+        )
+
 
 def read_log(
     path: str | os.PathLike[str],
@@ -208,29 +240,33 @@ def read_log(
     rig: RigConstants | None = None,
     calibration: Calibration | None = None,
     experiment: Experiment | None = None,
+    repair: Collection[str] = (),
 ) -> RigLog:
     """Read one log and its entry in the ``datapackage.json`` beside it.
 
     What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
-    needs no sidecar.
+    needs no sidecar. repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the
+    first of rows with one time is kept). What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
 
     Raises:
         StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
     """
     from rig_io.datapackage import load_log
 
-    return load_log(Path(path), rig, calibration, experiment)
+    return load_log(Path(path), rig, calibration, experiment, repair)
 
 
-def read_package(path: str | os.PathLike[str]) -> list[RigLog]:
+def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) -> list[RigLog]:
     """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
+
+    repair: as in `read_log`.
 
     Raises:
         StickslipError: as in `read_log`.
     """
     from rig_io.datapackage import load_package
 
-    return load_package(Path(path))
+    return load_package(Path(path), repair)
 
 
 def write_package(

@@ -19,13 +19,13 @@ from typing import Any
 
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.scene.scene import Drive, Scene
+from rig_io.arrangement import MODELS, Arrangement
 from rig_io.drive import Ripple
 from rig_io.emulator import MATERIALS, RIG, Disc, Emulation, Material
 from rig_io.log import RigConstants
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
 
-MODELS = ("disc_rig", "disc_rig_sequential", "disc_rig_overlapping")
 _FITTED: dict[str, Callable[[], Any]] = {
     "laser": Laser,
     "encoder": Encoder,
@@ -42,10 +42,10 @@ def emulations(scene: Scene) -> list[Emulation]:
         StickslipError: it is not of the disc rig, varies something else than a drive, has a drive that is not steady,
             or its sensors are not those of the rig.
     """
-    if scene.model not in MODELS:
+    if scene.model not in MODELS.values():
         raise StickslipError(
             f"{scene.path}: '{scene.model}' is not the rig, so that no bench can be emulated for it. The rig's models "
-            f"are {', '.join(MODELS)}."
+            f"are {', '.join(MODELS.values())}."
         )
     settings = _sensors(scene)
     over, values = scene.compute.over, scene.compute.values
@@ -73,7 +73,11 @@ def _emulation(scene: Scene, name: str, settings: dict[str, Any]) -> Emulation:
     rig = RigConstants(
         **{key: replace(getattr(RIG, key), value=values.get(key, getattr(RIG, key).value)) for key in names}
     )
-    return Emulation(name, discs=discs, rig=rig, scene=scene, start_angle=scene.start.get("theta", 0.0), **settings)
+    arrangement: Arrangement = "together"
+    if len(discs) == 2:
+        arrangement = next(key for key, model in MODELS.items() if model == scene.model)
+    start = scene.start.get("theta", 0.0)
+    return Emulation(name, discs, rig, arrangement, scene=scene, start_angle=start, **settings)
 
 
 def _material(values: dict[str, float], i: int) -> Material:

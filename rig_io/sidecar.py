@@ -1,8 +1,9 @@
 """What ``datapackage.json`` says of a log, as values, and back.
 
 Package level: ``rig``: {name: {value, unit, standard_uncertainty}}. Per resource: ``experiment`` (kind, contacts,
-materials, drive_speed in rad/s), ``calibration`` (laser, encoder, drive0, drive1), ``rig`` where a log departs from the
-package's constants, and ``hash``. Every function that reads takes ``where``, with which its errors begin.
+materials, drive_speed in rad/s, arrangement), ``calibration`` (laser, encoder, drive0, drive1), ``rig`` where a log
+departs from the package's constants, and ``hash``. Every function that reads takes ``where``, with which its errors
+begin.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from fmu_models.errors import StickslipError, nearest
+from rig_io.arrangement import Arrangement
 from rig_io.columns import COLUMNS, TIME
 from rig_io.log import (
     RIG_UNITS,
@@ -27,6 +29,7 @@ from rig_io.log import (
     RigConstants,
     RigLog,
 )
+from rig_io.plausible import check_radius
 from rig_io.table import conversion
 
 SIDECAR = "datapackage.json"
@@ -98,6 +101,8 @@ def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
         sd = _number(entry.get("standard_uncertainty", 0.0), at) * factor
         if value < 0 or (value == 0 and name in ("J", "k", "R", "r")) or sd < 0:
             raise StickslipError(f"{at} is {value:g} +- {sd:g} {RIG_UNITS[name]}; expected a positive value.")
+        if name in ("R", "r"):
+            check_radius(at, name, value)
         constants[name] = Quantity(value, RIG_UNITS[name], sd)
     return RigConstants(**constants)
 
@@ -119,12 +124,14 @@ def calibration(entries: Mapping[str, Any], where: str) -> Calibration:
                 raise StickslipError(f"{at} has the unknown entry '{key}'.{nearest(key, known)}")
             if key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
+                if key == "counter_bits" and entry[key] not in range(4, 65):
+                    raise StickslipError(f"{at}, 'counter_bits' is {entry[key]:g}; a counter has 8, 16, 24 or 32.")
             elif not isinstance(entry[key], bool):
                 raise StickslipError(f"{at}, 'quadrature' holds {entry[key]!r}; expected true or false.")
         if entry[needed] == 0 or (instrument != "laser" and (entry[needed] < 1 or entry[needed] % 1)):
             raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
         if instrument != "laser":
-            entry[needed] = int(entry[needed])
+            entry |= {key: int(entry[key]) for key in (needed, "counter_bits") if key in entry}
         made[instrument] = kind(**entry)
     return Calibration(**made)
 
@@ -142,7 +149,17 @@ def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
             f"{where}: {len(speeds)} drive speeds for {len(contacts)} discs. Give one for each contact."
         )
     materials = tuple(str(m) for m in _list(entry, "materials", (), where))
-    return Experiment(kind, contacts, materials, speeds, mapping(entry, "emulation", where))
+    arrangement = entry.get("arrangement", "together")
+    if arrangement not in get_args(Arrangement):
+        raise StickslipError(
+            f"{where}: arrangement {arrangement!r} is unknown.{nearest(str(arrangement), get_args(Arrangement))}"
+        )
+    if arrangement != "together" and len(contacts) != 2:
+        raise StickslipError(
+            f"{where}: discs arranged '{arrangement}' are two, but contacts are {list(contacts)}. Give both discs, or "
+            "leave the arrangement out."
+        )
+    return Experiment(kind, contacts, materials, speeds, arrangement, mapping(entry, "emulation", where))
 
 
 def package(name: str, logs: list[RigLog], work: Path, title: str, description: str) -> dict[str, Any]:
@@ -172,6 +189,8 @@ def _present(record: Any) -> dict[str, Any]:
 def _resource(log: RigLog, work: Path, rig: dict[str, Any]) -> dict[str, Any]:
     file = work / f"{log.name}.csv"
     experiment = {k: v for k, v in asdict(log.experiment).items() if v or k in ("kind", "contacts")}
+    if len(log.contacts) < 2:
+        del experiment["arrangement"]
     instruments = [i for i in ("laser", "encoder", "drive0", "drive1") if getattr(log.calibration, i) is not None]
     resource: dict[str, Any] = {
         "profile": "tabular-data-resource",

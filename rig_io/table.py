@@ -1,16 +1,18 @@
-"""A table as a reader found it, and the checks all formats share: units, finite numbers, whole counts, rising time."""
+"""A table as a reader found it, and the checks all formats share: units, sizes, numbers, whole counts, the clock."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
+from rig_io.clock import SHORTEST, check_repairs, mended
 from rig_io.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
+from rig_io.plausible import check_sizes
 
-SHORTEST = 10  # samples; fewer cannot show a single movement
 AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped by another clock
 
 
@@ -18,24 +20,51 @@ AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped b
 class Table:
     """Numbers as read. columns: name -> (n_rows,) float64 (NaN where a cell holds no number).
 
-    units: those the file itself states; first_line: line of the first row in the file, for messages.
+    units: those the file itself states; first_line: line of the first row in the file, None where a file has no lines;
+    scalars: single numbers beside the columns; left_out: name -> why it is no column; rows: in the file, where they
+    are not those of the file one by one.
     """
 
     source: str
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str]
-    first_line: int
+    first_line: int | None
+    scalars: Mapping[str, float] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    rows: np.ndarray | None = None
+
+    def place(self, row: int) -> str:
+        """Where a row (from 0) is in the file, for messages."""
+        if self.rows is not None:
+            row = int(self.rows[row])
+        return f"sample {row + 1}" if self.first_line is None else f"line {self.first_line + row}"
 
 
-def checked(table: Table, stated_units: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """The known columns of a table in their expected units, ``time`` first; unknown columns are left out.
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """Columns of a rig log, ``time`` first, each (n,) float64 in its expected unit; NaN where the file has no number.
 
-    stated_units: from the sidecar; where it is silent the file's own units count.
+    breaks: samples at which a further recording begins; said: what was mended, in sentences; table: where they are
+    from, with the rows that are left.
+    """
+
+    table: Table
+    columns: Mapping[str, np.ndarray]
+    breaks: tuple[int, ...]
+    said: tuple[str, ...]
+
+
+def checked(table: Table, stated_units: Mapping[str, str], repair: Collection[str] = ()) -> Checked:
+    """The known columns of a table in their expected units, on a rising clock; unknown columns are left out.
+
+    stated_units: from the sidecar; where it is silent the file's own units count. repair: see `rig_io.clock`.
 
     Raises:
-        StickslipError: a needed column or unit is missing, a unit has another dimension, a cell is not a finite number,
-            a count is not whole, time does not rise, there are fewer than `SHORTEST` rows.
+        StickslipError: a needed column or unit is missing, a unit has another dimension, a count is not whole, a column
+            holds no number or one of implausible size, time cannot be put in order, there are fewer than `SHORTEST`
+            rows.
     """
+    check_repairs(repair)
     if TIME.name not in table.columns:
         raise _missing(table, TIME.name)
     if not any(name in table.columns for name in ANGLE_SOURCES):
@@ -49,51 +78,71 @@ def checked(table: Table, stated_units: Mapping[str, str]) -> dict[str, np.ndarr
         raise StickslipError(
             f"{table.source} is too short: {rows} rows, at least {SHORTEST} are needed. Record a longer log."
         )
-    found: dict[str, np.ndarray] = {}
-    for name, column in COLUMNS.items():
-        if name not in table.columns:
-            continue
-        values = _numbers(table, column)
-        found[name] = _in_unit(table, column, values, stated_units.get(name, table.units.get(name)))
-    _check_time(table, found[TIME.name])
+    known = {name: column for name, column in COLUMNS.items() if name in table.columns}
+    converted = {
+        name: _in_unit(table, column, _whole(table, column), stated_units.get(name, table.units.get(name)))
+        for name, column in known.items()
+    }
+    clock = mended(converted[TIME.name], table, repair)
+    table = replace(table, rows=clock.rows)
+    said = list(clock.said)
+    found = {name: values[clock.rows] for name, values in converted.items()}
+    found[TIME.name] = clock.time
     for name in found:
         if name.endswith("_edge_time"):
-            _check_edges(table, name, found[TIME.name], found[name.removesuffix("_edge_time") + "_count"], found[name])
-    return found
+            found[name] = found[name] + clock.moved
+        if name != TIME.name:
+            said += _missing_numbers(table, name, found[name])
+    check_sizes(table.source, found)
+    return Checked(table, found, clock.breaks, tuple(said))
 
 
 def _missing(table: Table, name: str, what: str = "") -> StickslipError:
+    if name in table.left_out:
+        return StickslipError(
+            f"{table.source}: '{name}' is {table.left_out[name]}. It is needed as a vector of numbers."
+        )
     hint = nearest(name, table.columns)
     return StickslipError(
         f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(table.columns)}."
-        f"{hint if 'Did' in hint else ''} Rename the column in the header (names as in data/README.md)."
+        f"{hint if 'Did' in hint else ''} Rename the column (names as in data/README.md)."
     )
 
 
-def _numbers(table: Table, column: Column) -> np.ndarray:
+def _whole(table: Table, column: Column) -> np.ndarray:
+    """Values of a column, NaN where infinite; those of a count must be whole."""
     values = table.columns[column.name]
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        raise StickslipError(
-            f"{table.source}: column '{column.name}' has {bad.size} cells without a finite number, the first on line "
-            f"{table.first_line + bad[0]}. Cut the log before or after them, or repair them at the source."
-        )
+    values = np.where(np.isfinite(values), values, np.nan)
     if column.whole:
-        broken = np.flatnonzero(values != np.round(values))
+        broken = np.flatnonzero((values != np.round(values)) & ~np.isnan(values))
         if broken.size:
             raise StickslipError(
-                f"{table.source}: column '{column.name}' counts edges, but line {table.first_line + broken[0]} holds "
+                f"{table.source}: column '{column.name}' counts edges, but {table.place(broken[0])} holds "
                 f"{values[broken[0]]:g}. Log the raw count; an angle belongs in a column 'angle' [rad]."
             )
     return values
 
 
+def _missing_numbers(table: Table, name: str, values: np.ndarray) -> list[str]:
+    """What to say of cells without a number."""
+    bad = np.flatnonzero(np.isnan(values))
+    if bad.size == len(values):
+        raise StickslipError(f"{table.source}: column '{name}' holds no number. Check the column, or leave it out.")
+    if not bad.size:
+        return []
+    share = 100 * bad.size / len(values)
+    return [
+        f"column '{name}' has {bad.size} cells without a number ({share:.2g} %), the first on {table.place(bad[0])}."
+    ]
+
+
 def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None) -> np.ndarray:
     """Values in the column's unit; pint is loaded only when the stated unit is not that very string."""
     if unit is None:
+        header = "" if table.first_line is None else f", or write the header as '{column.name} [{column.unit}]'"
         raise StickslipError(
             f'{table.source}: column \'{column.name}\' has no unit. Add "unit": "{column.unit}" to its field in '
-            f"datapackage.json, or write the header as '{column.name} [{column.unit}]'."
+            f"datapackage.json{header}."
         )
     if unit == column.unit or (column.unit == "1" and unit in ("", "count", "counts", "pulses")):
         return values
@@ -122,32 +171,30 @@ def conversion(unit: str, expected: str, where: str) -> float:
         raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expected} or a multiple of it.") from error
 
 
-def _check_time(table: Table, time: np.ndarray) -> None:
-    steps = np.diff(time)
-    back = np.flatnonzero(steps < 0)
-    if back.size:
-        line = table.first_line + back[0] + 1
-        raise StickslipError(
-            f"{table.source}: time falls from {time[back[0]]:.9g} s to {time[back[0] + 1]:.9g} s on line {line} "
-            f"({back.size} such steps). Sort the rows by time, or split the file where the clock was reset."
-        )
-    same = np.flatnonzero(steps == 0)
-    if same.size:
-        line = table.first_line + same[0] + 1
-        raise StickslipError(
-            f"{table.source}: line {line} repeats the time {time[same[0]]:.9g} s ({same.size} repeats). "
-            "Remove doubled rows, or write time with nine digits after the point."
-        )
+def check_edges(table: Table, columns: Mapping[str, np.ndarray], breaks: Sequence[int]) -> None:
+    """Edge times of each recording against its ticks and its counts.
+
+    Raises:
+        StickslipError: edges stamped by another clock, or in another unit, or not at all.
+    """
+    for name in columns:
+        if name.endswith("_edge_time"):
+            for first, last in pairwise([0, *breaks, len(columns[TIME.name])]):
+                _check_edges(table, name, columns, slice(first, last))
 
 
-def _check_edges(table: Table, name: str, time: np.ndarray, count: np.ndarray, stamp: np.ndarray) -> None:
+def _check_edges(table: Table, name: str, columns: Mapping[str, np.ndarray], part: slice) -> None:
+    time, stamp = columns[TIME.name][part], columns[name][part]
+    changed = np.diff(columns[name.removesuffix("_edge_time") + "_count"][part]) != 0
     advance = np.diff(stamp)
+    unit = "Log both on one clock, and state the unit in which each is written."
     faults = (
-        ("runs ahead of the tick", stamp[1:] > time[1:] + AHEAD, "Log both on one clock."),
+        ("runs ahead of the tick", stamp[1:] > time[1:] + AHEAD, unit),
         ("falls", advance < 0, "Log the clock without wrapping, on the scale of 'time'."),
-        ("stays while the count changes", (advance == 0) & (np.diff(count) != 0), "Log the time of the last edge."),
+        ("stays while the count changes", (advance == 0) & changed, "Log the time of the last edge."),
+        ("lies ticks before the count changes", changed & (stamp[1:] < time[:-1] - AHEAD), unit),
     )
     for fault, where, advice in faults:
         if where.any():
-            line = table.first_line + int(np.argmax(where)) + 1
-            raise StickslipError(f"{table.source}: '{name}' {fault} on line {line} ({where.sum()} times). {advice}")
+            place = table.place(part.start + int(np.argmax(where)) + 1)
+            raise StickslipError(f"{table.source}: '{name}' {fault} on {place} ({where.sum()} times). {advice}")

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,25 +20,18 @@ from rig_io.columns import COLUMNS, TIME
 from rig_io.log import StickslipWarning
 from rig_io.table import Table
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 SUFFIXES = (".csv", ".txt")
 
-# what recorders write where they have no number
-NO_NUMBER = [
-    "",
-    "nan",
-    "NaN",
-    "NAN",
-    "-nan(ind)",
-    "nan(ind)",
-    "1.#QNAN",
-    "-1.#IND",
-    "1.#INF",
-    "OVER",
-    "NA",
-    "N/A",
-    "null",
-    "None",
-]
+# what recorders write where they have no number; the first are passed to pandas, the pattern knows all of them
+NO_NUMBER = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None"]
+_NO_NUMBER = re.compile(
+    r"([+-]?(1[.,]#(QNAN|SNAN|IND|INF)\d*|[qs]?nan(\(\w*\))?|inf(inity)?|over|overflow|overrange|underflow|ol)"
+    r"|n/?a|#n/a|#num!|#value!|#div/0!|null|none|-+)?",
+    re.IGNORECASE,
+)
 _NAME_AND_UNIT = re.compile(r"^(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?$")
 _DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*$")
 
@@ -160,21 +154,36 @@ def _numbers(path: Path, rows: list[str], layout: _Layout) -> dict[str, np.ndarr
     import pandas
 
     try:
-        frame = pandas.read_csv(
-            StringIO("\n".join(rows) + "\n"),
-            sep=layout.separator,
-            decimal=layout.decimal,
-            header=None,
-            names=list(layout.names),
-            index_col=False,
-            dtype=np.float64,
-            na_values=NO_NUMBER,
-            skipinitialspace=True,
-            skip_blank_lines=False,
-        )
-    except (ValueError, pandas.errors.ParserError) as error:
-        raise _no_number(path, rows, layout) from error
+        frame = _parsed(rows, layout)
+    except (ValueError, pandas.errors.ParserError):
+        mark = layout.separator
+        plain = [mark.join("" if _is_none(cell) else cell for cell in row.split(mark)) for row in rows]
+        try:
+            frame = _parsed(plain, layout)
+        except (ValueError, pandas.errors.ParserError) as error:
+            raise _no_number(path, rows, layout) from error
     return {name: frame[name].to_numpy() for name in layout.names}
+
+
+def _parsed(rows: list[str], layout: _Layout) -> DataFrame:
+    import pandas
+
+    return pandas.read_csv(
+        StringIO("\n".join(rows) + "\n"),
+        sep=layout.separator,
+        decimal=layout.decimal,
+        header=None,
+        names=list(layout.names),
+        index_col=False,
+        dtype=np.float64,
+        na_values=NO_NUMBER,
+        skipinitialspace=True,
+        skip_blank_lines=False,
+    )
+
+
+def _is_none(cell: str) -> bool:
+    return _NO_NUMBER.fullmatch(cell.strip().strip('"').strip()) is not None
 
 
 def _no_number(path: Path, rows: list[str], layout: _Layout) -> StickslipError:
@@ -182,7 +191,7 @@ def _no_number(path: Path, rows: list[str], layout: _Layout) -> StickslipError:
     for i, row in enumerate(rows):
         for name, cell in zip(layout.names, row.split(layout.separator), strict=True):
             text = cell.strip()
-            if text not in NO_NUMBER and not _is_number(text.replace(layout.decimal, ".")):
+            if not _is_none(text) and not _is_number(text.replace(layout.decimal, ".")):
                 return StickslipError(
                     f"'{path}': line {layout.first_line + i}, column '{name}' holds '{text[:40]}', not a number. "
                     "Mend or remove the row."
@@ -192,7 +201,7 @@ def _no_number(path: Path, rows: list[str], layout: _Layout) -> StickslipError:
 
 def _is_unit(text: str) -> bool:
     """Whether a cell below the header can be a unit; that of a count may be written 1 or left out."""
-    return text in ("", "1") or not (_is_number(text.replace(",", ".")) or text in NO_NUMBER)
+    return text in ("", "1") or not (_is_number(text.replace(",", ".")) or _is_none(text))
 
 
 def _is_number(text: str) -> bool:

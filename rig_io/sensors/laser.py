@@ -13,6 +13,11 @@ from fmu_models.errors import StickslipError
 from rig_io.log import LaserCalibration, RigLog
 from rig_io.motion import Motion
 
+LEAST_LEVELS = 20  # different readings: with fewer the end of the range cannot be told from a rest
+PILED = 5.0  # times as many readings at the end of the range as at the next value
+STRAY = 0.01  # of the samples may be stray readings
+RUN = 8  # samples in a row at the end of the range
+
 
 @dataclass(frozen=True)
 class Laser:
@@ -64,24 +69,49 @@ def laser_displacement(log: RigLog) -> np.ndarray:
 
 
 def laser_clipped(log: RigLog) -> np.ndarray:
-    """Where (n_samples,) the laser stands at the end of its range; errors as in `laser_displacement`."""
+    """Where (n_samples,) the laser stands at an end of its range, stated or shown by the readings.
+
+    Errors as in `laser_displacement`.
+    """
     calibration: LaserCalibration = log.calibration.need("laser")
     volts = log.column("laser")
     slack = 1e-9 * max(1.0, abs(calibration.zero))
-    return (volts <= calibration.lowest + slack) | (volts >= calibration.highest - slack)
+    return (volts <= calibration.lowest + slack) | (volts >= calibration.highest - slack) | saturated(volts)
+
+
+def saturated(volts: np.ndarray) -> np.ndarray:
+    """Where (n,) readings stand at their greatest or least value because the instrument shows no more.
+
+    A motion that turns back spends 2.4 times as long on the outermost step of the reading as on the next; a saturated
+    reading stays `PILED` times as long and more, in runs. Noise at the end would be seen as motion.
+    """
+    found = np.zeros(len(volts), dtype=bool)
+    levels = np.unique(volts[np.isfinite(volts)])
+    if len(levels) < LEAST_LEVELS:
+        return found
+    for extreme, following in ((levels[-1], levels[-2]), (levels[0], levels[1])):
+        here = volts == extreme
+        edge = np.flatnonzero(np.diff(np.concatenate([[0], here.astype(np.int8), [0]])))
+        longest = int(np.max(edge[1::2] - edge[::2]))
+        if longest >= RUN and np.count_nonzero(here) >= PILED * np.count_nonzero(volts == following):
+            found |= here
+    return found
 
 
 def laser_angle(log: RigLog) -> np.ndarray:
-    """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``.
+    """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``; NaN for a reading beyond R.
 
     Raises:
-        StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R.
+        StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R in more than stray
+            readings.
     """
     ratio = laser_displacement(log) / log.rig.value("R")
     beyond = np.flatnonzero(np.abs(ratio) > 1.0)
-    if beyond.size:
+    if beyond.size > STRAY * len(ratio):
         raise StickslipError(
             f"Log '{log.name}': the laser's displacement exceeds the radius R = {log.rig.value('R'):g} m in "
-            f"{beyond.size} samples, first at {log.time[beyond[0]]:g} s. Check gain (m/V), zero (V) and R."
+            f"{beyond.size} samples, first at {log.time[beyond[0]]:g} s. Check gain (m/V), zero (V) and R, and whether "
+            "the readings are volts (state 'mV' as their unit if they are millivolts)."
         )
+    ratio[beyond] = np.nan
     return np.arcsin(ratio)

@@ -17,11 +17,9 @@ from functools import partial
 
 import numpy as np
 
-from identification import inverse_dynamics, weak_form
+from identification.estimators import ESTIMATORS, fit_friction
 from identification.pooling import pool
 from rig_io.emulator import MicroSlip, emulate, material, standard_set
-
-ESTIMATORS = {"savitzky-golay": inverse_dynamics.fit, "weak-form": weak_form.fit}
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ def fits(seed: int, pair: str, estimators: Sequence[str], use_decay: bool = Fals
     settings = standard_set(pair, micro_slip=MicroSlip(stiffness) if stiffness else None)
     logs = [emulate(one, seed, number) for number, one in enumerate(settings)]
     ready = pool(logs if use_decay else [log for log in logs if log.kind != "free-decay"])
-    return [ESTIMATORS[name](ready) for name in estimators]
+    return [fit_friction(ready, estimator=name) for name in estimators]
 
 
 def summary(results: Sequence, pair: str) -> Statistics:

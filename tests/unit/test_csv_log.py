@@ -77,14 +77,15 @@ def test_round_trip_keeps_everything(package: Path) -> None:
 @settings(max_examples=25, deadline=None)
 @given(
     start=st.floats(-100, 100),
-    steps=st.lists(st.floats(1e-6, 10), min_size=9, max_size=40),
+    steps=st.lists(st.floats(1e-4, 0.4), min_size=9, max_size=40),
     data=st.data(),
 )
 def test_any_log_survives_the_file(tmp_path_factory, start: float, steps: list[float], data) -> None:
     time = np.round(start + np.concatenate([[0.0], np.cumsum(steps)]), 9)
     exact = st.lists(st.floats(-1e30, 1e30), min_size=len(time), max_size=len(time))
-    whole = st.lists(st.integers(-(2**50), 2**50), min_size=len(time), max_size=len(time))
-    columns = {"laser": np.array(data.draw(exact)), "encoder_count": np.array(data.draw(whole), dtype=float)}
+    edges = st.lists(st.integers(-3, 3), min_size=len(time), max_size=len(time))
+    count = data.draw(st.integers(-(2**50), 2**50)) + np.cumsum(data.draw(edges))
+    columns = {"laser": np.array(data.draw(exact)), "encoder_count": count.astype(float)}
     log = RigLog("x", time, columns, {}, RIG, CALIBRATION, Experiment())
     (back,) = read_package(write_package(tmp_path_factory.mktemp("any") / "p", [log]))
     np.testing.assert_array_equal(back.time, time)
@@ -129,13 +130,13 @@ def line(number: int, new: str):
 
 def cell(number: int, column: int, new: str):
     """An edit that replaces one cell of a line (both counted from 1)."""
+    return lambda text: line(number, cell_of(text.splitlines()[number - 1], column, new))(text)
 
-    def edit(text: str) -> str:
-        cells = text.splitlines()[number - 1].split(",")
-        cells[column - 1] = new
-        return line(number, ",".join(cells))(text)
 
-    return edit
+def cell_of(row: str, column: int, new: str) -> str:
+    cells = row.split(",")
+    cells[column - 1] = new
+    return ",".join(cells)
 
 
 REFUSED = {
@@ -147,11 +148,12 @@ REFUSED = {
     "edge times without count": (lambda text: text.replace("encoder_count", "count"), "lacks 'encoder_count'"),
     "doubled name": (lambda text: text.replace("laser", "time"), "two columns named 'time'"),
     "nameless column": (lambda text: text.replace("laser", ""), "cell 2 .* is not a name"),
-    "NaN": (lambda text: cell(30, 2, "nan")(cell(20, 2, "1.#QNAN")(text)), "'laser' has 2 cells .* line 20"),
-    "missing cell": (cell(12, 2, ""), "'laser' has 1 cells .* line 12"),
-    "infinite": (cell(12, 2, "inf"), "'laser' has 1 cells .* line 12"),
-    "falling time": (cell(17, 1, "0.001"), "falls .* line 17"),
-    "repeated time": (cell(18, 1, "0.015"), "line 18 repeats the time 0.015"),
+    "column without numbers": (
+        lambda text: "\n".join(cell_of(line, 2, "OVER" if i else "laser") for i, line in enumerate(text.splitlines())),
+        "column 'laser' holds no number",
+    ),
+    "falling time": (cell(17, 1, "0.001"), "falls .* line 17 .*--repair sort"),
+    "repeated time": (cell(18, 1, "0.015"), "line 18 repeats the time 0.015 .*--repair duplicates"),
     "word": (cell(9, 3, "five"), "line 9, column 'encoder_count' holds 'five'"),
     "extra cell": (lambda text: line(7, text.splitlines()[6] + ",1")(text), "line 7 has 5 cells, the header has 4"),
     "blank line inside": (line(7, ""), "line 7 has 1 cells"),
@@ -193,15 +195,15 @@ def test_text_of_another_encoding_is_named(package: Path) -> None:
 def test_units_are_converted_by_dimension(package: Path) -> None:
     plain = read_log(package / "a.csv")
 
-    def to_milli(content) -> None:
+    def other_units(content) -> None:
         for field in (0, 3):
-            content["resources"][0]["schema"]["fields"][field]["unit"] = "ms"
+            content["resources"][0]["schema"]["fields"][field]["unit"] = "min"
         content["rig"]["J"] = {"value": 548.0, "unit": "kg*cm^2", "standard_uncertainty": 3.0}
 
     edit_csv(package, lambda text: text)
-    edit_sidecar(package, to_milli)
+    edit_sidecar(package, other_units)
     log = read_log(package / "a.csv")
-    np.testing.assert_allclose(log.time, 1e-3 * plain.time, rtol=1e-14)
+    np.testing.assert_allclose(log.time, 60 * plain.time, rtol=1e-14)
     np.testing.assert_array_equal(log.column("laser"), plain.column("laser"))
     assert log.rig.quantity("J").value == pytest.approx(0.0548)
     assert log.rig.quantity("J").standard_uncertainty == pytest.approx(3e-4)
@@ -264,7 +266,7 @@ def test_no_text_breaks_the_reader(tmp_path_factory, spot: int, length: int, jun
     with contextlib.suppress(StickslipError), warnings.catch_warnings():
         warnings.simplefilter("ignore", StickslipWarning)
         log = read_log(folder / "a.csv")
-        assert np.all(np.diff(log.time) > 0) and all(np.isfinite(values).all() for values in log.columns.values())
+        assert np.all(np.diff(log.time) > 0) and all(len(values) == len(log.time) for values in log.columns.values())
 
 
 def places(node, path=()):

@@ -13,11 +13,12 @@ import pytest
 from fmu_models.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from identification.inverse_dynamics import FrictionSamples
-from identification.laws_fit import CONTI
+from identification.laws import LAWS
 from identification.portraits import Portrait, PortraitComparison, compare_portraits
 from identification.report import friction_figure, portrait_figure
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 
+CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])
 
 
@@ -30,12 +31,12 @@ def result() -> FrictionFit:
         estimator="weak-form",
         law="Conti",
         structure=("rigid contact",),
-        contact="disc0",
+        contacts=("disc0",),
         materials=("paper/rubber",),
         parameters=parameters,
         correlation=((1.0, 0.5, 0.4), (0.5, 1.0, 0.3), (0.4, 0.3, 1.0)),
         constants=(Constant("J", 0.0548, "kg*m^2", 3e-4, "log", {"mu_s": 1.0, "mu_k": 1.0, "p": None}),),
-        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1), LogSummary("fast", 0.83, 21, 0.02, 0.2)),
+        logs=(LogSummary("slow", (0.41,), 20, 0.02, 0.1), LogSummary("fast", (0.83,), 21, 0.02, 0.2)),
         bins=(SpeedBin(0.05, 0.52, 0.001, 0.521, 40), SpeedBin(0.1, 0.47, None, 0.47, 3)),
         sensors={
             "laser_gain_correction": 0.001,
@@ -78,7 +79,7 @@ def test_json_gives_the_result_back() -> None:
         ("[1]", "not a fitted law"),
         ('{"type": "something else"}', "not a fitted law"),
         ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
-        ('{"type": "stickslip friction fit", "version": 1}', "incomplete"),
+        ('{"type": "stickslip friction fit", "version": 2}', "incomplete"),
     ],
 )
 def test_what_is_no_result_is_refused(text: str, said: str) -> None:

@@ -8,13 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
-from identification.laws_fit import CONTI, Regression, solve
+from identification.laws.conti import LAW as CONTI
+from identification.problem import solve
+from identification.regression import Regression, RegressionProblem
 
 
-def points(slip: np.ndarray, measured: np.ndarray) -> Regression:
+def points(slip: np.ndarray, measured: np.ndarray) -> RegressionProblem:
     """Equations of single values, each its own cluster."""
     ones = tuple(np.ones(1) for _ in slip)
-    return Regression(slip[:, None], np.ones(1), measured, np.arange(len(slip)), ones)
+    cluster = np.arange(len(slip))
+    return RegressionProblem(CONTI, Regression(slip[:, None], np.ones(1), measured, cluster, 0 * cluster, ones))
 
 
 @settings(max_examples=40, deadline=None)
@@ -26,7 +29,7 @@ def points(slip: np.ndarray, measured: np.ndarray) -> Regression:
 def test_exact_coefficients_give_the_law_back_without_a_start(mu_k: float, drop: float, p: float) -> None:
     truth = np.array([mu_k + drop, mu_k, p])
     slip = np.linspace(0.01, 0.25, 60)
-    found = solve(points(slip, CONTI.value(slip, truth)), CONTI)
+    found = solve(points(slip, CONTI.value(slip, truth)))
     assert found.converged
     np.testing.assert_allclose(found.values, truth, rtol=1e-5)
     assert not any(found.at_bound)
@@ -37,8 +40,8 @@ def test_windows_average_the_law_not_the_speed() -> None:
     slip = np.linspace(0.01, 0.2, 30)[:, None] + np.linspace(-0.009, 0.05, 41)
     average = np.full(41, 1 / 41)
     ones = tuple(np.ones(1) for _ in slip)
-    regression = Regression(slip, average, CONTI.value(slip, truth) @ average, np.arange(30), ones)
-    np.testing.assert_allclose(solve(regression, CONTI).values, truth, rtol=1e-6)
+    regression = Regression(slip, average, CONTI.value(slip, truth) @ average, np.arange(30), np.zeros(30), ones)
+    np.testing.assert_allclose(solve(RegressionProblem(CONTI, regression)).values, truth, rtol=1e-6)
 
 
 @pytest.mark.parametrize("q", [np.array([0.65, 0.35, 15.0]), np.array([0.3, 0.4, 80.0])])
@@ -57,13 +60,13 @@ def test_whitening_weighs_clusters() -> None:
     strong, weak = np.array([0.65, 0.35, 15.0]), np.array([0.5, 0.3, 10.0])
     measured = np.concatenate([CONTI.value(slip[:20], strong), CONTI.value(slip[20:], weak)])
     cluster = np.repeat([0, 1], 20)
-    regression = Regression(slip[:, None], np.ones(1), measured, cluster, (np.full(20, 1e4), np.eye(20)))
-    np.testing.assert_allclose(solve(regression, CONTI).values, strong, rtol=1e-5)
+    regression = Regression(slip[:, None], np.ones(1), measured, cluster, 0 * cluster, (np.full(20, 1e4), np.eye(20)))
+    np.testing.assert_allclose(solve(RegressionProblem(CONTI, regression)).values, strong, rtol=1e-5)
 
 
 def test_rising_friction_is_flagged() -> None:
     slip = np.linspace(0.01, 0.2, 50)
-    found = solve(points(slip, 0.3 + 0.5 * slip), CONTI)
+    found = solve(points(slip, 0.3 + 0.5 * slip))
     said = CONTI.doubts(found.values)
     assert len(said) == 1
     assert "mu_s" in said[0] and "rises with slip speed" in said[0]
@@ -73,10 +76,10 @@ def test_rising_friction_is_flagged() -> None:
 def test_a_bound_that_is_reached_is_told() -> None:
     # negative friction at great slip speeds: mu_k goes to its bound at zero
     slip = np.linspace(0.01, 0.5, 50)
-    found = solve(points(slip, 0.5 / (1 + 20 * slip) - 0.05), CONTI)
+    found = solve(points(slip, 0.5 / (1 + 20 * slip) - 0.05))
     assert found.at_bound[1]
 
 
 def test_too_few_values_are_refused() -> None:
-    with pytest.raises(StickslipError, match="3 values of friction cannot determine the 3 parameters"):
-        solve(points(np.array([0.01, 0.1, 0.2]), np.array([0.6, 0.5, 0.4])), CONTI)
+    with pytest.raises(StickslipError, match="3 values cannot determine the 3 unknowns mu_s, mu_k, p"):
+        solve(points(np.array([0.01, 0.1, 0.2]), np.array([0.6, 0.5, 0.4])))

@@ -7,7 +7,6 @@ import pytest
 
 from identification.uncertainty import (
     autocorrelation,
-    block_bootstrap,
     clustered_covariance,
     correlation,
     newey_west,
@@ -75,19 +74,6 @@ def test_clusters_are_left_out_one_by_one() -> None:
     expected = 4 / 5 * (without - without.mean(axis=0)).T @ (without - without.mean(axis=0))
     residual = gradient @ np.linalg.lstsq(gradient, values, rcond=None)[0] - values
     np.testing.assert_allclose(clustered_covariance(gradient, residual, cluster), expected, rtol=1e-9)
-
-
-def test_bootstrap_agrees_with_the_jackknife() -> None:
-    gradient, values, cluster = clustered_problem(0)
-    estimate = np.linalg.lstsq(gradient, values, rcond=None)[0]
-
-    def again(rows: np.ndarray) -> np.ndarray:
-        return np.linalg.lstsq(gradient[rows], values[rows], rcond=None)[0]
-
-    draws = block_bootstrap(again, cluster, draws=1000, seed=3)
-    jackknife = clustered_covariance(gradient, gradient @ estimate - values, cluster)
-    np.testing.assert_allclose(np.var(draws, axis=0), np.diag(jackknife), rtol=0.2)
-    np.testing.assert_array_equal(draws, block_bootstrap(again, cluster, draws=1000, seed=3))
 
 
 def test_correlation_has_ones_on_its_diagonal() -> None:

@@ -10,12 +10,14 @@ Source: equation (2) of Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006)
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction
 from fmu_models.language.laws.conti import Conti
+from fmu_models.language.quantities import Parameter
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,12 @@ class ContiViscous(DryFriction):
     mu_k: sympy.Expr
     p: sympy.Expr
     viscous: sympy.Expr
+
+    @classmethod
+    def around(cls, own: Conti, suffix: str = "", *, viscous: float = 0.0) -> Self:
+        """Conti's law ``own`` with viscous friction, the parameter ``viscous<suffix>``."""
+        friction = Parameter(f"viscous{suffix}", viscous, "N s/m", "viscous friction", minimum=0.0)
+        return cls(own.N, own.mu_s, own.mu_k, own.p, friction)
 
     @property
     def dry(self) -> Conti:

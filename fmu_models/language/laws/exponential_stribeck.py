@@ -12,11 +12,14 @@ compensation methods for the control of machines with friction, Automatica 30 (1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.laws.conti import Conti
+from fmu_models.language.quantities import Parameter
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,12 @@ class ExponentialStribeck(DryFriction):
     mu_s: sympy.Expr
     mu_k: sympy.Expr
     v_s: sympy.Expr
+
+    @classmethod
+    def around(cls, own: Conti, suffix: str = "", *, v_s: float = 0.05) -> Self:
+        """Between the coefficients of Conti's law ``own``, over the speed ``v_s<suffix>``, a parameter."""
+        speed = Parameter(f"v_s{suffix}", v_s, "m/s", "slip speed over which friction falls", positive=True)
+        return cls(own.N, own.mu_s, own.mu_k, speed)
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """N mu(speed), N, for a slip speed without sign, m/s."""

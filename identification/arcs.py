@@ -1,0 +1,417 @@
+"""Arcs: initial-value problems on measured samples, whose start states are projected out.
+
+An arc begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
+seen as the laser sees it:
+    y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
+measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
+and what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every arc is found by
+Gauss-Newton steps from the last one; with Q R = dr/ds,
+    r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
+Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.simulation.signal import Signal
+from identification.conclusion import FrictionProblem, FrictionRows
+from identification.inverse_dynamics import friction_samples
+from identification.joint_law import JointLaw, laws_of, touching
+from identification.kinematics import DiscMotion
+from identification.laws.law import FittableLaw, unknowns
+from identification.pooling import Pool, rig_values
+from identification.problem import Evaluation, Prior, Unknown
+from identification.two_discs import joint_rows
+from rig_io.arrangement import MODELS
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
+
+MARGIN = 0.005  # s by which an arc begins before its first sample, so that the delay may move
+DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
+LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
+LOCAL_STEPS = 12
+ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
+LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
+STARTS = ("theta", "omega")
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """One initial-value problem.
+
+    time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
+    the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
+    on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
+    rad, rad/s.
+    """
+
+    start_time: float
+    time: np.ndarray
+    measured: np.ndarray
+    cluster: np.ndarray
+    deviation: float
+    log: int
+    drives: tuple[Signal, ...]
+    sign: int
+    laser: bool
+    guess: np.ndarray
+
+    def of(self, clusters: np.ndarray) -> Arc | None:
+        """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
+        rows = [np.flatnonzero(self.cluster == label) for label in clusters]
+        labels = np.repeat(np.arange(len(clusters)), [len(part) for part in rows])
+        chosen = np.concatenate(rows)
+        if not len(chosen):
+            return None
+        order = np.argsort(self.time[chosen], kind="stable")
+        chosen = chosen[order]
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
+
+
+@dataclass(eq=False)
+class Start:
+    """Best start states of an arc: states (2,) at x, and how they follow it, slope (2, m)."""
+
+    states: np.ndarray
+    x: np.ndarray | None = None
+    slope: np.ndarray | None = None
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """To first order, at another x (m,)."""
+        return self.states if self.x is None or self.slope is None else self.states + self.slope @ (x - self.x)
+
+
+class Runs:
+    """A kept instance of an FMU, opened when first needed; another process opens its own."""
+
+    def __init__(self, fmu: Fmu, by: Sequence[str]) -> None:
+        self.fmu, self.by = fmu, tuple(by)
+        self._run: SensitiveRun | None = None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Runs, (self.fmu, self.by)
+
+    @property
+    def run(self) -> SensitiveRun:
+        """The instance."""
+        if self._run is None:
+            from fmu_models.simulation.sensitivity import SensitiveRun
+
+            self._run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
+            weakref.finalize(self, self._run.close)
+        return self._run
+
+
+@dataclass(frozen=True, eq=False)
+class ArcProblem(FrictionProblem):
+    """Arcs of pooled logs under one law.
+
+    first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the unknowns
+    move and by `STARTS`; starts: those of the arcs at the last x that was evaluated: a memory that only saves steps.
+    """
+
+    ready: Pool
+    law: FittableLaw
+    arcs: tuple[Arc, ...]
+    unknowns: tuple[Unknown, ...]
+    held: tuple[Prior, ...]
+    first: np.ndarray
+    noise_known: bool
+    runs: Mapping[tuple[str, ...], Runs]
+    starts: tuple[Start, ...] = field(repr=False)
+    residual_unit: str = "m"
+
+    def start(self) -> np.ndarray:
+        """As given."""
+        return self.first
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Residuals with the start states projected out.
+
+        Raises:
+            StickslipError: the model cannot be run at x.
+        """
+        names = [unknown.name for unknown in self.unknowns]
+        parts = [self._projected(number, x, names) for number in range(len(self.arcs))]
+        residual, gradient, slip = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return Evaluation(
+            residual=residual,
+            gradient=gradient,
+            cluster=np.concatenate([arc.cluster for arc in self.arcs]),
+            log=np.repeat([arc.log for arc in self.arcs], [len(arc.time) for arc in self.arcs]),
+            slip=slip,
+            eliminated=len(STARTS) * len(self.arcs),
+        )
+
+    def resampled(self, clusters: np.ndarray) -> ArcProblem:
+        """As in `Problem`."""
+        chosen = [(arc.of(clusters), start) for arc, start in zip(self.arcs, self.starts, strict=True)]
+        kept = [(arc, start) for arc, start in chosen if arc is not None]
+        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=tuple(replace(start) for _, start in kept))
+
+    def rows(self, x: np.ndarray) -> FrictionRows:
+        """Friction by inverse dynamics on the slip segments, for the eye: arcs measure none."""
+        if isinstance(self.law, JointLaw):
+            return joint_rows(self.ready, self.law, x[: len(self.law.parameters)])
+        samples = friction_samples(self.ready)
+        return FrictionRows(
+            speed=samples.slip,
+            least=samples.slip,
+            greatest=samples.slip,
+            measured=samples.coefficient,
+            fitted=self.law.value(np.abs(samples.slip), x[: len(self.law.parameters)]),
+            cluster=samples.cluster,
+            log=samples.log,
+            place=np.zeros(len(samples.log), dtype=int),
+        )
+
+    def rms(self, x: np.ndarray) -> float:
+        """Of the measured displacement."""
+        deviations = np.repeat([arc.deviation for arc in self.arcs], [len(arc.time) for arc in self.arcs])
+        return float(np.sqrt(np.mean((deviations * self.evaluate(x).residual) ** 2)))
+
+    def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Exact, as the gradient; the laser's gain and delay are among the unknowns, or nothing is known of them."""
+        names = [prior.name for prior in self.held]
+        runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
+        full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
+        columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.arcs))])
+        return dict(zip(names, columns.T, strict=True))
+
+    def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
+        """The motion of arc ``number`` at x, from its best start states, at times (n,) of the model's clock."""
+        arc = self.arcs[number]
+        rig, contacts = rig_values(self.known(x)), self.contacts(arc)
+        theta, omega = self.starts[number].at(x)
+        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
+        start = {"theta": float(theta), "omega": float(omega)}
+        for one, drive in zip(laws_of(self.law, contacts), arc.drives, strict=True):
+            q, N = x[one.place], rig.forces[one.force]
+            law = {f"{name}{one.disc}": value for name, value in one.law.simulated(q, N).items()}
+            values |= law | {f"N{one.disc}": N}
+            if f"sigma0{one.disc}" in law:
+                # bristles at their steady deflection: they forget any other within 0.1 mm of slip
+                slip = abs(rig.r * float(np.interp(arc.start_time, drive.time, drive.value)) - rig.R * omega)
+                force = N * float(one.law.value(np.array([slip]), q)[0])
+                start[f"z{one.disc}"] = arc.sign * force / law[f"sigma0{one.disc}"]
+        if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
+            values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
+        return self.runs[contacts].run.run(
+            time,
+            start_time=arc.start_time,
+            parameters=values,
+            start=start,
+            inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, arc.drives, strict=True)},
+        )
+
+    def contacts(self, arc: Arc) -> tuple[str, ...]:
+        """The driving discs in contact in the log of an arc."""
+        return self.ready.motions[arc.log].log.contacts
+
+    def slips(self, arc: Arc, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
+        """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
+        known, q = self.known(x), x[: len(self.law.parameters)]
+        drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in arc.drives])
+        slip = known["r"] * drives - known["R"] * motion["omega"]
+        return slip, touching(self.law, self.contacts(arc), q, motion["theta"])
+
+    def known(self, x: np.ndarray) -> dict[str, float]:
+        """Everything but the law at x: constants of the rig, gain, delay, zero."""
+        given = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
+        given |= {prior.name: prior.value for prior in self.ready.priors}
+        count = len(self.law.parameters)
+        return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
+
+    def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
+        arc, memory = self.arcs[number], self.starts[number]
+        for _ in range(LOCAL_STEPS):
+            seen, by_start, columns, slip = self._seen(number, x, names)
+            residual = (seen - arc.measured) / arc.deviation
+            columns = columns / arc.deviation
+            basis, triangle = np.linalg.qr(by_start / arc.deviation)
+            along = basis.T @ np.column_stack([residual, columns])
+            moved = -np.linalg.solve(triangle, along)
+            memory.states = memory.at(x) + moved[:, 0]
+            memory.x, memory.slope = (x.copy(), moved[:, 1:]) if len(names) == len(x) else (None, None)
+            if np.max(np.abs(basis @ along[:, 0])) < LOCAL_STEP:
+                return residual - basis @ along[:, 0], columns - basis @ along[:, 1:], slip
+        raise StickslipError(
+            f"The start of the motion at {arc.start_time:.4g} s in log '{self.ready.motions[arc.log].log.name}' cannot "
+            "be found: the model does not follow the log there."
+        )
+
+    def _seen(
+        self, number: int, x: np.ndarray, names: Sequence[str]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What the sensor would show (n,), its derivatives by start states (n, 2) and by names, slip speeds (n,)."""
+        arc, known, sensors = self.arcs[number], self.known(x), self.ready.sensors
+        motion = self.run(number, x, arc.time - (known["delay"] - sensors.delay))
+        theta, omega = motion["theta"], motion["omega"]
+        # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
+        lever = self.ready.values.R if sensors.lines else known["R"]
+        scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
+        shown = scale * np.sin(theta) if arc.laser else theta
+        slope = scale * np.cos(theta) if arc.laser else np.ones_like(theta)
+        by = slope[:, None] * motion.of("theta")
+        inner = len(motion.by) - len(STARTS)
+        columns = by[:, :inner] @ chain(self.law, x, known, names, motion.by[:inner], self.contacts(arc))
+        for place, name in enumerate(names):
+            if name == "gain":
+                columns[:, place] -= shown / (1 + known["gain"])
+            elif name == "delay":
+                columns[:, place] -= slope * omega
+            elif name == "zero":
+                columns[:, place] += 1.0
+            elif name == "R" and arc.laser and not sensors.lines:
+                columns[:, place] += shown / known["R"]
+        slip, touch = self.slips(arc, x, motion)
+        return shown + known["zero"], by[:, inner:], columns, np.where(touch, np.abs(slip), np.inf).min(axis=0)
+
+
+def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) -> tuple[str, ...]:
+    """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
+    moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
+    moved |= {one: (one,) for one in ("k", "c", "R", "r")}
+    for one in laws_of(law, contacts):
+        simulated = tuple(f"{name}{one.disc}" for name in one.law.simulated(np.ones(len(one.law.parameters)), 1.0))
+        moved[f"N{one.suffix}"] = (f"N{one.disc}", *simulated)
+        moved |= {f"{parameter.name}{one.suffix}": simulated for parameter in one.law.parameters}
+    if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
+        moved[law.changeover] = (law.changeover,)
+    # what the laser alone has, or the disc that is away, moves nothing
+    return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
+
+
+def chain(
+    law: FittableLaw,
+    x: np.ndarray,
+    known: Mapping[str, float],
+    names: Sequence[str],
+    parameters: Sequence[str],
+    contacts: Sequence[str],
+) -> np.ndarray:
+    """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for."""
+    rig = rig_values(dict(known))
+    by: dict[str, dict[str, float]] = {one: {one: 1.0} for one in ("J", "k", "c", "R", "r")}
+    by["J"] |= {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
+    by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
+    for part in laws_of(law, contacts):
+        # the law's parameters in the model are linear in q, and in N where they are forces
+        q, N, single = x[part.place], rig.forces[part.force], part.law
+        now, more = single.simulated(q, N), single.simulated(q, N + 1.0)
+        by[f"N{part.suffix}"] = {f"N{part.disc}": 1.0} | {f"{name}{part.disc}": more[name] - now[name] for name in now}
+        for place, parameter in enumerate(single.parameters):
+            unit = single.simulated(np.eye(len(q))[place], N)
+            by[f"{parameter.name}{part.suffix}"] = {f"{name}{part.disc}": value for name, value in unit.items()}
+    if isinstance(law, JointLaw) and law.changeover is not None:
+        by[law.changeover] = {law.changeover: 1.0}
+    return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
+        len(parameters), len(names)
+    )
+
+
+def arc_problem(
+    ready: Pool, law: FittableLaw, arcs: Sequence[Arc], q: np.ndarray, nuisance: Sequence[str], noise_known: bool
+) -> ArcProblem:
+    """The problem of these arcs. q: (m,) first values of the law's parameters; nuisance: see `Options`.
+
+    Raises:
+        StickslipError: a nuisance parameter is unknown, or nothing is known of it.
+    """
+    from fmu_models.codegen.package import built
+    from fmu_models.simulation.fmu import Fmu
+
+    others = _nuisance(ready, nuisance, any(arc.laser for arc in arcs))
+    every = (*unknowns(law), *others)
+    names = [unknown.name for unknown in every]
+    runs = {}
+    for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
+        laws = None if law.model is None else dict.fromkeys(contacts, law.model)
+        model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
+        runs[contacts] = Runs(Fmu.open(built(model, contacts=contacts, laws=laws)), directions(law, names, contacts))
+    freed = {unknown.name for unknown in others}
+    return ArcProblem(
+        ready=ready,
+        law=law,
+        arcs=tuple(arcs),
+        unknowns=every,
+        held=tuple(prior for prior in ready.priors if prior.name not in freed),
+        first=np.concatenate([q, [unknown.prior.value for unknown in others if unknown.prior is not None]]),
+        noise_known=noise_known,
+        runs=runs,
+        starts=tuple(Start(arc.guess) for arc in arcs),
+        residual_unit="m" if any(arc.laser for arc in arcs) else "rad",
+    )
+
+
+def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
+    """Gain and delay as the encoder gave them, and what was asked for."""
+    found = []
+    if laser and ready.sensors.lines:
+        deviations = np.sqrt(np.diag(ready.sensors.covariance))
+        pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
+        for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
+            if not deviation > 0:
+                continue
+            prior = Prior(name, value, unit, float(deviation), "laser against encoder")
+            reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
+            found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
+    stated = {prior.name: prior for prior in ready.priors}
+    stated["zero"] = Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
+    for name in dict.fromkeys(asked):
+        if name not in stated:
+            raise StickslipError(f"'{name}' cannot be estimated beside the law.{nearest(name, stated)}")
+        prior = stated[name]
+        if not prior.standard_uncertainty > 0:
+            raise StickslipError(
+                f"The rig constant {name} is stated without uncertainty, so it cannot be estimated beside the law: the "
+                'logs alone do not tell them apart. State its "standard_uncertainty" in datapackage.json.'
+            )
+        reach = REACH * prior.standard_uncertainty
+        low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
+        found.append(Unknown(name, prior.unit, low, prior.value + reach, "", prior))
+    return tuple(found)
+
+
+def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
+    """The speed of each drive for the model, held at both ends for `MARGIN` and more."""
+    stride = max(round(DRIVE_STEP / motion.step), 1)
+    ends = motion.time[0] - 2 * MARGIN, motion.time[-1] + 2 * MARGIN
+    time = np.concatenate([ends[:1], motion.time[::stride], motion.time[-1:], ends[1:]])
+    keep = np.concatenate([[True], np.diff(time) > 0])
+    signals = []
+    for drive in motion.drives:
+        value = np.concatenate([drive[:1], drive[::stride], drive[-1:], drive[-1:]])
+        signals.append(Signal(time[keep], value[keep]))
+    return tuple(signals)
+
+
+def measured(motion: DiscMotion, R: float) -> tuple[np.ndarray, bool]:
+    """What the angle sensor showed (n,), and whether it was a laser: displacement in m, or the angle itself in rad."""
+    laser = motion.log.has("laser") and not motion.log.has("angle")
+    return (R * np.sin(motion.angle) if laser else motion.angle), laser
+
+
+def noise(motion: DiscMotion, R: float) -> tuple[float, bool]:
+    """Standard deviation of the angle sensor's noise in the unit of `measured`, and whether it is known: from the
+    calibration and the resolution that the readings show, otherwise from what the readings do within four samples."""
+    shown, laser = measured(motion, R)
+    calibration = motion.log.calibration.laser
+    if laser and calibration is not None and calibration.noise > 0:
+        volts = np.unique(np.round(motion.log.column("laser"), 9))
+        resolution = abs(calibration.gain) * float(np.min(np.diff(volts))) if len(volts) > 1 else 0.0
+        return float(np.hypot(calibration.noise, resolution / np.sqrt(12))), True
+    # third differences of white noise have 20 times its variance, those of a motion next to nothing
+    found = float(np.sqrt(np.mean(np.diff(shown, 3) ** 2) / 20))
+    return max(found, LEAST_NOISE * float(np.ptp(shown))), False

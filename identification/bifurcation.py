@@ -1,0 +1,328 @@
+"""Drive speeds at which stick appears or disappears: predicted by a model, and read from a family of logs.
+
+Predicted: the speed is raised in steps, each run from where the one before ended, as at the bench; where the set of
+sticking discs changes, the speed is halved in between. With one disc there are two answers:
+    Hopf   c + sum_i R^2 N_i mu_i'(|v_i|) = 0     above it steady sliding is stable (found from the model's equations)
+    fold   the cycle with stick is gone above it; between the two both exist, and the start decides
+Measured: a bracket, from the last speed with stick to the first without. At the fold the cycle grazes the stick line,
+so that the angle turned through in stick vanishes as the square root of the distance: its square, a parabola through
+the three fastest logs with stick, is carried on to zero. A stick lasts longer below a threshold h of the slip speed
+than it does: with  b^2 = 2 h J/(k r w),  t^2 = (t_h - b)^2 - b^2  (the slip speed leaves stick as k r w/(2 J) t^2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.model import FittedModel, fmu_parameters
+from identification.portraits import Stick
+from identification.result import FrictionFit
+
+STEPS = 24  # of a sweep over the speeds of a family
+BISECTIONS = 40
+WATCH = 10.0  # natural periods, in which a disc must stick to count as sticking
+SETTLE = 20.0  # natural periods before: a cycle with stick is reached at its first stick
+BEYOND = 1.15  # by which the speed is raised at a time, where stick outlasts the speeds of the family
+FASTEST = 100.0  # rad/s
+MICRO_SLIP = 1e-3  # m/s, slip speed of a law with bristles that counts as stick
+STEP = 1e-3  # relative, for derivatives by parameters
+LEAST = 3  # logs with stick for an extrapolation
+COVER = 1.96  # standard deviations
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A drive speed (rad/s, of ``varied``) where the sticking discs change, as it rises, and its standard deviations
+    from the noise in the fitted parameters and from the constants of the rig (NaN where not asked for)."""
+
+    varied: str
+    speed: float
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    noise_deviation: float = float("nan")
+    scale_deviation: float = float("nan")
+
+    @property
+    def deviation(self) -> float:
+        """Both together, rad/s."""
+        return float(np.hypot(self.noise_deviation, self.scale_deviation))
+
+    @property
+    def words(self) -> str:
+        """What happens."""
+        gone = [contact for contact in self.before if contact not in self.after]
+        new = [contact for contact in self.after if contact not in self.before]
+        parts = [f"stick on {' and '.join(gone)} disappears"] if gone else []
+        return ", ".join(parts + ([f"stick on {' and '.join(new)} appears"] if new else []))
+
+
+@dataclass(frozen=True)
+class MeasuredBifurcation:
+    """What a family of logs says. before, after: sticking discs below and above; low, high: rad/s, last speed of the
+    one and first of the other (high infinite: no log without stick); estimate: rad/s, carried on to zero stick, with
+    its standard deviation from noise and from the curvature of the curve (None: not to be had)."""
+
+    varied: str
+    low: float
+    high: float
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+    estimate: float | None = None
+    deviation: float | None = None
+
+
+@dataclass(frozen=True)
+class BifurcationComparison:
+    """Measured against predicted. alike: rad/s, what the model's own motions at the speeds of the logs give by the same
+    road as the measured estimate; passed: the prediction and the bracket overlap (None: nothing to judge)."""
+
+    measured: MeasuredBifurcation | None
+    predicted: Transition | None
+    alike: float | None
+    passed: bool | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; an open bracket has null as its end."""
+        measured = None if self.measured is None else asdict(self.measured)
+        if measured is not None and not np.isfinite(measured["high"]):
+            measured["high"] = None
+        predicted = None if self.predicted is None else {**asdict(self.predicted), "words": self.predicted.words}
+        for key in ("noise_deviation", "scale_deviation"):
+            if predicted is not None and not np.isfinite(predicted[key]):
+                predicted[key] = None
+        return {"measured": measured, "predicted": predicted, "alike": self.alike, "passed": self.passed}
+
+
+def sticking(
+    model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float] | None = None
+) -> tuple[tuple[str, ...], Mapping[str, float]]:
+    """The discs that stick in the motion that a run ends in, and states of it to start the next run from: in stick, if
+    there is stick, since the motion that lets go there is the outermost and finds the cycle if there is one."""
+    until, watched = (SETTLE + WATCH) * model.natural_period, SETTLE * model.natural_period
+    if not model.sticks:
+        return _creeping(model, drive_speeds, start)
+    end, events = model.states_at(drive_speeds, until, start)
+    held = {e.contact for e in events if e.time > watched and e.after == 0}
+    held |= {contact for contact in model.contacts if end.pop(f"{contact}_state") == 0}
+    if not held:
+        return (), end
+    lands = [event.time for event in events if event.after == 0]
+    if lands:
+        end, _ = model.states_at(drive_speeds, lands[-1], start)
+        end = {name: end[name] for name in model.fmu.states}
+    return tuple(contact for contact in model.contacts if contact in held), end
+
+
+def _creeping(
+    model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float] | None
+) -> tuple[tuple[str, ...], Mapping[str, float]]:
+    """As `sticking`, for a law with bristles, which never sticks exactly."""
+    span = WATCH * model.natural_period
+    run = model.run(drive_speeds, span, span / 4000, transient=SETTLE, start=start)
+    r, R = model.parameters["r"], model.parameters["R"]
+    slip = {contact: r * speed - R * run.speed for contact, speed in drive_speeds.items()}
+    held = tuple(contact for contact in model.contacts if np.abs(slip[contact]).min() < MICRO_SLIP)
+    return held, run.end
+
+
+def transitions(
+    model: FittedModel, varied: str, held: Mapping[str, float], low: float, high: float, *, beyond: bool = False
+) -> tuple[Transition, ...]:
+    """Where the set of sticking discs changes as a drive speed rises from ``low`` to ``high``.
+
+    varied: the disc whose speed rises, rad/s; held: speeds of the others; beyond: go on until no disc sticks.
+
+    Raises:
+        StickslipError: a range without extent.
+    """
+    if not 0 < abs(low) < abs(high):
+        raise StickslipError(f"The drive speed must rise from one above zero, found {low:g} to {high:g} rad/s.")
+    speeds = np.linspace(low, high, STEPS + 1).tolist()
+    discs, state = sticking(model, {**held, varied: low})
+    found, speed = [], low
+    while discs or speeds[1:]:
+        speeds = speeds[1:]
+        if not speeds and not (beyond and abs(speed) < FASTEST):
+            break
+        after = speeds[0] if speeds else speed * BEYOND
+        others, end = sticking(model, {**held, varied: after}, _taken(model, state, discs, varied, speed, after))
+        if others != discs:
+            found += _between(model, varied, held, (speed, discs, state), (after, others))
+        speed, discs, state = after, others, end
+    return tuple(found)
+
+
+def _between(
+    model: FittedModel,
+    varied: str,
+    held: Mapping[str, float],
+    before: tuple[float, tuple[str, ...], Mapping[str, float]],
+    after: tuple[float, tuple[str, ...]],
+) -> list[Transition]:
+    """The transitions between two speeds, found by halving; one set of discs after the other."""
+    (low, discs, state), (high, others) = before, after
+    seen = others
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        now, end = sticking(model, {**held, varied: middle}, _taken(model, state, discs, varied, low, middle))
+        if now == discs:
+            low, state = middle, end
+        else:
+            high, seen = middle, now
+    first = Transition(varied, 0.5 * (low + high), discs, seen)
+    if seen == others or abs(after[0] - high) < 1e-9:
+        return [first]
+    _, start = sticking(model, {**held, varied: high}, _taken(model, state, discs, varied, low, high))
+    return [first, *_between(model, varied, held, (high, seen, start), after)]
+
+
+def _taken(
+    model: FittedModel, state: Mapping[str, float], discs: tuple[str, ...], varied: str, speed: float, after: float
+) -> Mapping[str, float]:
+    """States to start from at another drive speed: a body that sticks to the disc is taken along by it."""
+    p = model.parameters
+    grip = p["r"] * speed / p["R"]
+    if varied in discs and abs(state["omega"] - grip) < 1e-6 * abs(grip):
+        return {**state, "omega": p["r"] * after / p["R"]}
+    return state
+
+
+def hopf_speed(model: FittedModel, varied: str, held: Mapping[str, float], low: float, high: float) -> float | None:
+    """Greatest speed (rad/s, of ``varied``) in a range at which steady sliding changes its stability, or None."""
+    from scipy.optimize import brentq
+
+    def damping(speed: float) -> float:
+        found = model.sliding({**held, varied: speed})
+        return float("nan") if found is None else found.damping
+
+    speeds = np.linspace(high, low, 4 * STEPS)
+    above = damping(float(speeds[0]))
+    for last, speed in pairwise(speeds):
+        here = damping(float(speed))
+        if above * here < 0:
+            return float(brentq(damping, float(speed), float(last), xtol=1e-10))  # type: ignore[arg-type]
+        above = here
+    return None
+
+
+def deviations(fit: FrictionFit, value: Callable[[FrictionFit], float]) -> tuple[float, float]:
+    """Standard deviations of what follows from a fit: from the noise in its parameters, and from the constants of the
+    rig, which move the parameters too."""
+    sd = np.array([q.standard_deviation for q in fit.parameters])
+    gradient = np.array(
+        [
+            (value(_moved(fit, {q.name: STEP})) - value(_moved(fit, {q.name: -STEP}))) / (2 * STEP * q.value)
+            if q.value and q.standard_deviation
+            else 0.0
+            for q in fit.parameters
+        ]
+    )
+    noise = float(np.sqrt(max((gradient * sd) @ np.array(fit.correlation) @ (gradient * sd), 0.0)))
+    power = 0.0
+    for constant in fit.constants:
+        if not constant.standard_uncertainty or not constant.value:
+            continue
+        share = {name: s for name, s in constant.sensitivity.items() if s is not None}
+        up, down = (
+            value(_moved(fit, {n: sign * STEP * s for n, s in share.items()}, {constant.name: sign * STEP}))
+            for sign in (1.0, -1.0)
+        )
+        power += ((up - down) / (2 * STEP) * constant.standard_uncertainty / constant.value) ** 2
+    return noise, float(np.sqrt(power))
+
+
+def _moved(
+    fit: FrictionFit, parameters: Mapping[str, float], constants: Mapping[str, float] | None = None
+) -> FrictionFit:
+    """A fit with parameters and constants larger by these shares."""
+    return replace(
+        fit,
+        parameters=tuple(replace(q, value=q.value * (1 + parameters.get(q.name, 0.0))) for q in fit.parameters),
+        constants=tuple(replace(q, value=q.value * (1 + (constants or {}).get(q.name, 0.0))) for q in fit.constants),
+    )
+
+
+def with_uncertainty(fit: FrictionFit, model: FittedModel, found: Transition, held: Mapping[str, float]) -> Transition:
+    """A predicted transition with what the fit leaves open about it."""
+    near = 0.02 * found.speed
+
+    def again(other: FrictionFit) -> float:
+        return _located(model.with_parameters(fmu_parameters(other)), found, held, near)
+
+    noise, scale = deviations(fit, again)
+    return replace(found, noise_deviation=noise, scale_deviation=scale)
+
+
+def _located(model: FittedModel, found: Transition, held: Mapping[str, float], reach: float) -> float:
+    """The speed of a transition near a known one."""
+    low, high = found.speed - reach, found.speed + reach
+    for _ in range(6):
+        discs, state = sticking(model, {**held, found.varied: low})
+        start = _taken(model, state, discs, found.varied, low, high)
+        if discs == found.before and sticking(model, {**held, found.varied: high}, start)[0] != found.before:
+            break
+        low, high = low - reach, high + reach
+        reach *= 2
+    else:
+        raise StickslipError(
+            f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little: it is no "
+            "isolated one. Compare without its uncertainty."
+        )
+    while high - low > 1e-7 * found.speed:
+        middle = 0.5 * (low + high)
+        start = _taken(model, state, found.before, found.varied, low, middle)
+        now, end = sticking(model, {**held, found.varied: middle}, start)
+        low, high, state = (middle, high, end) if now == found.before else (low, middle, state)
+    return 0.5 * (low + high)
+
+
+def stick_angle(stick: Stick, drive_speed: float, model: FittedModel, threshold: float) -> tuple[float, float]:
+    """Square of the angle (rad^2) that the drive turns through in a stick, with the standard deviation of its mean over
+    the sticks of a log; the threshold's part taken off."""
+    p = model.parameters
+    b = float(np.sqrt(2 * threshold * p["J"] / (p["k"] * p["r"] * abs(drive_speed))))
+    squares = drive_speed**2 * (stick.times**2 - 2 * b * stick.times)
+    spread = float(np.std(squares, ddof=1) / np.sqrt(len(squares))) if len(squares) > 1 else float("nan")
+    return float(np.mean(squares)) if len(squares) else float("nan"), spread
+
+
+def extrapolated(
+    speeds: Sequence[float], squares: Sequence[float], deviations: Sequence[float]
+) -> tuple[float, float] | None:
+    """Speed (rad/s) at which the square of the stick angle vanishes, from three logs or more, and its standard
+    deviation; None where it does not fall towards zero.
+
+    The parabola through the last three is held against A w (w_0 - w) through the last two: their difference stands for
+    what the form of the curve leaves open.
+    """
+    order = np.argsort(speeds)[-LEAST:]
+    w, y, sd = (np.asarray(values, dtype=float)[order] for values in (speeds, squares, deviations))
+    if len(w) < LEAST or not np.all(np.isfinite(y)):
+        return None
+    root = _parabola_root(w, y)
+    ratio = y[-2:] / w[-2:]
+    slope = (ratio[1] - ratio[0]) / (w[-1] - w[-2])
+    if root is None or slope >= 0:
+        return None
+    other = w[-1] - ratio[1] / slope
+    power = (root - other) ** 2
+    for i in range(LEAST):
+        if np.isfinite(sd[i]):
+            moved = y.copy()
+            moved[i] += sd[i]
+            again = _parabola_root(w, moved)
+            power += (again - root) ** 2 if again is not None else root**2
+    return root, float(np.sqrt(power))
+
+
+def _parabola_root(w: np.ndarray, y: np.ndarray) -> float | None:
+    """First zero above the last of three speeds."""
+    roots = np.roots(np.polyfit(w, y, 2))
+    above = [float(x.real) for x in roots if abs(x.imag) < 1e-12 and x.real > w[-1]]
+    return min(above) if above else None

@@ -1,0 +1,218 @@
+"""Block bootstrap: the fit repeated on blocks drawn with replacement, in parallel, each a search of its own.
+
+A draw takes from every log as many of its clusters (slip segments, cycles) as it has, with replacement: residuals may
+depend on one another within a cluster in any way, and the drive speeds stay as they were. Unknowns with a prior get
+another prior value each time, drawn from the prior: what is known of the rig is as random as the data. Each draw has
+random numbers of its own, by seed and number, so that the result does not depend on how many processes share the work.
+
+Source: Kuensch (1989), Ann. Statist. 17, 1217 (blocks); Davison & Hinkley (1997), Bootstrap Methods, section 3.2
+(strata).
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.problem import Evaluation, Problem, Solution, Unknown, solve
+from identification.profile import Interval
+
+LEAST = 20  # draws below which there is no standard deviation
+PATIENCE = 5.0  # s of remaining work below which processes, which take a second or two to start, do not pay
+SEARCH = 1e-6  # relative, of each draw's search: far below the spread of the draws
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Estimates from resampled blocks.
+
+    values: (k, m) of all unknowns; asked: draws that were to be made; failed: those without a fit; interrupted: whether
+    the rest was left out; blocks: G/(G - 1) of the clusters of a log, by which a drawn variance is too small.
+    """
+
+    values: np.ndarray
+    asked: int
+    failed: int
+    interrupted: bool
+    blocks: float
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Of all unknowns, (m, m)."""
+        return np.atleast_2d(np.cov(self.values, rowvar=False)) * self.blocks
+
+    def interval(self, place: int, name: str, level: float = 0.95) -> Interval:
+        """Percentile interval of the unknown number ``place``."""
+        low, high = np.quantile(self.values[:, place], [0.5 - level / 2, 0.5 + level / 2])
+        return Interval(name, level, float(low), float(high), "bootstrap")
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What to say of draws that are missing."""
+        said = []
+        if self.interrupted:
+            said.append(f"The bootstrap was stopped: {len(self.values)} of {self.asked} draws count.")
+        if self.failed > 0.05 * (len(self.values) + self.failed):
+            said.append(
+                f"{self.failed} of {len(self.values) + self.failed} draws of the bootstrap could not be fitted: the "
+                "standard deviations are those of the others."
+            )
+        return tuple(said)
+
+
+def bootstrap(
+    problem: Problem,
+    found: Solution,
+    *,
+    draws: int = 200,
+    seed: int = 0,
+    processes: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Draws:
+    """Refit resampled blocks ``draws`` times. processes: None for as many as there are cores, if they pay.
+
+    An interrupt (Ctrl-C) ends it with the draws that are finished, if these are `LEAST` or more.
+
+    Raises:
+        StickslipError: fewer than `LEAST` draws asked for or fitted, or too few clusters.
+    """
+    if draws < LEAST:
+        raise StickslipError(f"A bootstrap of {draws} draws gives no standard deviation; take 200.")
+    strata = _strata(found.evaluation)
+    work = _Work(problem, found.values, strata, seed)
+    estimates: list[np.ndarray | None] = []
+    interrupted = False
+    try:
+        for estimate in _estimates(work, draws, processes):
+            estimates.append(estimate)
+            if progress is not None:
+                progress(len(estimates) / draws)
+    except KeyboardInterrupt:
+        if sum(one is not None for one in estimates) < LEAST:
+            raise
+        interrupted = True
+    good = [one for one in estimates if one is not None]
+    if len(good) < LEAST:
+        raise StickslipError(
+            f"Only {len(good)} of {len(estimates)} draws of the bootstrap could be fitted: the logs hardly determine "
+            "the law. Take the jackknife (--covariance jackknife) and see its warnings."
+        )
+    sizes = np.array([len(labels) for labels in strata])
+    return Draws(
+        np.array(good), draws, len(estimates) - len(good), interrupted, float(np.sum(sizes) / np.sum(sizes - 1))
+    )
+
+
+def _strata(evaluation: Evaluation) -> list[np.ndarray]:
+    """Clusters by log; logs of one cluster share a stratum, as drawing from one is no drawing."""
+    strata, lone = [], []
+    for log in np.unique(evaluation.log):
+        labels = np.unique(evaluation.cluster[evaluation.log == log])
+        (strata if len(labels) > 1 else lone).append(labels)
+    if lone:
+        strata.append(np.concatenate(lone))
+    count = sum(len(labels) for labels in strata)
+    if count < 5 or any(len(labels) < 2 for labels in strata):
+        raise StickslipError(
+            f"A bootstrap draws from independent stretches of the logs, and there are {count} (five or more are "
+            "needed, two in a log). Record longer, or take --covariance hac."
+        )
+    return strata
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """All that a process needs to make any draw."""
+
+    problem: Problem
+    start: np.ndarray
+    strata: list[np.ndarray]
+    seed: int
+
+    def draw(self, number: int) -> np.ndarray | None:
+        """Estimate (m,) of one draw, None where there is no fit."""
+        rng = np.random.default_rng([self.seed, number])
+        chosen = np.concatenate([rng.choice(labels, len(labels)) for labels in self.strata])
+        try:
+            other = solve(_KnownElsewise(self.problem.resampled(chosen), rng), self.start, tolerance=SEARCH)
+        except StickslipError:
+            return None
+        return other.values if other.converged and np.all(np.isfinite(other.values)) else None
+
+
+class _KnownElsewise(Problem):
+    """A problem with other values of its priors, drawn from them."""
+
+    def __init__(self, problem: Problem, rng: np.random.Generator) -> None:
+        self.problem, self.noise_known = problem, problem.noise_known
+        self.unknowns = tuple(_moved(unknown, rng) for unknown in problem.unknowns)
+
+    def start(self) -> np.ndarray:
+        return self.problem.start()
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        return self.problem.evaluate(x)
+
+    def resampled(self, clusters: np.ndarray) -> Problem:
+        return self.problem.resampled(clusters)
+
+
+def _moved(unknown: Unknown, rng: np.random.Generator) -> Unknown:
+    prior = unknown.prior
+    if prior is None:
+        return unknown
+    value = prior.value + prior.standard_uncertainty * rng.standard_normal()
+    return replace(unknown, prior=replace(prior, value=float(value)))
+
+
+def _estimates(work: _Work, draws: int, processes: int | None) -> Iterator[np.ndarray | None]:
+    """The draws' estimates as they are finished: the first here, the others in processes where these pay."""
+    begin = time.perf_counter()
+    yield work.draw(0)
+    remaining = (time.perf_counter() - begin) * (draws - 1)
+    count = min(processes or os.cpu_count() or 1, draws - 1)
+    if count < 2 or (processes is None and remaining < PATIENCE):
+        for number in range(1, draws):
+            yield work.draw(number)
+        return
+    context = multiprocessing.get_context("spawn")
+    with _single_threaded(), context.Pool(count, _prepare, (work,)) as pool:
+        yield from pool.imap_unordered(_draw, range(1, draws))
+
+
+class _single_threaded:
+    """Processes started here use one thread each: the cores are shared by the processes already."""
+
+    NAMES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+    def __enter__(self) -> None:
+        self.kept = {name: os.environ.get(name) for name in self.NAMES}
+        os.environ.update(dict.fromkeys(self.NAMES, "1"))
+
+    def __exit__(self, *_: object) -> None:
+        for name, value in self.kept.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+_work: _Work | None = None
+
+
+def _prepare(work: _Work) -> None:
+    global _work
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt means
+    _work = work
+
+
+def _draw(number: int) -> np.ndarray | None:
+    assert _work is not None
+    return _work.draw(number)

@@ -1,0 +1,159 @@
+"""Commands that compare the fitted model with measurements, and report on all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models import console
+from fmu_models.console import Json, Overwrite, Settings
+from fmu_models.errors import StickslipError
+from fmu_models.files import refuse_existing
+from identification.commands import (
+    FigurePath,
+    Logs,
+    Repairs,
+    draw_families,
+    print_comparison,
+    print_files,
+    read_fit,
+    read_logs,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from identification.report.page import Findings
+    from identification.result import FrictionFit
+    from rig_io.log import RigLog
+
+app = console.app("Friction: compare the fitted model with measurements.")
+
+Fit = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")]
+SceneOption = Annotated[
+    str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
+]
+
+
+@app.command()
+def compare(
+    fitted: Fit,
+    logs: Logs,
+    settings: Settings = None,
+    repair: Repairs = None,
+    scene: SceneOption = None,
+    uncertainty: Annotated[
+        bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
+    ] = True,
+    figure: FigurePath = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Compare the fitted model with a family of logs: portraits, stick by disc, and where stick appears or disappears.
+
+    Logs above the bifurcation, where the disc slides steadily, belong to the family.
+
+    Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
+    """
+    from identification.family import compare as compare_families
+
+    refuse_existing(figure, overwrite=overwrite)
+    if figure:
+        from fmu_models.report.figures import check_format
+
+        check_format(figure)
+    found = read_fit(fitted)
+    chosen = None
+    if scene:
+        from fmu_models.scene.read import read_scene
+
+        chosen = read_scene(scene)
+    with console.progress("comparing") as advance:
+        read = read_logs(logs, console.assignments(settings, "rig constant"), repair)
+        families = compare_families(
+            found, read, scene=chosen, uncertainty=uncertainty, progress=lambda share: advance(0.9 * share)
+        )
+        files = [str(path) for path in draw_families(families, figure, overwrite)] if figure else []
+    content = {
+        "passed": all(one.passed for one in families),
+        "families": [one.to_dict() for one in families],
+        "files": files,
+    }
+    console.say(json, content, lambda out: print_comparison(families, files, out))
+
+
+@app.command()
+def report(
+    fitted: Fit,
+    logs: Logs,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Page to write (.html).")] = Path("report.html"),
+    settings: Settings = None,
+    repair: Repairs = None,
+    residuals: Annotated[
+        bool, typer.Option(help="Run the fit once more, for the correlation of its residuals and as a check.")
+    ] = True,
+    uncertainty: Annotated[
+        bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
+    ] = True,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Write one HTML page that holds all of a fit: verdicts, figures, tables, assumptions, and its data as JSON.
+
+    It needs nothing but itself: no network, no scripts. Logs that were not fitted are compared as well.
+
+    Example: stickslip report fit.json data/rigs/paper_rubber -o report.html
+    """
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise StickslipError(f"'{output}' is to be a page: end it in .html.")
+    refuse_existing(output, overwrite=overwrite)
+    found = read_fit(fitted)
+    with console.progress("reporting") as advance:
+        read = read_logs(logs, console.assignments(settings, "rig constant"), repair)
+        findings = _findings(found, read, residuals, uncertainty, advance)
+        from identification.report.page import summary, write_report
+
+        write_report(findings, output, overwrite=overwrite)
+    content = {"file": str(output), "bytes": output.stat().st_size, "summary": summary(findings), **findings.to_dict()}
+
+    def show(out: Console) -> None:
+        for sentence in content["summary"]:
+            out.print(sentence)
+        print_files([str(output)], out)
+
+    console.say(json, content, show)
+
+
+def _findings(
+    found: FrictionFit, read: list[RigLog], residuals: bool, uncertainty: bool, advance: Callable[[float], None]
+) -> Findings:
+    """Everything that is in the report; what cannot be had is left out with a note."""
+    from identification.family import compare as compare_families
+    from identification.free_decay import fit_free_decay
+    from identification.pooling import pool
+    from identification.report.page import Findings
+    from identification.report.residuals import refitted
+    from identification.samples import samples_by_disc
+
+    families = compare_families(found, read, uncertainty=uncertainty, progress=lambda share: advance(0.5 * share))
+    decays = [log for log in read if log.kind == "free-decay"]
+    names = {one.name for one in found.logs}
+    fitted = [log for log in read if log.name in names]
+    missing = sorted(names - {log.name for log in fitted})
+    notes, samples, evaluation = [], None, None
+    if missing:
+        notes.append(f"Not among the logs given, though fitted: {', '.join(missing)}. Figures of the fit lack them.")
+    try:
+        ready = pool([*fitted, *decays[:1]], allow_no_stick=True)
+        samples = samples_by_disc(found, ready) if not missing else None
+        if residuals and not missing:
+            evaluation, said = refitted(found, ready)
+            notes += said
+    except StickslipError as error:
+        notes.append(f"Residuals could not be found again: {error}")
+    advance(0.9)
+    decay = fit_free_decay(decays[0]) if decays else None
+    return Findings(found, read, families, decay, samples, evaluation, notes)

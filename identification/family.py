@@ -1,0 +1,292 @@
+"""A family of logs against the fitted model: phase portraits, sticks and bifurcations over the drive speed.
+
+The family is ordered by the one drive speed that varies. Logs without stick, above the bifurcation, are members like
+the others. Where the model has both steady sliding and a cycle with stick (between its Hopf and its fold speed), a log
+is held against the motion that it shows: which of the two a bench ends in is decided by its start, not by the law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification import bifurcation as bifurcations
+from identification.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
+from identification.kinematics import DiscMotion
+from identification.measured import measured_motions
+from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
+from identification.portraits import (
+    MEANING,
+    Portrait,
+    PortraitComparison,
+    Processing,
+    Rest,
+    compare_motions,
+    sequence_of,
+)
+from identification.result import FrictionFit
+from rig_io.log import RigLog
+
+if TYPE_CHECKING:
+    from fmu_models.scene.scene import Scene
+
+SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
+STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
+
+
+@dataclass(frozen=True, eq=False)
+class FamilyComparison:
+    """A family in order of the drive speed that varies. varied: its disc; hopf: rad/s, predicted speed above which
+    steady sliding is stable (None: not one); notes: what was left out, and why."""
+
+    members: tuple[PortraitComparison, ...]
+    varied: str
+    hopf: float | None
+    bifurcations: tuple[BifurcationComparison, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether every judged metric of every member and every judged bifurcation is kept."""
+        return all(one.passed for one in self.members) and all(one.passed is not False for one in self.bifurcations)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON (the curves left out)."""
+        return {
+            "passed": self.passed,
+            "varied": self.varied,
+            "hopf_speed": self.hopf,
+            "bifurcations": [one.to_dict() for one in self.bifurcations],
+            "comparisons": [one.to_dict() for one in self.members],
+            "meaning": MEANING,
+            "notes": list(self.notes),
+        }
+
+
+def compare(
+    fit: FrictionFit,
+    logs: Sequence[RigLog],
+    *,
+    scene: Scene | None = None,
+    uncertainty: bool = True,
+    progress: Callable[[float], None] = lambda _: None,
+) -> tuple[FamilyComparison, ...]:
+    """Measured against modelled motions at the mean drive speeds of each log, and bifurcations over the drive speed: a
+    family for every set of discs in contact.
+
+    logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
+    scene: its FMU, start and laws in place of the rig's. uncertainty: of the predicted bifurcation speeds.
+
+    Raises:
+        StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
+            does not have.
+    """
+    known = rig_constants(fit)
+    families = measured_motions(logs, float(2 * np.pi * np.sqrt(known["J"] / known["k"])))
+    for contacts, motions in families.items():
+        _check_same_rig(fit, contacts, [motion.log for motion in motions])
+    made = []
+    for number, (contacts, motions) in enumerate(families.items()):
+
+        def advance(share: float, done: int = number) -> None:
+            progress((done + share) / len(families))
+
+        model = fitted_model(fit, scene, contacts)
+        made.append(_family(fit, model, motions, uncertainty, advance))
+    return tuple(made)
+
+
+def _family(
+    fit: FrictionFit,
+    model: FittedModel,
+    motions: Sequence[DiscMotion],
+    uncertainty: bool,
+    progress: Callable[[float], None],
+) -> FamilyComparison:
+    """One family."""
+    p = model.parameters
+    processing = Processing(
+        p["r"], p["R"], model.natural_period, arrangement=model.arrangement, changeover=model.changeover
+    )
+    varied = _varied(motions)
+    motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
+    members = []
+    for number, motion in enumerate(motions):
+        members.append(_member(model, processing, motion))
+        progress(0.5 * (number + 1) / len(motions))
+    held, notes = _held(motions, varied)
+    if held is None:
+        return FamilyComparison(tuple(members), varied, None, (), notes)
+    predicted, hopf = _predicted(model, varied, held, [one.drive_speeds[varied] for one in members])
+    found = _measured(members, varied, model, processing)
+    progress(0.7)
+    if uncertainty:
+        for i, one in enumerate(predicted):
+            predicted[i] = bifurcations.with_uncertainty(fit, model, one, held)
+            progress(0.7 + 0.3 * (i + 1) / len(predicted))
+    return FamilyComparison(tuple(members), varied, hopf, _matched(found, predicted, hopf), notes)
+
+
+def drive_speeds(motion: DiscMotion) -> dict[str, float]:
+    """Mean drive speeds by contact, rad/s."""
+    return {contact: float(np.mean(row)) for contact, row in zip(motion.log.contacts, motion.drives, strict=True)}
+
+
+def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> PortraitComparison:
+    """One log against the model's motion at its drive speeds."""
+    speeds = drive_speeds(motion)
+    drives = dict(zip(motion.log.contacts, motion.drives, strict=True))
+    measured = processing.motion(motion.time, motion.angle, drives, f"log '{motion.log.name}'")
+    run = model.run(speeds, float(motion.time[-1] - motion.time[0]), motion.step)
+    steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
+    what = f"the model at the drive speed of '{motion.log.name}'"
+    modelled = processing.motion(run.time, run.angle, steady, what, run.states)
+    sliding = model.sliding(speeds)
+    if not sequence_of(measured) and sequence_of(modelled) and sliding is not None and sliding.damping > 0:
+        modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
+    return PortraitComparison(motion.log.name, speeds, measured, modelled, compare_motions(measured, modelled))
+
+
+def _varied(motions: Sequence[DiscMotion]) -> str:
+    """The disc whose drive speed differs most from log to log."""
+    speeds = [drive_speeds(motion) for motion in motions]
+    return max(speeds[0], key=lambda contact: float(np.ptp([one[contact] for one in speeds])))
+
+
+def _held(motions: Sequence[DiscMotion], varied: str) -> tuple[dict[str, float] | None, tuple[str, ...]]:
+    """Speeds of the other drives; None, and why, where they are not held."""
+    held = {}
+    for contact in motions[0].log.contacts:
+        speeds = np.array([drive_speeds(motion)[contact] for motion in motions])
+        if contact == varied:
+            if np.ptp(np.sign(speeds)) > 0:
+                return None, (f"The drive of {varied} turns both ways in this family: no bifurcation was looked for.",)
+            continue
+        if np.ptp(speeds) > STEADY * float(np.abs(speeds).max()):
+            return None, (
+                f"The drive of {contact} varies as well (from {speeds.min():.3g} to {speeds.max():.3g} rad/s): the "
+                "logs are no family of one speed, and no bifurcation was looked for.",
+            )
+        held[contact] = float(np.mean(speeds))
+    return held, ()
+
+
+def _predicted(
+    model: FittedModel, varied: str, held: Mapping[str, float], speeds: Sequence[float]
+) -> tuple[list[Transition], float | None]:
+    """Transitions over the range of the family and beyond, and the Hopf speed."""
+    turn = float(np.sign(speeds[0]))
+    low, high = 0.5 * min(map(abs, speeds)), 1.2 * max(map(abs, speeds))
+    found = bifurcations.transitions(model, varied, held, turn * low, turn * high, beyond=len(model.contacts) == 1)
+    top = max([high, *(1.2 * abs(one.speed) for one in found)])
+    return list(found), bifurcations.hopf_speed(model, varied, held, turn * 0.05 * low, turn * top)
+
+
+def _measured(
+    members: Sequence[PortraitComparison], varied: str, model: FittedModel, processing: Processing
+) -> list[tuple[MeasuredBifurcation, float | None]]:
+    """Brackets between neighbours that stick otherwise, each with what the model gives by the same extrapolation."""
+    found: list[tuple[MeasuredBifurcation, float | None]] = []
+    sets = [_sticking(one.measured) for one in members]
+    speeds = [one.drive_speeds[varied] for one in members]
+    for i in range(len(members)):
+        last = i + 1 == len(members)
+        if (last and not (len(model.contacts) == 1 and sets[i])) or (not last and sets[i] == sets[i + 1]):
+            continue
+        after = () if last else sets[i + 1]
+        one = MeasuredBifurcation(varied, speeds[i], float("inf") if last else speeds[i + 1], sets[i], after)
+        alike = None
+        if len(sets[i]) == 1 and not after:
+            kept = [m for m, s in zip(members[: i + 1], sets, strict=False) if s == sets[i]]
+            carried = _extrapolated([m.measured for m in kept], kept, varied, model, processing)
+            modelled = _extrapolated([m.model for m in kept], kept, varied, model, processing)
+            alike = modelled[0] if modelled else None
+            one = replace(one, estimate=carried[0], deviation=carried[1]) if carried else one
+        found.append((one, alike))
+    return found
+
+
+def _sticking(motion: Portrait | Rest) -> tuple[str, ...]:
+    """The discs that stick at some time."""
+    return tuple(sorted({contact for one in sequence_of(motion) for contact in one}))
+
+
+def _extrapolated(
+    motions: Sequence[Portrait | Rest],
+    members: Sequence[PortraitComparison],
+    varied: str,
+    model: FittedModel,
+    processing: Processing,
+) -> tuple[float, float] | None:
+    rows = []
+    for motion, one in zip(motions, members, strict=True):
+        if isinstance(motion, Portrait):
+            speed, stick = one.drive_speeds[varied], motion.sticks[varied]
+            rows.append((speed, *bifurcations.stick_angle(stick, speed, model, processing.threshold)))
+    if not rows:
+        return None
+    speeds, squares, spread = zip(*rows, strict=True)
+    return bifurcations.extrapolated(speeds, squares, spread)
+
+
+def _matched(
+    found: Sequence[tuple[MeasuredBifurcation, float | None]], predicted: Sequence[Transition], hopf: float | None
+) -> tuple[BifurcationComparison, ...]:
+    """Each bracket with the nearest prediction of the same change; predictions without a bracket by themselves."""
+    left = list(predicted)
+    made = []
+    for one, alike in found:
+        same = [p for p in left if (p.before, p.after) == (one.before, one.after)]
+        if not same:
+            # logs so far apart see several changes as one
+            same = [p for p in left if one.low <= p.speed <= one.high]
+        middle = one.low if not np.isfinite(one.high) else 0.5 * (one.low + one.high)
+        nearest = min(same, key=lambda p: abs(p.speed - middle), default=None)
+        if nearest is not None:
+            left.remove(nearest)
+        made.append(BifurcationComparison(one, nearest, alike, _overlap(one, nearest, hopf)))
+    made += [BifurcationComparison(None, one, None, None) for one in left]
+    return tuple(sorted(made, key=lambda one: one.predicted.speed if one.predicted else one.measured.low))  # type: ignore[union-attr]
+
+
+def _overlap(one: MeasuredBifurcation, predicted: Transition | None, hopf: float | None) -> bool:
+    """Whether the prediction can be within the bracket; a bench may leave the cycle from the Hopf speed on."""
+    if predicted is None:
+        return False
+    reach = bifurcations.COVER * (predicted.deviation if np.isfinite(predicted.deviation) else 0.0)
+    least = predicted.speed if hopf is None or predicted.after else min(hopf, predicted.speed)
+    return bool(one.low <= predicted.speed + reach and one.high >= least - reach)
+
+
+def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
+    fitted, first = fit.contacts, logs[0]
+    if not set(contacts) <= set(fitted):
+        raise StickslipError(
+            f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like "
+            "with like."
+        )
+    if len(contacts) > 1 and first.experiment.arrangement != arrangement_of(fit):
+        raise StickslipError(
+            f"The fit is of discs arranged '{arrangement_of(fit)}', log '{first.name}' of discs arranged "
+            f"'{first.experiment.arrangement}'. Compare like with like."
+        )
+    pairs = dict(zip(fitted, fit.materials, strict=False))
+    for log in logs:
+        for contact, pair in zip(contacts, log.experiment.materials, strict=False):
+            if pairs.get(contact, pair) != pair:
+                raise StickslipError(
+                    f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with "
+                    "like."
+                )
+    known = rig_constants(fit)
+    for name in ("J", "R", "r", *(f"N{contact[-1]}" for contact in contacts)):
+        there, here = known[name], first.rig.value(name)
+        if abs(here / there - 1) > SAME_RIG:
+            raise StickslipError(
+                f"The fit is of a rig with {name} = {there:g}, the logs are of one with {here:g} (SI units). Compare "
+                "like with like."
+            )

@@ -1,0 +1,160 @@
+"""Command that hands fitted parameters on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models import console
+from fmu_models.console import Json, Overwrite
+from fmu_models.errors import StickslipError
+from fmu_models.files import refuse_existing
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from identification.handover.values import HandedValue
+    from identification.result import FrictionFit
+
+app = console.app("Friction: hand fitted parameters on.")
+
+TARGETS = (".fmu", ".toml", ".ssv", ".ssp")
+
+
+@app.command()
+def apply(
+    fitted: Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")],
+    source: Annotated[
+        Path | None,
+        typer.Argument(metavar="[FMU|SCENE]", help="What to copy with fitted values (default: the rig's own FMU)."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File to write: .fmu, .toml (a scene), .ssv or .ssp.")
+    ] = None,
+    only: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Hand on these alone, separated by commas (default: all).")
+    ] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Option("--name", metavar="NAME=ITS_NAME", help="What a parameter is called there; repeat for several."),
+    ] = None,
+    fmi: Annotated[str, typer.Option(help="FMI version of a new FMU: 2.0 or 3.0.")] = "3.0",
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Write the fitted friction law and the rig's constants into an FMU, a scene or an SSP parameter set.
+
+    Refused if a name or a unit does not match; units of the same quantity are converted.
+
+    Example: stickslip apply fit.json -o rig_fitted.fmu
+
+    Example: stickslip apply fit.json my_scene.toml -o fitted_scene.toml
+
+    Example: stickslip apply fit.json -o fitted.ssv
+    """
+    from identification.commands import read_fit
+    from identification.handover.values import handed_values
+
+    if output is None:
+        raise StickslipError(f"Say what to write with -o FILE; it ends in one of {', '.join(TARGETS)}.")
+    kind = output.suffix.lower()
+    _check_kinds(source, output, kind)
+    refuse_existing(output, overwrite=overwrite)
+    found = read_fit(fitted)
+    chosen = [name.strip() for name in (only or "").split(",") if name.strip()]
+    values = handed_values(found, only=chosen, renamed=_renamed(names))
+    with console.progress("writing") as advance:
+        advance(0.1)
+        _write(found, values, source, output, kind, fmi, overwrite)
+    notes = _notes(source, kind)
+    content = {
+        "file": str(output),
+        "values": {one.target: {"value": one.value, "unit": one.unit, "sd": one.deviation} for one in values},
+        "notes": notes,
+    }
+    console.say(json, content, lambda out: _print(values, output, notes, out))
+
+
+def _check_kinds(source: Path | None, output: Path, kind: str) -> None:
+    if kind not in TARGETS:
+        raise StickslipError(f"'{output}' is of no kind that takes parameters. End it in one of {', '.join(TARGETS)}.")
+    if kind == ".toml" and source is None:
+        raise StickslipError(
+            "Which scene is to have the fitted values? Name it: stickslip apply FIT SCENE -o FILE.toml"
+        )
+    if source is not None and kind in (".ssv", ".ssp"):
+        raise StickslipError(f"A {kind} file is written anew; leave '{source}' out, and name its parameters by --name.")
+    if source is not None and source.suffix.lower() != kind:
+        raise StickslipError(f"'{source}' is copied into a file of the same kind; '{output}' is of another.")
+    if source is not None and output.exists() and source.resolve() == output.resolve():
+        raise StickslipError(f"'{source}' would be overwritten by its own copy. Choose another name.")
+
+
+def _renamed(names: list[str] | None) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in names or ():
+        name, equals, target = (part.strip() for part in text.partition("="))
+        if not (name and equals and target):
+            raise StickslipError(
+                f"A name is given as NAME=ITS_NAME, for example mu_s0=contact.mu_static; found '{text}'."
+            )
+        if name in found:
+            raise StickslipError(f"'{name}' is named twice. Name it once.")
+        found[name] = target
+    return found
+
+
+def _write(
+    found: FrictionFit,
+    values: tuple[HandedValue, ...],
+    source: Path | None,
+    output: Path,
+    kind: str,
+    fmi: str,
+    overwrite: bool,
+) -> None:
+    from identification.model import fitted_model
+
+    if kind == ".toml" and source is not None:
+        from fmu_models.scene.read import find
+        from identification.handover.scene import write_scene
+
+        write_scene(find(source), output, values, overwrite=overwrite)
+    elif kind == ".fmu":
+        from fmu_models.simulation.fmu import Fmu
+        from fmu_models.simulation.start_values import copy_with_start_values
+        from identification.handover.values import check_targets
+
+        fmu = Fmu.open(source) if source is not None else fitted_model(found, fmi_version=fmi).fmu
+        copy_with_start_values(fmu, output, check_targets(values, fmu), overwrite=overwrite)
+    else:
+        from identification.handover.ssp import write_parameter_set, write_ssp
+
+        write = write_parameter_set if kind == ".ssv" else write_ssp
+        write(output, values, fitted_model(found, fmi_version="2.0"), overwrite=overwrite)
+
+
+def _notes(source: Path | None, kind: str) -> list[str]:
+    if kind == ".toml" and source is not None:
+        from fmu_models.scene.read import read_scene
+
+        if read_scene(source).references:
+            return [
+                "The scene's [[reference]] values are those of its old parameters: remove them, or compute them anew."
+            ]
+    if kind == ".ssv":
+        binding = '<ssd:ParameterBinding source="FILE.ssv"/>'
+        return [f"Bind it to a component of a system by {binding}; 'stickslip couple' reads it."]
+    return []
+
+
+def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
+    table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
+    for one in values:
+        deviation = "" if one.deviation is None else f"{one.deviation:.2g}"
+        table.add_row(one.target, f"{one.value:.6g}", deviation, one.unit, one.description)
+    out.print(table)
+    for note in notes:
+        out.print(console.plain(note))

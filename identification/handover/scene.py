@@ -1,0 +1,77 @@
+"""Fitted values in a scene: the numbers change, comments, order and units of the file stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.files import write_whole
+from fmu_models.scene.read import read_scene
+from identification.handover.values import HandedValue
+
+if TYPE_CHECKING:
+    from fmu_models.scene.scene import Scene
+
+TABLES = ("parameters", "free")
+
+
+def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, overwrite: bool = False) -> Path:
+    """Write a copy of a scene with these values; a parameter that the scene leaves at its default is added to
+    ``[parameters]``.
+
+    Raises:
+        StickslipError: not a scene, a parameter that its model does not have, a unit of something else, or ``target``
+            exists and ``overwrite`` is false, or cannot be written.
+    """
+    import tomlkit
+
+    scene = read_scene(source)
+    if target.suffix != ".toml":
+        raise StickslipError(f"'{target}' must end in .toml, as scenes do.")
+    document = tomlkit.parse(source.read_text("utf-8"))
+    for one in values:
+        if one.target not in scene.parameters:
+            raise StickslipError(
+                f"Scene '{source}' has no parameter '{one.target}'.{nearest(one.target, scene.parameters)} Name it "
+                f"with --name {one.name}=ITS_NAME, or choose what to hand on with --only."
+            )
+        unit = _unit(scene, one, source)
+        if one.in_unit(unit, f"'{source}'") != scene.parameters[one.target]:
+            _put(document, one, unit, source)
+    with write_whole(target, overwrite=overwrite) as temporary:
+        temporary.write_text(tomlkit.dumps(document), "utf-8")
+        written = read_scene(temporary)
+        for one in values:
+            expected = one.in_unit(_unit(scene, one, source), f"'{source}'")
+            if abs(written.parameters[one.target] - expected) > 1e-12 * abs(expected):
+                raise StickslipError(f"'{source}': '{one.target}' could not be changed. Change it by hand.")
+    return target
+
+
+def _unit(scene: Scene, one: HandedValue, source: Path) -> str:
+    """Unit of the parameter in the scene's model."""
+    from fmu_models.codegen.package import variant
+
+    model = variant(scene.model, scene.contacts, scene.laws)
+    quantities = {q.name: q for q in (*model.parameters, *model.inputs)}
+    if one.target not in quantities:
+        raise StickslipError(f"Scene '{source}' does not use '{one.target}': its contact is left out there.")
+    return quantities[one.target].unit
+
+
+def _put(document: Any, one: HandedValue, unit: str, source: Path) -> None:
+    """Change the value where it stands: a number stays a number in the model's unit, a text keeps its unit."""
+    where = f"'{source}'"
+    value = one.in_unit(unit, where)
+    table = next((document[name] for name in TABLES if one.target in document.get(name, {})), None)
+    if table is None:
+        document.setdefault("parameters", {})[one.target] = value if unit == "1" else f"{value!r} {unit}"
+        return
+    old = table[one.target]
+    if isinstance(old, str):
+        own = old.split(maxsplit=1)[1] if len(old.split(maxsplit=1)) > 1 else ""
+        table[one.target] = f"{one.in_unit(own, where)!r} {own}" if own else repr(value)
+    else:
+        table[one.target] = value

@@ -1,0 +1,112 @@
+"""What a fit hands on: its parameters and the rig's constants, by the names and in the units of the rig's FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from fmu_models.errors import StickslipError, nearest
+from identification.model import FittedModel, fitted_model
+from identification.result import FrictionFit
+
+if TYPE_CHECKING:
+    from fmu_models.simulation.fmu import Fmu
+
+
+@dataclass(frozen=True)
+class HandedValue:
+    """One value. name: in the rig's FMU; target: where it goes, if it has another name there; deviation: standard
+    deviation, noise and rig constants together (None: a constant); all in ``unit``."""
+
+    name: str
+    target: str
+    value: float
+    unit: str
+    deviation: float | None
+    description: str
+
+    def in_unit(self, unit: str | None, where: str) -> float:
+        """The value in the unit of where it goes.
+
+        Raises:
+            StickslipError: that has no unit, or one of something else; ``where`` begins the message.
+        """
+        from fmu_models.simulation.coupling.wiring import conversion
+
+        if unit == self.unit:
+            return self.value
+        if unit is None:
+            if self.unit == "1":
+                return self.value
+            raise StickslipError(
+                f"{where}: '{self.target}' has no unit there, and {self.unit} cannot be taken for granted. State its "
+                "unit in the model, or leave the value out with --only."
+            )
+        try:
+            factor, offset = conversion(self.unit, unit)
+        except ValueError as error:
+            raise StickslipError(
+                f"{where}: '{self.target}' is in {unit} there, the fit in {self.unit}: {error}"
+            ) from None
+        return factor * self.value + offset
+
+
+def handed_values(
+    fit: FrictionFit, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
+) -> tuple[HandedValue, ...]:
+    """What a fit hands on. only: names of the rig's FMU, all if empty; renamed: names there by these names.
+
+    Raises:
+        StickslipError: a name that the fit does not hand on, or two values for one name.
+    """
+    model = fitted_model(fit)
+    found = {name: _value(fit, model, name) for name in model.parameters}
+    for name in (*only, *(renamed or {})):
+        if name not in found:
+            raise StickslipError(f"The fit hands on no '{name}'.{nearest(name, found)}")
+    kept = [found[name] for name in found if not only or name in only]
+    kept = [replace(one, target=(renamed or {}).get(one.name, one.name)) for one in kept]
+    targets = [one.target for one in kept]
+    for target in targets:
+        if targets.count(target) > 1:
+            raise StickslipError(f"Two values would go to '{target}'. Rename them apart.")
+    return tuple(kept)
+
+
+def _value(fit: FrictionFit, model: FittedModel, name: str) -> HandedValue:
+    variable = model.fmu.variables[name]
+    fitted = {q.name: q for q in fit.parameters}
+    # a single disc's parameters have no number in the fit; what an FMU's law computes from several has no deviation
+    one = fitted.get(name) or (fitted.get(name[:-1]) if name[-1:] in "01" else None)
+    same = one is not None and one.value == model.parameters[name]
+    return HandedValue(
+        name=name,
+        target=name,
+        value=model.parameters[name],
+        unit=variable.unit or "1",
+        deviation=one.total_deviation if one is not None and same else None,
+        description=str(variable.description or name),
+    )
+
+
+def check_targets(values: Sequence[HandedValue], fmu: Fmu) -> dict[str, float]:
+    """The values by the names and in the units of the parameters of an FMU.
+
+    Raises:
+        StickslipError: a name or unit that does not match.
+    """
+    from fmu_models.simulation.coupling.wiring import unit_of
+    from fmu_models.simulation.start_values import check_parameter
+
+    found = {}
+    for one in values:
+        if one.target not in fmu.variables:
+            raise StickslipError(
+                f"'{fmu.path}' has no parameter '{one.target}'.{nearest(one.target, fmu.parameters)} Name it with "
+                f"--name {one.name}=ITS_NAME, or choose what to hand on with --only."
+            )
+        value = one.in_unit(unit_of(fmu, fmu.variables[one.target]), f"'{fmu.path}'")
+        check_parameter(fmu, one.target, value)
+        found[one.target] = value
+    return found

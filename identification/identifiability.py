@@ -1,0 +1,88 @@
+"""Whether parameters can be told apart, and in which direction they cannot.
+
+With the columns of the gradient scaled to length one, S, the collinearity index is 1/(smallest singular value of S):
+a change of one parameter can be compensated by the others up to the share 1/index of its effect. Above 10-15 a set is
+poorly identifiable. The right singular vector of that value is the direction in which the parameters can move together
+almost unseen. What is held by priors is projected out first, as far as the priors leave it free.
+
+Source: Brun, Reichert, Kuensch (2001), Water Resour. Res. 37, 1015, equations (11), (12).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.problem import Problem, Solution, prior_precision
+
+POOR = 15.0  # collinearity index above which parameters are nearly collinear (Brun et al.: 10 to 15)
+BLURRED = 10.0  # per cent, of one standard deviation along the direction: then parameters are not told apart
+TAKES_PART = 0.1  # share of the largest component below which a parameter has no part in the direction
+HIGHEST = 1e12  # index of a direction without any effect
+
+
+@dataclass(frozen=True)
+class Collinearity:
+    """index: 1 for independent effects, more the more nearly collinear; direction: change in per cent of each parameter
+    that has a part in the direction of least effect, the largest 1 %; deviation: one standard deviation along it, in
+    per cent of the largest."""
+
+    index: float
+    direction: dict[str, float]
+    deviation: float
+
+    @property
+    def poor(self) -> bool:
+        """Whether the parameters are nearly collinear."""
+        return self.index > POOR
+
+    @property
+    def words(self) -> str:
+        """The direction in a sentence, such as "mu_k up 1 % with p down 0.33 % is what the logs see least"."""
+        moves = [f"{name} {'up' if by > 0 else 'down'} {abs(by):.2g} %" for name, by in self.direction.items()]
+        together = moves[0] + (f" with {' and '.join(moves[1:])}" if moves[1:] else "")
+        if self.deviation > BLURRED:
+            return f"{together} cannot be told apart from no change (one standard deviation is {self.deviation:.2g} %)"
+        return f"{together} is what the logs see least (one standard deviation is {self.deviation:.2g} %)"
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What to say where the logs leave a direction open."""
+        if self.deviation <= BLURRED:
+            return ()
+        return (
+            f"The logs leave a direction open: {self.words}. `stickslip design` names the experiment that helps most.",
+        )
+
+
+def collinearity(problem: Problem, found: Solution, covariance: np.ndarray) -> Collinearity:
+    """Of the unknowns without a prior, those with one projected out. covariance: (m, m) of all unknowns."""
+    free = np.array([u.prior is None for u in problem.unknowns])
+    gradient = np.vstack([found.evaluation.gradient, np.sqrt(prior_precision(problem))])
+    rest = gradient[:, ~free]
+    columns = gradient[:, free]
+    if rest.shape[1]:
+        columns = columns - rest @ np.linalg.lstsq(rest, columns, rcond=None)[0]
+    names = [u.name for u in problem.unknowns if u.prior is None]
+    return of_gradient(columns, names, found.values[free], covariance[np.ix_(free, free)])
+
+
+def of_gradient(columns: np.ndarray, names: Sequence[str], values: np.ndarray, covariance: np.ndarray) -> Collinearity:
+    """As `collinearity`, of a gradient (n, m) by parameters of these names and values (m,), with covariance (m, m)."""
+    norms = np.linalg.norm(columns, axis=0)
+    norms = np.where(norms > 0, norms, np.finfo(float).tiny)
+    _, singular, right = np.linalg.svd(columns / norms, full_matrices=False)
+    # a step of the scaled problem, back in parameters and relative to them
+    scale = np.where(values != 0, np.abs(values), 1.0)
+    part = np.abs(right[-1]) >= TAKES_PART * np.max(np.abs(right[-1]))
+    step = np.where(part, right[-1] * np.min(norms) / norms / scale, 0.0)
+    step = step / step[np.argmax(np.abs(step))]
+    move = 0.01 * step * scale
+    seen = float(move @ np.linalg.lstsq(covariance, move, rcond=None)[0])
+    return Collinearity(
+        index=float(min(1 / max(singular[-1], 1 / HIGHEST), HIGHEST)),
+        direction={names[int(i)]: float(step[i]) for i in np.argsort(-np.abs(step)) if part[i]},
+        deviation=float(min(1 / np.sqrt(seen), HIGHEST)) if seen > 0 else HIGHEST,
+    )

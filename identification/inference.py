@@ -1,0 +1,127 @@
+"""How well a solution is known: covariance, intervals, the bound of the sensors, identifiability, residuals.
+
+All of it follows from a `Problem` and its `Solution`, so that every estimator says the same things in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+from identification.bootstrap import LEAST, Draws, bootstrap
+from identification.bound import cramer_rao
+from identification.identifiability import Collinearity, collinearity
+from identification.problem import Problem, Solution, prior_precision
+from identification.profile import Interval, profile
+from identification.uncertainty import clustered_covariance, newey_west, student
+from identification.whiteness import Whiteness, whiteness
+
+COVARIANCES = ("jackknife", "hac", "bootstrap")
+BETTER = 1e-6  # relative fall of the sum of squares, met by a profile, that is a better fit and not rounding
+
+
+@dataclass(frozen=True)
+class Inference:
+    """What is asked for. covariance: "jackknife" over clusters, "hac" (Newey-West) or "bootstrap" of clusters with
+    ``draws`` full refits from ``seed``; profile: whether to profile each parameter's likelihood; level: of intervals.
+
+    Raises:
+        StickslipError: there is no such covariance, or too few draws.
+    """
+
+    covariance: str = "jackknife"
+    draws: int = 200
+    seed: int = 0
+    profile: bool = False
+    level: float = 0.95
+
+    def __post_init__(self) -> None:
+        if self.covariance not in COVARIANCES:
+            raise StickslipError(f"There is no covariance '{self.covariance}'.{nearest(self.covariance, COVARIANCES)}")
+        if self.covariance == "bootstrap" and self.draws < LEAST:
+            raise StickslipError(
+                f"A bootstrap of {self.draws} draws gives no standard deviation; take {LEAST} or more, usually 200."
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Inferred:
+    """covariance: (m, m) of all unknowns from noise, instruments and priors; bound: (m, m) of Cramer and Rao, None
+    where the noise is not known; the rest as their types say."""
+
+    covariance: np.ndarray
+    bound: np.ndarray | None
+    intervals: tuple[Interval, ...]
+    collinearity: Collinearity
+    whiteness: Whiteness
+    doubts: tuple[str, ...]
+
+
+def infer(
+    problem: Problem,
+    found: Solution,
+    asked: Inference,
+    *,
+    count: int,
+    logs: Sequence[str],
+    instruments: np.ndarray | float = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> Inferred:
+    """How well ``found`` is known.
+
+    count: number of parameters of the law, the first unknowns; logs: names of the logs by their numbers; instruments:
+    (m, m) covariance that instruments add to that of the residuals.
+
+    Raises:
+        StickslipError: as in `bootstrap`.
+    """
+    share = 0.5 if asked.profile else 1.0  # of the work that is the bootstrap's
+    draws = None
+    if asked.covariance == "bootstrap":
+        step = None if progress is None else lambda done: progress(share * done)
+        draws = bootstrap(problem, found, draws=asked.draws, seed=asked.seed, progress=step)
+    covariance = _covariance(problem, found, asked, draws) + instruments
+    names = [unknown.name for unknown in problem.unknowns[:count]]
+    collinear = collinearity(problem, found, covariance)
+    white = whiteness(found.evaluation, logs)
+    doubts = [*collinear.doubts, *white.doubts, *(draws.doubts if draws else ())]
+    intervals: tuple[Interval, ...] = ()
+    if asked.profile:
+        rest = None if progress is None else lambda done: progress(1 - (1 - done) * share)
+        quantile = student(len(np.unique(found.evaluation.cluster)) - count, asked.level)
+        profiles = profile(problem, found, covariance, names, quantile=quantile, level=asked.level, progress=rest)
+        intervals = profiles.intervals
+        doubts += _open_ends(intervals)
+        if profiles.lowest < 1 - BETTER:
+            doubts.append(
+                f"The profile met a better fit (sum of squares {100 * (1 - profiles.lowest):.2g} % lower): the search "
+                "had stopped in a local minimum. Start it elsewhere, with another estimator before it."
+            )
+    elif draws is not None and np.ndim(instruments) == 0:
+        intervals = tuple(draws.interval(place, name, asked.level) for place, name in enumerate(names))
+    return Inferred(covariance, cramer_rao(problem, found), intervals, collinear, white, tuple(doubts))
+
+
+def _covariance(problem: Problem, found: Solution, asked: Inference, draws: Draws | None) -> np.ndarray:
+    here, prior = found.evaluation, prior_precision(problem)
+    if draws is not None:
+        return draws.covariance
+    if asked.covariance == "hac":
+        return newey_west(here.gradient, here.residual, log=here.log, prior=prior)
+    return clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior)
+
+
+def _open_ends(intervals: Sequence[Interval]) -> list[str]:
+    said = []
+    for one in intervals:
+        if one.sides != "two-sided":
+            ends = {"lower bound only": "from above", "upper bound only": "from below"}.get(one.sides, "on either side")
+            said.append(
+                f"The data do not bound {one.name} {ends} (profile likelihood): any value up to the bound of the "
+                "search fits as well. Its standard deviation says nothing about that side; `stickslip design` names "
+                "experiments that would."
+            )
+    return said

@@ -1,0 +1,136 @@
+"""Micro-slip in stick: how far the contact gives way under the force that it carries, before it slides.
+
+A rigid contact in stick keeps  x = r integral(w) - R theta  constant. Bristles (LuGre) let it grow with its force F:
+    dx = dF/(sigma0 (1 - F/F_s)),  that is   x = offset + C L(F),   L = -F_s ln(1 - F/F_s),   F = (c theta' + k theta)/R
+with F_s = N mu_s the breakaway force and 1/C = sigma0 the pre-sliding stiffness (one offset for each stick; C by least
+squares over all sticks, its deviation by jackknife over them). An error of the scale of the angle or of r against R
+looks much the same: at most it moves C by R^2/k times the relative error, which joins its deviation. Sticks are taken
+without their begin, where the contact still rings, and up to 0.93 F_s, so that no slip enters.
+
+Source: disc_rig paper, section 3.3 (the small protuberance before sticking); Canudas de Wit, Olsson, Astrom,
+Lischinsky, IEEE Trans. Autom. Control 40 (1995), equations (2), (3) for a slip of one sign, inertia left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.kinematics import SMOOTHING, DiscMotion
+from identification.pooling import Pool
+from identification.slip_segments import stretches
+from identification.uncertainty import clustered_covariance
+from rig_io.sensors import edges
+
+BREAKAWAY = 0.93  # of the breakaway force, up to which a stick is used
+CREEP = 0.25  # of the speed of the drive: slip above it is no stick, however slow the drive
+TRIM = 1.0  # smoothing windows at the begin of a stick
+LEAST = 2.0  # smoothing windows that must be left of it
+FEWEST = 5  # sticks, below which their spread is not known
+SIGNIFICANT = 2.6  # standard deviations: a half per cent of rigid contacts
+UNKNOWN_GAIN = 2e-3  # relative, of a laser that no encoder has checked
+
+
+@dataclass(frozen=True)
+class PreSliding:
+    """compliance: m/N, and its standard deviations: noise, from the scatter of sticks; scale, from r, R and the gain of
+    the angle; sticks: number used."""
+
+    compliance: float
+    noise_deviation: float
+    scale_deviation: float
+    sticks: int
+
+    @property
+    def deviation(self) -> float:
+        """Of the compliance, m/N."""
+        return float(np.hypot(self.noise_deviation, self.scale_deviation))
+
+    @property
+    def elastic(self) -> bool:
+        """Whether the contact is surely not rigid."""
+        return self.compliance > SIGNIFICANT * self.deviation
+
+    @property
+    def stiffness(self) -> float | None:
+        """Pre-sliding stiffness, N/m; None where the contact may be rigid."""
+        return 1 / self.compliance if self.elastic else None
+
+    @property
+    def stiffness_deviation(self) -> float | None:
+        """To first order, N/m."""
+        return self.deviation / self.compliance**2 if self.elastic else None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What to say to a fit that takes the contact as rigid."""
+        if not self.elastic:
+            return ()
+        return (
+            f"In stick the contact gives way: pre-sliding stiffness {self.stiffness:.2g} +- "
+            f"{self.stiffness_deviation:.1g} N/m. The fit takes it as rigid: coefficients from slip change little, "
+            "but the cycle of the rigid model is wrong (amplitude, period). Fit the LuGre law (--estimator lugre).",
+        )
+
+
+def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
+    """Compliance of the contact in stick over all logs; None where too few sticks are long enough.
+
+    coefficient: of friction, at breakaway (mu_s).
+    """
+    rows = [part for motion in ready.motions for part in _sticks(ready, motion, coefficient * ready.values.N)]
+    if len(rows) < FEWEST:
+        return None
+    values = ready.values
+    cluster = np.repeat(np.arange(len(rows)), [len(force) for force, _ in rows])
+    force, place = (np.concatenate([part[i] for part in rows]) for i in range(2))
+    power = float(force @ force)
+    if not power > 0:
+        return None
+    compliance = float(force @ place) / power
+    noise = float(np.sqrt(clustered_covariance(force[:, None], compliance * force - place, cluster)[0, 0]))
+    scale = values.R**2 / values.k * _scale_deviation(ready)
+    return PreSliding(compliance, noise, scale, len(rows))
+
+
+def _scale_deviation(ready: Pool) -> float:
+    """Relative standard deviation of r integral(w) against R theta."""
+    known = {prior.name: prior.standard_uncertainty / prior.value for prior in ready.priors}
+    checked = ready.sensors.lines > 0
+    gain = np.sqrt(ready.sensors.covariance[0, 0]) if checked else UNKNOWN_GAIN
+    return float(np.sqrt(known.get("r", 0.0) ** 2 + known.get("R", 0.0) ** 2 + gain**2))
+
+
+def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """L(F) (n,) N and relative place (n,) m in each stick, both without their means. breakaway: N."""
+    values = ready.values
+    window = SMOOTHING * ready.natural_period
+    creep = np.minimum(ready.threshold, CREEP * values.r * np.abs(motion.drive))
+    sticking = np.abs(motion.slip(values.r, values.R, window)[0]) < creep
+    trim = round(TRIM * window / motion.step)
+    drive = _drive_angle(motion, int(ready.contacts[0][-1]))
+    place = values.r * drive - values.R * motion.angle
+    force = (values.c * values.r * motion.drive / values.R + values.k * motion.smoothed(window)) / values.R
+    whole = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]
+    if not whole:
+        return
+    # a law of the wrong form may be far off at rest: no stick carries more than the sticks are seen to carry
+    breakaway = min(breakaway, float(np.median([np.max(np.abs(force[start:end])) for start, end in whole])))
+    for start, end in whole:
+        first = start + trim
+        beyond = np.abs(force[first:end]) > BREAKAWAY * breakaway
+        inside = slice(first, first + int(np.argmax(beyond)) if beyond.any() else end)
+        if inside.stop - inside.start < LEAST * window / motion.step or motion.filled[inside].any():
+            continue
+        load = -breakaway * np.sign(force[inside]) * np.log1p(-np.abs(force[inside]) / breakaway)
+        yield load - load.mean(), place[inside] - place[inside].mean()
+
+
+def _drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
+    """Angle (n,) of the driving disc at the samples, from its encoder's edges, or from its speed."""
+    if motion.log.has(f"drive{disc}_count"):
+        found = edges(motion.log, f"drive{disc}")
+        return np.interp(motion.time, found.time, found.angle)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (motion.drive[1:] + motion.drive[:-1]) * np.diff(motion.time))])

@@ -1,0 +1,235 @@
+"""What every estimator reduces its logs to: whitened residuals of unknowns, and their least-squares solution.
+
+    minimise  |r(x)|^2 + sum_i ((x_i - x0_i)/sd_i)^2        the second sum over the unknowns with a prior
+
+Residuals are of unit variance where the noise of the sensors is known, otherwise of one unknown variance. Unknowns that
+concern one stretch of a log alone (its start states) are projected out before: r is what remains at their best values,
+and r'(dr/dx) is the exact gradient of the minimum (variable projection; Golub & Pereyra (1973), SIAM J. Numer. Anal.
+10, 413; the rows of dr/dx are those of Kaufman (1975), BIT 15, 49). Everything that is said about uncertainty follows
+from a `Problem` and its `Solution`.
+"""
+
+from __future__ import annotations
+
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError, nearest
+
+Progress = Callable[[int, float], None]
+"""Called with the number of evaluations so far and the sum of squares; what it raises ends the search."""
+
+TOLERANCE = 1e-12  # relative, of the search: sum of squares, step, gradient
+EVALUATIONS = 500
+INSIDE = 1e-6  # of the range between two bounds: a start on a bound has no room to leave it
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A constant as it is known: name, value, unit, standard uncertainty and where it is from."""
+
+    name: str
+    value: float
+    unit: str
+    standard_uncertainty: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Something to be found: unit, bounds of the search, and what is known of it beforehand (a parameter of a law has
+    no prior, a nuisance parameter has one)."""
+
+    name: str
+    unit: str
+    minimum: float = -np.inf
+    maximum: float = np.inf
+    description: str = ""
+    prior: Prior | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Residuals at one x.
+
+    residual: (n,) whitened; gradient: (n, m) their derivatives; cluster: (n,) labels, equal where residuals may depend
+    on one another; log: (n,) number of the log; slip: (n,) m/s, slip speed of the row, NaN if it has none; eliminated:
+    number of local unknowns that were projected out (n less these and m are the degrees of freedom).
+    """
+
+    residual: np.ndarray
+    gradient: np.ndarray
+    cluster: np.ndarray
+    log: np.ndarray
+    slip: np.ndarray
+    eliminated: int = 0
+
+
+class Problem(ABC):
+    """Logs reduced by an estimator.
+
+    unknowns: what x holds, in order; noise_known: whether residuals have unit variance by what is known of the sensors
+    (else their variance is to be estimated).
+    """
+
+    unknowns: tuple[Unknown, ...]
+    noise_known: bool
+
+    @abstractmethod
+    def start(self) -> np.ndarray:
+        """Where the search begins, (m,)."""
+
+    @abstractmethod
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Residuals and gradient at x (m,)."""
+
+    @abstractmethod
+    def resampled(self, clusters: np.ndarray) -> Problem:
+        """The problem of these clusters alone (k,), labels as in `Evaluation.cluster`; one that is drawn several times
+        counts as so many different ones. For the bootstrap."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Least-squares solution: values (m,) of all unknowns; the problem's evaluation there (rows of priors not among
+    its); ``at_bound``: whether an unknown ended on a bound; ``fixed``: names of unknowns that were held."""
+
+    values: np.ndarray
+    evaluation: Evaluation
+    converged: bool
+    message: str
+    at_bound: tuple[bool, ...]
+    fixed: tuple[str, ...] = field(default=())
+
+
+def prior_precision(problem: Problem) -> np.ndarray:
+    """What is known beforehand, (m, m): 1/sd^2 on the diagonal, 0 where there is no prior."""
+    known = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty**2 for u in problem.unknowns]
+    return np.diag(known)
+
+
+def information(problem: Problem, evaluation: Evaluation) -> np.ndarray:
+    """Gauss-Newton matrix (m, m) of the whole sum, priors included: the Fisher information where the noise is known."""
+    return evaluation.gradient.T @ evaluation.gradient + prior_precision(problem)
+
+
+def lmfit_alone() -> Any:
+    """lmfit without matplotlib, which it imports if it can and which takes longer than a fit."""
+    hidden = "matplotlib" not in sys.modules and "lmfit" not in sys.modules
+    if hidden:
+        sys.modules["matplotlib"] = None  # type: ignore[assignment]  # None stands for a module that is not there
+    try:
+        import lmfit
+    finally:
+        if hidden:
+            del sys.modules["matplotlib"]
+    return lmfit
+
+
+def solve(
+    problem: Problem,
+    start: np.ndarray | None = None,
+    *,
+    fixed: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+    tolerance: float = TOLERANCE,
+) -> Solution:
+    """Least squares by lmfit (trust region, bounds, exact gradient).
+
+    start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
+    of squares, step and gradient.
+
+    Raises:
+        StickslipError: an unknown that is fixed is not there, or there are no more equations than unknowns.
+    """
+    fixed = dict(fixed or {})
+    names = [unknown.name for unknown in problem.unknowns]
+    for name in fixed:
+        if name not in names:
+            raise StickslipError(f"The problem has no unknown '{name}'.{nearest(name, names)}")
+    search = _Search(problem, [name not in fixed for name in names], progress)
+    begin = np.array(problem.start() if start is None else start, dtype=float)
+    begin[[names.index(name) for name in fixed]] = list(fixed.values())
+    if not search.free.any():
+        found = problem.evaluate(begin)
+        return Solution(begin, found, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
+    values, converged, message = search.run(begin, tolerance)
+    low, high = search.bounds
+    edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
+    at_bound = search.free & ((values - low < edge) | (high - values < edge))
+    return Solution(
+        values, problem.evaluate(values), converged, message, tuple(bool(b) for b in at_bound), tuple(fixed)
+    )
+
+
+class _Search:
+    """One run of lmfit: residual and gradient from one evaluation, rows of priors appended."""
+
+    def __init__(self, problem: Problem, free: list[bool], progress: Progress | None) -> None:
+        self.problem, self.free, self.progress = problem, np.array(free), progress
+        self.bounds = (
+            np.array([u.minimum for u in problem.unknowns]),
+            np.array([u.maximum for u in problem.unknowns]),
+        )
+        self.known = [(i, u.prior) for i, u in enumerate(problem.unknowns) if u.prior is not None and free[i]]
+        self.count = 0
+        self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
+
+    def run(self, begin: np.ndarray, tolerance: float) -> tuple[np.ndarray, bool, str]:
+        lmfit = lmfit_alone()
+        low, high = self.bounds
+        room = np.where(np.isfinite(high - low), INSIDE * (high - low), INSIDE)
+        begin = np.where(self.free, np.clip(begin, low + room, high - room), begin)
+        parameters = lmfit.Parameters()
+        for place, value in enumerate(begin):
+            # names of unknowns such as k/J are no identifiers
+            parameters.add(
+                f"x{place}", value=float(value), min=low[place], max=high[place], vary=bool(self.free[place])
+            )
+        rows = len(self.at(begin)[0])
+        if rows <= int(self.free.sum()):
+            names = ", ".join(u.name for u, free in zip(self.problem.unknowns, self.free, strict=True) if free)
+            raise StickslipError(
+                f"{rows} values cannot determine the {int(self.free.sum())} unknowns {names}. Record longer logs, or "
+                "at more drive speeds."
+            )
+
+        def x(p: Any) -> np.ndarray:
+            return np.array([p[f"x{place}"].value for place in range(len(begin))])
+
+        # lmfit computes a covariance of its own (not used here), which for an exact fit divides zero by zero; a step
+        # to where the model cannot be evaluated gives infinite residuals, which the trust region answers by shrinking
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found = lmfit.Minimizer(
+                lambda p: self.at(x(p))[0], parameters, nan_policy="propagate", calc_covar=False
+            ).minimize(
+                method="least_squares",
+                jac=lambda p: self.at(x(p))[1],
+                x_scale="jac",
+                ftol=tolerance,
+                xtol=tolerance,
+                gtol=tolerance,
+                max_nfev=EVALUATIONS,
+            )
+        return x(found.params), bool(found.success), str(found.message)
+
+    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual (n + priors,) and gradient by the free unknowns."""
+        key = x.tobytes()
+        if self._last is None or self._last[0] != key:
+            found = self.problem.evaluate(x)
+            unit = np.eye(len(x))
+            rows = [(x[i] - p.value) / p.standard_uncertainty for i, p in self.known]
+            slopes = [unit[i] / p.standard_uncertainty for i, p in self.known]
+            residual = np.concatenate([found.residual, rows])
+            gradient = np.vstack([found.gradient, *slopes])[:, self.free]
+            self._last = (key, residual, gradient)
+            self.count += 1
+            if self.progress is not None:
+                self.progress(self.count, float(residual @ residual))
+        return self._last[1], self._last[2]

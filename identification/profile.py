@@ -1,0 +1,159 @@
+"""Profile likelihood intervals: how far one unknown can be moved before the fit, all others searched anew, is refused.
+
+    S(x) = min over the others of |r|^2 + priors at q_j = x;     interval = {x : S(x) - S_min <= t^2 C_jj/(M^-1)_jj}
+
+with C the covariance that the colour of the residuals asks for, M = G'G + priors, and t Student's quantile: the
+quasi-likelihood ratio scaled so that on a linear problem it is the interval value +- t sqrt(C_jj) exactly. An end where
+S stays below the limit up to the bound of the search is open: the data do not bound the unknown there, which is a
+result, not a failure.
+
+Sources: Venzon & Moolgavkar (1988), Appl. Statist. 37, 87; Raue et al. (2009), Bioinformatics 25, 1923 (open ends);
+Rotnitzky & Jewell (1990), Biometrika 77, 485 (scaling by the sandwich).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.problem import Problem, Solution, information, solve
+
+DOUBLINGS = 12  # of the first step, before the bound of the search itself is tried
+ACCURACY = 0.01  # of the half-width, of an end: far below what an interval means
+SEARCH = 1e-8  # relative, of a fit with one unknown held
+RIDGE = 1e-12  # relative, added to M: an exactly flat direction has no inverse
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Confidence interval of one parameter; an end that is None is open: the data do not bound it there.
+
+    kind: "profile" or "bootstrap".
+    """
+
+    name: str
+    level: float
+    low: float | None
+    high: float | None
+    kind: str
+
+    @property
+    def sides(self) -> str:
+        """Which ends the data give: "two-sided", "lower bound only", "upper bound only", "open"."""
+        if self.low is not None and self.high is not None:
+            return "two-sided"
+        if self.low is None and self.high is None:
+            return "open"
+        return "upper bound only" if self.low is None else "lower bound only"
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """Intervals of the unknowns asked for, and the lowest sum of squares met on the way, relative to the solution's
+    (below 1: the search had not found the best fit)."""
+
+    intervals: tuple[Interval, ...]
+    lowest: float
+
+
+def profile(
+    problem: Problem,
+    found: Solution,
+    covariance: np.ndarray,
+    names: Sequence[str],
+    *,
+    quantile: float,
+    level: float = 0.95,
+    progress: Callable[[float], None] | None = None,
+) -> Profiles:
+    """Intervals of the unknowns ``names``. covariance: (m, m) of all unknowns; quantile: Student's, of ``level``.
+
+    Raises:
+        StickslipError: an unknown is not there.
+    """
+    profiled = [_Profile(problem, found, covariance, name, quantile) for name in names]
+    intervals = []
+    for number, (name, one) in enumerate(zip(names, profiled, strict=True)):
+        ends = []
+        for side in (-1, 1):
+            ends.append(one.end(side))
+            if progress is not None:
+                progress((2 * number + len(ends)) / (2 * len(profiled)))
+        intervals.append(Interval(name, level, ends[0], ends[1], "profile"))
+    least = _sum(problem, found)
+    lowest = min((one.lowest for one in profiled), default=least)
+    return Profiles(tuple(intervals), lowest / least if least > 0 else 1.0)
+
+
+def _sum(problem: Problem, found: Solution) -> float:
+    """Sum of squares, priors included."""
+    priors = sum(
+        ((value - u.prior.value) / u.prior.standard_uncertainty) ** 2
+        for u, value in zip(problem.unknowns, found.values, strict=True)
+        if u.prior is not None
+    )
+    return float(found.evaluation.residual @ found.evaluation.residual) + float(priors)
+
+
+class _Profile:
+    """The profile of one unknown: sums of squares found so far."""
+
+    def __init__(self, problem: Problem, found: Solution, covariance: np.ndarray, name: str, quantile: float) -> None:
+        names = [u.name for u in problem.unknowns]
+        if name not in names:
+            raise StickslipError(f"The problem has no unknown '{name}'; it has {', '.join(names)}.")
+        self.problem, self.found, self.name, self.place = problem, found, name, names.index(name)
+        self.least = self.lowest = _sum(problem, found)
+        normal = information(problem, found.evaluation)
+        naive = np.linalg.inv(normal + RIDGE * np.diag(np.diag(normal)))[self.place, self.place]
+        variance = covariance[self.place, self.place]
+        usable = np.isfinite(variance) and variance > 0
+        self.limit = quantile**2 * (variance / naive if usable else self.least / len(found.evaluation.residual))
+        self.step = quantile * float(np.sqrt(variance)) if usable else 0.1 * max(abs(found.values[self.place]), 1e-3)
+        self.near = found.values  # all unknowns at the last fit, where the next begins
+
+    def end(self, side: int) -> float | None:
+        """The end of the interval below (-1) or above (+1) the estimate; None if it is open."""
+        from scipy.optimize import root_scalar
+
+        unknown, value = self.problem.unknowns[self.place], float(self.found.values[self.place])
+        bound = unknown.minimum if side < 0 else unknown.maximum
+        self.near = self.found.values
+        inside = value
+        for doubling in range(DOUBLINGS + 1):
+            outside = value + side * self.step * 2**doubling
+            if side * (outside - bound) >= 0 or doubling == DOUBLINGS:
+                outside = bound
+            if not np.isfinite(outside) or outside == inside:
+                return None
+            if self.excess(outside) > 0:
+                break
+            if outside == bound:
+                return None
+            inside = outside
+        else:
+            return None
+        if inside == value:
+            # the excess is -limit at the estimate by definition, and needs no fit
+            def excess(x: float) -> float:
+                return -self.limit if x == value else self.excess(x)
+        else:
+            excess = self.excess
+        return float(root_scalar(excess, bracket=(inside, outside), method="brentq", xtol=ACCURACY * self.step).root)
+
+    def excess(self, x: float) -> float:
+        """Sum of squares with the unknown at x, less the least, less the limit; infinite where no fit is possible."""
+        begin = self.near.copy()
+        begin[self.place] = x
+        try:
+            held = solve(self.problem, begin, fixed={self.name: x}, tolerance=SEARCH)
+        except StickslipError:
+            return 1e6 * self.limit
+        total = _sum(self.problem, held)
+        if not np.isfinite(total):
+            return 1e6 * self.limit
+        self.near, self.lowest = held.values, min(self.lowest, total)
+        return total - self.least - self.limit

@@ -1,0 +1,186 @@
+"""Estimators that regress friction on slip speed.
+
+They reduce their logs to equations of one form,
+    sum_j average_j mu(slip_ij; q) = measured_i,     i = 1..n,
+with residuals that depend on one another inside a slip segment (a cluster), whitened cluster by cluster by the known
+colour of the sensor noise. The rig's constants and the laser's gain and delay are taken as given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.conclusion import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
+from identification.laws.law import FittableLaw, unknowns
+from identification.pooling import Pool, RigValues, rig_values
+from identification.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
+from identification.slip_segments import SlipSegment, long_enough
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """The equations.
+
+    slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
+    ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,).
+    """
+
+    slip: np.ndarray
+    average: np.ndarray
+    measured: np.ndarray
+    cluster: np.ndarray
+    log: np.ndarray
+    whiten: tuple[np.ndarray, ...]
+
+    @property
+    def speed(self) -> np.ndarray:
+        """Averaged slip speed (n,), m/s."""
+        return self.slip @ self.average
+
+    def model(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
+        """Averaged law (n,)."""
+        return law.value(self.slip, q) @ self.average
+
+    def model_gradient(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
+        """Derivatives (n, m) of the averaged law."""
+        return (law.gradient(self.slip, q) @ self.average).T
+
+    def whitened(self, values: np.ndarray) -> np.ndarray:
+        """Values (n,) or (n, m) cluster by cluster times ``whiten``."""
+        parts = np.split(values, np.cumsum([len(w) for w in self.whiten])[:-1])
+        return np.concatenate(
+            [w @ part if w.ndim == 2 else (w * part.T).T for w, part in zip(self.whiten, parts, strict=True)]
+        )
+
+    def of(self, clusters: np.ndarray) -> Regression:
+        """The equations of these clusters (k,), labelled anew 0..k-1."""
+        labels = self.cluster[np.cumsum([0, *(len(w) for w in self.whiten[:-1])])]
+        places = [int(np.flatnonzero(labels == label)[0]) for label in clusters]
+        rows = [np.flatnonzero(self.cluster == label) for label in clusters]
+        chosen = np.concatenate(rows)
+        return Regression(
+            self.slip[chosen],
+            self.average,
+            self.measured[chosen],
+            np.repeat(np.arange(len(rows)), [len(part) for part in rows]),
+            self.log[chosen],
+            tuple(self.whiten[place] for place in places),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RegressionProblem(FrictionProblem):
+    """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
+    gain; delay in s); None where nothing is taken as given."""
+
+    law: FittableLaw
+    regression: Regression
+    held: tuple[Prior, ...] = ()
+    again: Callable[[Mapping[str, float]], Regression] | None = None
+    noise_known = False
+    residual_unit = "1"
+
+    def __getstate__(self) -> dict[str, object]:
+        """For another process, which solves these equations and builds no others."""
+        return {**self.__dict__, "again": None}
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # of the law
+        return unknowns(self.law)
+
+    def start(self) -> np.ndarray:
+        """The law's own guess."""
+        return self.law.start(self.regression.speed, self.regression.measured)
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Whitened residuals of the averaged law."""
+        these = self.regression
+        return Evaluation(
+            residual=these.whitened(these.model(self.law, x) - these.measured),
+            gradient=these.whitened(these.model_gradient(self.law, x)),
+            cluster=these.cluster,
+            log=these.log,
+            slip=these.speed,
+        )
+
+    def resampled(self, clusters: np.ndarray) -> RegressionProblem:
+        """As in `Problem`."""
+        again = self.again
+        made = None if again is None else lambda moved: again(moved).of(clusters)
+        return replace(self, regression=self.regression.of(clusters), again=made)
+
+    def rows(self, x: np.ndarray) -> FrictionRows:
+        """The equations as they are."""
+        these = self.regression
+        return FrictionRows(
+            speed=these.speed,
+            least=these.slip.min(axis=1),
+            greatest=these.slip.max(axis=1),
+            measured=these.measured,
+            fitted=these.model(self.law, x),
+            cluster=these.cluster,
+            log=these.log,
+            place=np.zeros(len(these.log), dtype=int),
+        )
+
+    def rms(self, x: np.ndarray) -> float:
+        """Of the friction coefficient."""
+        return float(np.sqrt(np.mean((self.regression.model(self.law, x) - self.regression.measured) ** 2)))
+
+    def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """By difference of the equations with moved constants, whitened as these."""
+        steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
+        raw = self.regression.model(self.law, x) - self.regression.measured
+        if self.again is None:
+            return {}
+        slopes = {}
+        for name, step in steps.items():
+            other = self.again({name: step})
+            moved = other.model(self.law, x) - other.measured - raw
+            slopes[name] = self.regression.whitened(moved) / step
+        for prior in self.held:
+            slopes[prior.name] = slopes[prior.name] / prior.value
+        return slopes
+
+
+Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], Regression]
+"""From segments, the number of the log of each, rig and natural period (s) to equations."""
+
+
+def regress(
+    ready: Pool, law: FittableLaw, equations: Equations, window: float, progress: Progress | None = None
+) -> tuple[RegressionProblem, Solution]:
+    """Equations of the pooled slip segments that hold ``window`` natural periods, and their solution.
+
+    Raises:
+        StickslipError: no segment holds the window, only one does, or friction has the wrong sign.
+    """
+    period = ready.natural_period
+
+    def again(moved: Mapping[str, float]) -> Regression:
+        known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in ready.priors}
+        segments = ready.segments
+        if "gain" in moved or "delay" in moved:
+            segments = ready.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
+        segments = long_enough(segments, window * period)
+        return equations(segments, [ready.log_number(s) for s in segments], rig_values(known), period)
+
+    if len(long_enough(ready.segments, window * period)) < 2:
+        raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
+    problem = RegressionProblem(law, again({}), ready.priors, again)
+    _check_sign(problem.regression)
+    return problem, solve(problem, progress=progress)
+
+
+def _check_sign(regression: Regression) -> None:
+    middle = float(np.median(regression.measured))
+    if middle <= 0:
+        raise StickslipError(
+            f"Friction is found to drive the slip instead of opposing it (median coefficient {middle:.2g}): angle and "
+            "drive count in opposite senses. Turn the sign of the laser's gain (and of the encoder), or that of the "
+            "drive."
+        )

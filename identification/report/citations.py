@@ -1,0 +1,35 @@
+"""What to cite with a result."""
+
+from __future__ import annotations
+
+from fmu_models.codegen.package import version
+from identification.result import FrictionFit
+
+RIG = (
+    "P. Casini, O. Giannini, F. Vestroni, Experimental evidence of non-standard bifurcations in non-smooth oscillator "
+    "dynamics, Nonlinear Dynamics 46 (2006): the rig, its model and the friction law."
+)
+BY_ESTIMATOR = {
+    "shooting": "H. G. Bock, in Numerical Treatment of Inverse Problems in Differential and Integral Equations (1983), "
+    "95: multiple shooting.",
+    "weak-form": "D. A. Messenger, D. M. Bortz, Multiscale Modeling & Simulation 19 (2021), 1474, and Bulletin of "
+    "Mathematical Biology 85 (2023), 110: weak form and its whitening.",
+    "savitzky-golay": "A. Savitzky, M. J. E. Golay, Analytical Chemistry 36 (1964), 1627: derivatives by local "
+    "polynomials.",
+    "whole-cycle": "L. Ljung, System Identification: Theory for the User (1999): output error.",
+    "lugre": "C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, IEEE Transactions on Automatic Control 40 "
+    "(1995), 419: the LuGre model.",
+}
+BY_COVARIANCE = {
+    "jackknife": "R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002), 169: standard deviations by jackknife "
+    "over clusters.",
+    "hac": "W. K. Newey, K. D. West, Econometrica 55 (1987), 703: covariance under autocorrelation.",
+    "bootstrap": "H. R. Kuensch, The Annals of Statistics 17 (1989), 1217: block bootstrap.",
+}
+
+
+def citations(fit: FrictionFit) -> list[str]:
+    """One sentence each: this program, the rig, and where the methods are from."""
+    found = [f"stickslip {version()}, identification of friction laws from rig logs.", RIG]
+    found += [text for text in (BY_ESTIMATOR.get(fit.estimator), BY_COVARIANCE.get(fit.covariance)) if text]
+    return found

@@ -1,0 +1,106 @@
+"""Friction against slip speed, with the fitted law and the residuals.
+
+Curves and marks differ in shape and line as well as in colour. matplotlib is imported only here, inside the functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.laws import find_law
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from identification.inverse_dynamics import FrictionSamples
+    from identification.result import FrictionFit
+
+# colours of Okabe and Ito, told apart by colour-blind readers
+MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#777777", "#f0e442")
+SHOWN = 400  # marks per log: more hide each other
+
+
+def friction_figure(fit: FrictionFit, samples: Mapping[str, FrictionSamples]) -> Figure:
+    """Measured friction coefficient against slip speed, with the fitted law, and the residuals below; by disc.
+
+    samples: by driving disc, of `identification.samples`, whichever estimator fitted the law.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0 * len(samples), 6.0), layout="constrained")
+    panels = figure.subplots(2, len(samples), sharex="col", height_ratios=(2.2, 1), squeeze=False)
+    for (above, below), (contact, these) in zip(panels.T, samples.items(), strict=True):
+        _draw_disc(above, below, fit, contact, these)
+    return figure
+
+
+def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples: FrictionSamples) -> None:
+    """Friction on one disc, and what the law leaves of it."""
+    law = fitted_law(fit, contact)
+    for number, log in enumerate(fit.logs):
+        inside = np.flatnonzero(samples.log == number)
+        if not len(inside):
+            continue
+        shown = inside[:: max(len(inside) // SHOWN, 1)]
+        style = {
+            "marker": MARKS[number % len(MARKS)],
+            "color": COLOURS[number % len(COLOURS)],
+            "linestyle": "none",
+            "markersize": 3,
+            "markerfacecolor": "none",
+            "alpha": 0.6,
+        }
+        label = f"{log.name} ({', '.join(f'{speed:.3g}' for speed in log.drive_speeds)} rad/s)"
+        above.plot(samples.slip[shown], samples.coefficient[shown], label=label, **style)
+        below.plot(samples.slip[shown], samples.coefficient[shown] - law(samples.slip[shown]), **style)
+    speed = np.linspace(0, 1.05 * float(samples.slip.max()), 300)
+    above.plot(speed, law(speed), color="black", linewidth=1.8, label=f"{fit.law} law, {fit.estimator}")
+    below.axhline(0.0, color="black", linewidth=1.2)
+    bins = [b for b in fit.bins if b.contact == contact and b.standard_error is not None]
+    below.errorbar(
+        [b.slip for b in bins],
+        [b.coefficient - b.fitted for b in bins],
+        yerr=[1.96 * (b.standard_error or 0.0) for b in bins],
+        fmt="_",
+        color="black",
+        capsize=3,
+        label=f"means used by {fit.estimator}, 95 %",
+    )
+    other = "" if len(fit.contacts) == 1 else f" on {contact}"
+    above.set_ylabel(f"friction coefficient F/N{other} (1)")
+    below.set_ylabel("residual (1)")
+    below.set_xlabel("slip speed |r w - R th'| (m/s)")
+    spread = float(np.quantile(np.abs(samples.coefficient - law(samples.slip)), 0.98))
+    below.set_ylim(-1.5 * spread, 1.5 * spread)
+    centre = law(speed)
+    above.set_ylim(max(float(centre.min()) - 3 * spread, 0.0), float(centre.max()) + 3 * spread)
+    for axes in (above, below):
+        axes.legend(fontsize="small", frameon=False)
+        axes.grid(alpha=0.25)
+    values = ", ".join(
+        f"{q.name} = {q.value:.4g} ± {q.standard_deviation:.1g}" + (f" {q.unit}" if q.unit != "1" else "")
+        for q in (fit[name] for name in _names(fit, contact))
+    )
+    above.set_title(values, fontsize="medium")
+
+
+def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndarray]:
+    """The fitted friction coefficient on a disc as a function of slip speed (n,), m/s.
+
+    Raises:
+        StickslipError: the fit is of an unknown law.
+    """
+    law = find_law(fit.law)
+    values = np.array([fit[name].value for name in _names(fit, contact)])
+    return lambda slip: law.value(np.abs(slip), values)
+
+
+def _names(fit: FrictionFit, contact: str) -> list[str]:
+    """The fit's names of the parameters of one disc."""
+    number = "" if len(fit.contacts) == 1 else contact[-1]
+    return [f"{name}{number}" for name in find_law(fit.law).names]

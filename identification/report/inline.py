@@ -1,0 +1,33 @@
+"""A figure as SVG inside a page."""
+
+from __future__ import annotations
+
+import io
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def inline_svg(figure: Figure, prefix: str, title: str) -> str:
+    """SVG of a figure to be put into HTML. prefix: of its ids, so that several figures share a page; title: read out to
+    those who do not see it."""
+    from html import escape
+
+    from matplotlib import rc_context
+
+    buffer = io.StringIO()
+    # text stays text: smaller, searchable, and in the font of the page
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    svg = buffer.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
+    svg = re.sub(r"(\d\.\d\d)\d+", r"\1", svg)  # hundredths of a point are below what any paper shows
+    svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
+    svg = re.sub(r'(xlink:href="#|url\(#)', rf"\1{prefix}-", svg)
+    svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
+    svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
+    head, end, rest = svg.partition(">")
+    return f'{head} role="img" aria-label="{escape(title)}"{end}{rest.strip()}'

@@ -1,0 +1,40 @@
+"""The residuals of a fit, found again from its logs: the estimator is run once more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.conclusion import Options
+from identification.estimators import estimator_named
+from identification.joint_law import sought_law
+from identification.laws import find_law
+from identification.pooling import Pool
+from identification.problem import Evaluation
+from identification.result import FrictionFit
+
+SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by itself
+SAME = 0.1  # standard deviations, up to which the fit counts as reproduced
+
+
+def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]]:
+    """Residuals at the new solution, and a sentence on how it compares with the stored one.
+
+    Raises:
+        StickslipError: these logs cannot be fitted.
+    """
+    nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
+    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
+    made = estimator_named(fit.estimator).estimate(ready, law, Options(nuisance=nuisance))
+    return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
+
+
+def _reproduced(fit: FrictionFit, values: Sequence[float] | np.ndarray) -> str:
+    off = [abs(value - q.value) / q.standard_deviation for q, value in zip(fit.parameters, values, strict=False)]
+    if max(off) <= SAME:
+        return "The fit was run again on the logs given here and gave the same values."
+    return (
+        f"Run again on the logs given here, the fit gives values up to {max(off):.2g} standard deviations away: they "
+        "are not the logs that were fitted, or the program has changed since."
+    )

@@ -1,0 +1,186 @@
+"""Slip shooting: the motion in each slip as an initial-value problem, all slips under one law.
+
+    1  law by the weak form                                             (first values; no guess of the user's)
+    2  arcs = slip segments of the smoothed speed, trimmed; solve       (arcs.py: start states projected out)
+    3  cut the arcs anew where the solved motion passes the threshold of slip speed; solve
+
+After 3 no end of an arc is chosen by its own noise, and nothing is trimmed. What happens below the threshold (stick,
+micro-slip) does not enter, so that no model of it is needed; multiple shooting: Bock (1983), in Numerical Treatment of
+Inverse Problems in Differential and Integral Equations, 95; one arc per slip, since slips are short.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification import inverse_dynamics, weak_form
+from identification.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
+from identification.conclusion import Estimate, Estimator, Options
+from identification.joint_law import JointLaw
+from identification.laws.law import FittableLaw
+from identification.pooling import Pool
+from identification.problem import Solution, solve
+from identification.slip_segments import SlipSegment
+from identification.two_discs import segments_at
+
+SHORTEST = 0.1  # natural periods that an arc must last
+GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
+AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
+ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
+
+STRUCTURE = (
+    "rigid contact in slip: no micro-slip above the threshold of slip speed",
+    "friction depends on slip speed alone",
+    "J, k, c, N, R, r known but for those estimated beside the law",
+)
+
+
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
+    """Friction law from pooled logs. If the later stages are interrupted, or the model cannot be run with the law that
+    was found first, that one is returned with a warning.
+
+    Raises:
+        StickslipError: no slip lasts long enough, or friction has the wrong sign.
+    """
+    first = first_values(ready, law, options)
+    try:
+        problem, found = shoot(ready, law, first.solution.values, options)
+    except KeyboardInterrupt:
+        return replace(first, warnings=(f"Interrupted: this is the result of the {first.estimator.name} estimator.",))
+    except Unmodelled as error:
+        return replace(first, warnings=(f"{error} This is the result of the {first.estimator.name} estimator.",))
+    return Estimate(ESTIMATOR, problem, found)
+
+
+class Unmodelled(StickslipError):
+    """The first values of a law are such that the model cannot be run with them."""
+
+
+def first_values(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
+    """The weak form's solution, or that of Savitzky-Golay derivatives where slips are too short for it."""
+    try:
+        return weak_form.estimate(ready, law, options)
+    except StickslipError:
+        return inverse_dynamics.estimate(ready, law, options)
+
+
+def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tuple[ArcProblem, Solution]:
+    """Stages 2 and 3. q: (m,) first values of the law's parameters.
+
+    Raises:
+        Unmodelled: the model refuses them.
+        StickslipError: no slip lasts long enough.
+    """
+    if isinstance(law, JointLaw):
+        ready = segments_at(ready, law, q)
+    arcs, known = slip_arcs(ready)
+    problem = arc_problem(ready, law, arcs, q, options.nuisance, known)
+    try:
+        problem.evaluate(problem.first)
+    except StickslipError as error:
+        raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
+    found = solve(problem, progress=options.progress, tolerance=ROUGH)
+    again = recut(problem, found)
+    return again, solve(again, progress=options.progress, tolerance=TOLERANCE)
+
+
+def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
+    """Arcs on the slip segments of a pool, and whether the noise of their sensors is known.
+
+    Raises:
+        StickslipError: every segment is too short.
+    """
+    shortest = SHORTEST * ready.natural_period
+    kept = [s for s in ready.segments if (s.last - s.first) * s.motion.step > shortest]
+    if len(kept) < 2:
+        longest = max(((s.last - s.first) * s.motion.step for s in ready.segments), default=0.0)
+        raise StickslipError(
+            f"{len(kept)} slips last longer than {shortest:.3g} s (longest {longest:.3g} s, ends trimmed); two or more "
+            "are needed. Record for several cycles, at a lower drive speed or load, where slips last longer."
+        )
+    R = ready.values.R
+    sensed = {id(m): (*measured(m, R), *noise(m, R), drive_signals(m)) for m in ready.motions}
+    arcs = []
+    for number, segment in enumerate(kept):
+        shown, laser, deviation, _, drives = sensed[id(segment.motion)]
+        time = segment.motion.time[segment.first : segment.last]
+        arcs.append(
+            Arc(
+                start_time=float(time[0]) - MARGIN,
+                time=time,
+                measured=shown[segment.first : segment.last],
+                cluster=np.full(len(time), number),
+                deviation=deviation,
+                log=ready.log_number(segment),
+                drives=drives,
+                sign=segment.sign,
+                laser=laser,
+                guess=_guess(segment, GUESS * ready.natural_period),
+            )
+        )
+    return arcs, all(known for _, _, _, known, _ in sensed.values())
+
+
+def _guess(segment: SlipSegment, window: float) -> np.ndarray:
+    """Angle and speed `MARGIN` before a segment, from a parabola through its first ``window`` seconds."""
+    count = min(max(round(window / segment.motion.step), 5), len(segment.angle))
+    time = segment.motion.step * np.arange(count) + MARGIN
+    curve = np.polynomial.Polynomial.fit(time, segment.angle[:count], 2)
+    return np.array([curve(0.0), curve.deriv()(0.0)])
+
+
+def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
+    """The arcs between the instants at which the solved motion passes the pool's threshold of slip speed."""
+    ready, x = problem.ready, found.values
+    R = ready.values.R
+    shown = [measured(motion, R)[0] for motion in ready.motions]
+    arcs: list[Arc] = []
+    for number, arc in enumerate(problem.arcs):
+        begin, end, start = _span(problem, number, x)
+        motion = ready.motions[arc.log]
+        inside = (motion.time >= begin) & (motion.time <= end) & ~motion.filled
+        if np.count_nonzero(inside) * motion.step <= SHORTEST * ready.natural_period:
+            continue
+        time = motion.time[inside]
+        label = np.full(len(time), len(arcs))
+        moved = replace(
+            arc, start_time=start[0], time=time, measured=shown[arc.log][inside], cluster=label, guess=start[1]
+        )
+        arcs.append(moved)
+    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
+
+
+def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:
+    """First and last time of slip above the threshold, and start time and states before them.
+
+    Forward the motion is run on; backward, where no run leads, it is continued by the cubic that it follows at its
+    start.
+    """
+    ready, arc = problem.ready, problem.arcs[number]
+    step = ready.motions[arc.log].step
+    limit, ahead = ready.threshold, AHEAD * ready.natural_period
+    log = ready.motions[arc.log].time
+    late = min(float(arc.time[-1]) + ahead, float(log[-1]))
+    time = np.arange(arc.start_time, late, step)
+    motion = problem.run(number, x, time)
+    every, touch = problem.slips(arc, x, motion)
+    slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
+    after = np.flatnonzero((slip < limit) & (time > arc.time[0] + 0.5 * (arc.time[-1] - arc.time[0])))
+    end = float(time[after[0] - 1]) if len(after) else late
+    head = time <= time[0] + 0.5 * ahead
+    past = time[0] - step * np.arange(round(ahead / step) + 1)[::-1]
+    touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
+    before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
+    low = np.flatnonzero(before < limit)
+    begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
+    if slip[0] < limit:
+        begin = float(time[np.argmax(slip >= limit)])
+    angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
+    start = begin - MARGIN
+    return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
+
+
+ESTIMATOR = Estimator("shooting", STRUCTURE, estimate)

@@ -1,0 +1,208 @@
+"""Which law the logs ask for: laws compared by information criteria and by the prediction of logs that they have not seen.
+
+Residuals are coloured, so that n of them say less than n independent ones. With C the covariance that allows for colour
+and C_w that of white residuals, both of the law with the most parameters,
+    inflation = trace(C_w^-1 C)/m,    n_e = n/inflation      effective number of observations
+    AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
+(quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
+others (with one log alone: each half of it); S_h is the sum of squares over all. Laws are ordered by BIC. How sure that
+is, is told by its lead over the next law, and by the difference of S_h from cluster to cluster against its spread (given
+the fits: each serves all clusters of the log held out).
+
+Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
+(1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.problem import Problem, Solution, prior_precision, solve
+from identification.uncertainty import clustered_covariance, plain_covariance
+from identification.whiteness import whiteness
+
+POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
+SURE = 2.0  # standard errors of a difference in held-out prediction
+FEWEST = 4  # clusters, of which halves can be made
+
+
+@dataclass(frozen=True)
+class LawScore:
+    """How well one law does.
+
+    values: of its parameters; criteria as above; held_out: root mean square of the held-out residuals, relative to the
+    fit of the law with the most parameters (1: predicts as well as that fits); worse: by how many standard errors its
+    held-out prediction is worse than that of the first law; bounds: parameters that lie on a bound.
+    """
+
+    law: str
+    values: Mapping[str, float]
+    aic: float
+    aicc: float
+    bic: float
+    held_out: float
+    worse: float
+    bounds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class LawComparison:
+    """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; doubts: what speaks
+    against even the first law; verdict: what decides, and how sure it is."""
+
+    scores: tuple[LawScore, ...]
+    residuals: int
+    effective: float
+    doubts: tuple[str, ...]
+    verdict: str
+
+    @property
+    def best(self) -> LawScore:
+        """The law that comes first."""
+        return self.scores[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A law's problem with its solution, and the held-out sum of squares of each cluster (k,)."""
+
+    name: str
+    problem: Problem
+    found: Solution
+    held_out: np.ndarray
+
+    @property
+    def sum(self) -> float:
+        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
+
+    @property
+    def count(self) -> int:
+        return sum(unknown.prior is None for unknown in self.problem.unknowns)
+
+
+def compare_laws(
+    problems: Mapping[str, Problem],
+    logs: Sequence[str],
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> LawComparison:
+    """Compare laws by their problems, which hold the same residuals (the same logs, reduced in the same way).
+
+    logs: names by the numbers of the evaluations. ``progress`` is told the fraction done.
+
+    Raises:
+        StickslipError: no two laws, residuals that differ in number, or too few clusters to hold any out.
+    """
+    if len(problems) < 2:
+        raise StickslipError("A comparison needs two laws or more.")
+    candidates = []
+    for number, (name, problem) in enumerate(problems.items()):
+        found = solve(problem)
+        candidates.append(_Candidate(name, problem, found, _held_out(problem, found)))
+        if progress is not None:
+            progress((number + 1) / len(problems))
+    sizes = {len(one.found.evaluation.residual) for one in candidates}
+    if len(sizes) > 1:
+        raise StickslipError(
+            f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sorted(sizes)))}): compare "
+            "them with an estimator that reduces the logs in the same way for every law (weak-form)."
+        )
+    richest = max(candidates, key=lambda one: one.count)
+    effective = sizes.pop() / _inflation(richest)
+    ranked = sorted(candidates, key=lambda one: _criteria(one, effective)[2])
+    scores = tuple(_score(one, ranked[0], richest, effective) for one in ranked)
+    white = whiteness(ranked[0].found.evaluation, logs)
+    return LawComparison(
+        scores, len(richest.found.evaluation.residual), float(effective), white.doubts, _verdict(scores, white.doubts)
+    )
+
+
+def _held_out(problem: Problem, found: Solution) -> np.ndarray:
+    """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds."""
+    cluster, log = found.evaluation.cluster, found.evaluation.log
+    labels, first = np.unique(cluster, return_index=True)
+    fold = log[first]
+    if len(np.unique(fold)) == 1:
+        if len(labels) < FEWEST:
+            raise StickslipError(
+                f"The logs hold {len(labels)} slips, too few to fit some and predict the others. Record longer, or at "
+                "more drive speeds."
+            )
+        fold = (np.arange(len(labels)) >= len(labels) // 2).astype(int)
+    sums = np.zeros(len(labels))
+    for number in np.unique(fold):
+        others = solve(problem.resampled(labels[fold != number]), found.values)
+        for place in np.flatnonzero(fold == number):
+            seen = problem.resampled(labels[place : place + 1]).evaluate(others.values)
+            sums[place] = seen.residual @ seen.residual
+    return sums
+
+
+def _inflation(one: _Candidate) -> float:
+    """By how much colour inflates the covariance, on average over the parameters; 1 or more."""
+    here = one.found.evaluation
+    coloured = clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior_precision(one.problem))
+    white = plain_covariance(here.gradient, here.residual)
+    return max(float(np.trace(np.linalg.lstsq(white, coloured, rcond=None)[0])) / len(white), 1.0)
+
+
+def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
+    """AIC, AICc and BIC; the variance of the residuals counts as a parameter."""
+    count = one.count + 1
+    misfit = effective * float(np.log(one.sum / len(one.found.evaluation.residual)))
+    aic = misfit + 2 * count
+    spare = max(effective - count - 1, 1.0)
+    return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(effective))
+
+
+def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: float) -> LawScore:
+    aic, aicc, bic = _criteria(one, effective)
+    difference = one.held_out - best.held_out
+    spread = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
+    names = [unknown.name for unknown in one.problem.unknowns]
+    return LawScore(
+        law=one.name,
+        values={name: float(value) for name, value in zip(names, one.found.values, strict=True)},
+        aic=aic,
+        aicc=aicc,
+        bic=bic,
+        held_out=float(np.sqrt(np.sum(one.held_out) / richest.sum)),
+        worse=float(np.mean(difference)) / spread if spread > 0 else 0.0,
+        bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
+    )
+
+
+def _verdict(scores: Sequence[LawScore], doubts: Sequence[str]) -> str:
+    best, second = scores[:2]
+    lead = second.bic - best.bic
+    held = (
+        f"held-out logs agree ({second.worse:.1f} standard errors)"
+        if second.worse > SURE
+        else f"held-out logs speak for {second.law} ({-second.worse:.1f} standard errors)"
+        if second.worse < -SURE
+        else f"held-out logs do not tell the two apart ({second.worse:+.1f} standard errors)"
+    )
+    words = f"{best.law} before {second.law} by {lead:.3g} in BIC; {held}."
+    simple = min(scores[:2], key=lambda one: len(one.values))
+    if second.worse < -SURE:
+        sure = "Undecided: the two criteria disagree."
+    elif lead > VERY_STRONG:
+        sure = "Sure."
+    elif set(second.values) > set(best.values):
+        sure = f"Likely: what {second.law} has more gains nothing."
+    elif lead > POSITIVE:
+        sure = "Likely, not sure."
+    elif second.worse > SURE:
+        sure = "Likely: the held-out logs decide."
+    else:
+        sure = f"Undecided: a lead below {POSITIVE:g} says nothing; {simple.law} has fewer parameters."
+    return f"{words} {sure}" + (f" But even {best.law} is not the whole truth, see below." if doubts else "")

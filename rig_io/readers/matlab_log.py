@@ -1,0 +1,128 @@
+"""MATLAB files of version 5 to 7.2 (``save`` with -v6 or -v7): vectors of one length, as variables or as struct fields.
+
+Single numbers (gains, rates) are kept apart from the columns. A struct stands for its fields, one level deep. MATLAB
+has no units: they come from ``datapackage.json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from rig_io.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
+from rig_io.table import Table
+
+SUFFIXES = (".mat",)
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_SAVE = "save('log.mat', 'time', 'laser', '-v7')"
+
+
+def read(path: Path) -> Table:
+    """Read every vector of numbers as a column, every single number as a scalar; the rest is left out, with a reason.
+
+    Raises:
+        StickslipError: the file is missing, empty, damaged, no MATLAB file or one of another version; it holds no
+            vector of numbers, vectors of different lengths, or two of one name.
+    """
+    columns: dict[str, np.ndarray] = {}
+    scalars: dict[str, float] = {}
+    left_out: dict[str, str] = {}
+    for found in _variables(path, _bytes(path)):
+        if found.name in columns or found.name in scalars or found.name in left_out:
+            raise StickslipError(f"'{path}' has two columns named '{found.name}'. Save them under different names.")
+        reason = _unfit(found)
+        if reason or found.values is None:
+            left_out[found.name] = reason
+        elif len(found.values) == 1:
+            scalars[found.name] = float(found.values[0])
+        else:
+            with np.errstate(invalid="ignore"):  # of a NaN that signals; it stays NaN
+                columns[found.name] = found.values.astype(np.float64)
+    _check_columns(path, columns, left_out)
+    return Table(f"'{path}'", columns, {}, None, scalars, left_out)
+
+
+def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
+    """Write columns, each (n_rows,), as column vectors of float64 (version 7)."""
+    from scipy.io import savemat
+
+    savemat(path, {name: np.asarray(v, dtype=np.float64) for name, v in columns.items()}, True, oned_as="column")
+
+
+def _bytes(path: Path) -> bytes:
+    """Content of a file that begins as one of version 5 does."""
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        raise StickslipError(f"There is no log '{path}'. Check the name and the folder.") from error
+    except OSError as error:
+        raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
+    if not data:
+        raise StickslipError(f"The log '{path}' is empty. Expected a MATLAB file with vectors of numbers.")
+    if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512 : 512 + len(_HDF5)] == _HDF5:
+        raise StickslipError(
+            f"'{path}' is a MATLAB file of version 7.3 (HDF5), which is not read. Save it again in MATLAB with "
+            f"-v7: {_SAVE}."
+        )
+    if data[HEADER - 4 : HEADER] not in VERSIONS:
+        raise StickslipError(
+            f"'{path}' is no MATLAB file of version 5 to 7.2 (its header is not one). In MATLAB or Octave save it "
+            f"with -v7: {_SAVE}."
+        )
+    return data
+
+
+def _variables(path: Path, data: bytes) -> Iterator[Array]:
+    """Variables by name; a struct of one element gives its fields."""
+    try:
+        for found in arrays(data):
+            if found.fields:
+                yield from found.fields
+            elif found.name:  # without one it is the workspace of functions
+                yield found
+    except Damaged as error:
+        raise StickslipError(
+            f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again: {_SAVE}."
+        ) from error
+
+
+_REASONS = {
+    "complex": "of complex numbers; save real(...) and imag(...) apart",
+    "cell": "a cell array; save its contents as a vector, cell2mat(...)",
+    "struct": "a struct inside a struct, or an array of them; save the fields as vectors",
+    "object": "a MATLAB object (table, timeseries ...); save its columns as vectors",
+    "char": "text; save numbers, str2double(...)",
+    "sparse": "a sparse matrix; save it as full(...)",
+    "function": "a function; save the vector it gives",
+}
+
+
+def _unfit(found: Array) -> str:
+    """Why a variable is neither a vector nor a single number; empty if it is one."""
+    if found.values is None:
+        return _REASONS[found.kind]
+    if not len(found.values):
+        return "empty"
+    if len(found.values) != max(found.shape):
+        return f"a matrix of {' x '.join(map(str, found.shape))}; save each of its columns as a vector"
+    return ""
+
+
+def _check_columns(path: Path, columns: Mapping[str, np.ndarray], left_out: Mapping[str, str]) -> None:
+    if not columns:
+        found = "; ".join(f"'{name}' is {reason}" for name, reason in left_out.items())
+        raise StickslipError(
+            f"'{path}' holds no vector of numbers{f' ({found})' if found else ''}. Save each column as a vector: "
+            f"{_SAVE}."
+        )
+    lengths = {len(values) for values in columns.values()}
+    if len(lengths) > 1:
+        found = ", ".join(f"'{name}' {len(values)}" for name, values in columns.items())
+        raise StickslipError(
+            f"'{path}' holds vectors of different lengths: {found}. Save only vectors of one recording, with one value "
+            "per sample."
+        )

@@ -65,7 +65,7 @@ class Document:
         choices = list(known)
         for key in self.table(*place):
             if key not in choices:
-                where = f"in [{'.'.join(str(p) for p in place)}]" if place else "at the top of a scene"
+                where = f"in [{'.'.join(str(p) for p in place)}]" if place else "at the top of the file"
                 raise self.fault(f"'{key}' is not a key {where}.{nearest(key, choices)}", *place, key)
 
     def table(self, *place: str | int) -> dict[str, Any]:
@@ -182,7 +182,7 @@ def read_document(path: Path) -> Document:
     try:
         return Document(path, path.read_text("utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise StickslipError(f"'{path}' cannot be read ({error}). Give a scene, a TOML file.") from error
+        raise StickslipError(f"'{path}' cannot be read ({error}). Give a TOML file.") from error
 
 
 def _index(text: str) -> Mapping[tuple[str | int, ...], int]:

@@ -62,7 +62,8 @@ def check_terms(recipe: Recipe, prepared: Prepared) -> None:
         needs = KINDS[term.kind].needs
         if needs and needs not in recipe.signals:
             raise StickslipError(
-                f"{recipe.path.name}: term '{term.name}' ({term.kind}) needs the signal '{needs}'. Add [signals.{needs}]."
+                f"{recipe.path.name}: term '{term.name}' ({term.kind}) needs the signal '{needs}'. Add "
+                f"[signals.{needs}]."
             )
         if term.unit(prepared.turning) is None:
             raise StickslipError(

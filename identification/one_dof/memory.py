@@ -17,11 +17,13 @@ REACH = 2  # memories: lags of Newey and West's estimate, whose triangular weigh
 
 @dataclass(frozen=True)
 class Memory:
-    """lags: first lag without positive correlation; first: correlation of neighbours; samples: independent ones."""
+    """lags: first lag without positive correlation; first: correlation of neighbours; samples: how many independent
+    ones the ``length`` samples are worth."""
 
     lags: int
     first: float
     samples: float
+    length: int
 
     @property
     def newey_west_lags(self) -> int:
@@ -32,8 +34,6 @@ class Memory:
     def white(self) -> bool:
         """Whether neighbours are uncorrelated, within what chance gives in 1 of 20 series."""
         return abs(self.first) < 1.96 / np.sqrt(self.length)
-
-    length: int = 0
 
 
 def memory(series: np.ndarray) -> Memory:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -111,7 +112,7 @@ def prepare(recipe: Recipe, table: Table) -> Prepared:
     inner = [i for i in np.flatnonzero(np.diff(time) > GAP * step) + 1]
     borders = [0, *inner, len(time)]
     pieces, lost = [], 0
-    for begin, end in zip(borders[:-1], borders[1:], strict=True):
+    for begin, end in pairwise(borders):
         if end - begin <= max(LEAST, recipe.sampling.drop + 3 * recipe.sampling.decimate * CHEBYSHEV_ORDER):
             lost += end - begin
             continue
@@ -127,7 +128,9 @@ def prepare(recipe: Recipe, table: Table) -> Prepared:
         notes.append(f"The clock has {len(borders) - 2} gaps; no filter runs across them ({lost} samples left out).")
     turning = _turning(recipe, units)
     every = recipe.sampling.decimate
-    return Prepared(table.source, tuple(pieces), turning, every * step, every, recipe.sampling.least_speed, tuple(notes))
+    return Prepared(
+        table.source, tuple(pieces), turning, every * step, every, recipe.sampling.least_speed, tuple(notes)
+    )
 
 
 class _Chain:
@@ -206,8 +209,8 @@ def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str])
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         raise StickslipError(
-            f"{table.source}: column '{name}' holds no number in {bad.size} samples, the first at {table.place(bad[0])}. "
-            "A filter cannot run across it: cut the log there."
+            f"{table.source}: column '{name}' holds no number in {bad.size} samples, the first at "
+            f"{table.place(int(bad[0]))}. A filter cannot run across it: cut the log there."
         )
     given = str(signal.unit)
     stated = table.units.get(name)

@@ -59,9 +59,7 @@ class Term:
 
 
 def _viscous(units: tuple[str, str], part: Callable[[np.ndarray], np.ndarray], meaning: str) -> Kind:
-    return Kind(
-        lambda s, _: part(s["velocity"]), *units, "velocity", meaning, friction=True, positive=True
-    )
+    return Kind(lambda s, _: part(s["velocity"]), *units, "velocity", meaning, friction=True, positive=True)
 
 
 def _coulomb(part: Callable[[np.ndarray, float], np.ndarray], meaning: str, smoothed: bool = False) -> Kind:
@@ -99,8 +97,8 @@ KINDS: Mapping[str, Kind] = {
 # friction laws that are sums of terms, the names of their parameters in front
 LINEAR_LAWS: Mapping[str, Mapping[str, str]] = {
     "Coulomb": {"F_c": "coulomb"},
-    "Coulomb + viscous": {"F_c": "coulomb", "F_v": "viscous"},
-    "Coulomb + viscous by direction": {
+    "Coulomb+viscous": {"F_c": "coulomb", "F_v": "viscous"},
+    "Coulomb+viscous by direction": {
         "F_c+": "coulomb+",
         "F_c-": "coulomb-",
         "F_v+": "viscous+",

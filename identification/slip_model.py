@@ -20,7 +20,7 @@ from fmu_models.errors import StickslipError
 from identification.one_dof.terms import GRAVITY
 from identification.slip_statistics import SMOOTHING, SlipStatistics, find_slips
 
-STEEP = 20.0  # slip speeds 1/p in v_max
+STEEP = 200.0  # slip speeds 1/p in v_max
 CYCLES = 6
 TRANSIENT = 2  # cycles
 ACCURACY = 1e-4  # relative, of peak and after-slip value

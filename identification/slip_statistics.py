@@ -4,11 +4,11 @@ The log is smoothed by a running median. Peaks and valleys alternate; a fall fro
     beyond noise       larger than 6 standard deviations of the noise (log less smoothed log)
     as a slip event    larger than a share of the root mean square of those beyond noise, smaller ones are partial slips
 (the energy that a slip frees goes with the square of its fall). A slip event has a peak (static friction), a value
-after it, a drop, and the time since the event before. While it sticks, a slider of mass m on a spring k drawn at speed V
-loads at d(F/mg)/dt = k V/(m g): a check of units and constants.
+after it, a drop, and the time since the event before. While it sticks, a slider of mass m on a spring k drawn at speed
+V loads at d(F/mg)/dt = k V/(m g): a check of units and constants.
 
 Source of the measurement: Colas, Pustelnik, Oliver, Abry, Geminard, Vidal, Nonlinear denoising for solid friction
-dynamics characterization, Physical Review E 100 (2019), 032803.
+dynamics characterization, Physical Review E.
 """
 
 from __future__ import annotations
@@ -123,6 +123,8 @@ def slip_statistics(
             raise StickslipError(f"There is no setting '{name}'.{nearest(name, (*SLIP_UNITS, 'share'))}")
     known = {**recipe.slips.known, **(settings or {})}
     share = known.pop("share", recipe.slips.share)
+    if not 0 <= share < 1:
+        raise StickslipError(f"'share' must lie from 0 to below 1, found {share:g}.")
     for name, value in known.items():
         if value <= 0 and not (name == "damping" and value == 0):
             raise StickslipError(f"'{name}' must be above 0, found {value:g}.")
@@ -188,7 +190,7 @@ def _falls(values: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
     turns = moving[:-1][np.sign(steps[moving[:-1]]) != np.sign(steps[moving[1:]])] + 1
     peaks, valleys = [], []
     high, low = 0, -1
-    for i in turns:
+    for i in (*turns, len(values) - 1):
         value = values[i]
         if low < 0:
             if value > values[high]:

@@ -87,6 +87,11 @@ def fit_linear(prepared: Prepared, terms: tuple[Term, ...]) -> LinearFit:
             f"{len(measured)} samples of {prepared.source} cannot determine {len(terms)} parameters. Lower "
             "'least_speed' or 'decimate', or record a longer log."
         )
+    if np.ptp(measured) == 0:
+        raise StickslipError(
+            f"{prepared.source}: the effort is {measured[0]:g} {prepared.effort_unit} throughout, which says nothing "
+            "of a model. Check its column."
+        )
     design, effort = plain * weight[:, None], measured * weight
     _check_rank(design, terms, prepared.source)
     values = np.linalg.lstsq(design, effort, rcond=None)[0]

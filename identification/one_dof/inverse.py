@@ -155,7 +155,7 @@ def _on_fit(here: Score, unseen: Score, others: dict[str, Score]) -> list[str]:
     if here.explained < POOR:
         said.append(
             f"Poor fit: the residual is {100 * here.relative_error:.0f} % of the effort, the model fits "
-            f"{100 * (1 - here.relative_error):.0f} % of it; {100 * here.explained:.0f} % of its variance is explained. "
+            f"{100 * (1 - here.relative_error):.0f} % of it; {100 * here.explained:.0f} % of its variance explained. "
             "That values can be reproduced does not make them valid: mend the model or the log before you use them "
             "(effort sensor, delay between the signals, play, missing terms)."
         )

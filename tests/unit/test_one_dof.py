@@ -68,13 +68,9 @@ def test_a_second_derivative_by_one_polynomial(tmp_path):
 def test_units_and_gains_are_converted(tmp_path):
     columns = motion()
     force = slide(columns["x"], columns["v"], columns["a"])
-    write(tmp_path / "log.csv", {**columns, "x": 1e3 * columns["x"], "F": force / 35.0})
-    columns["a"] = columns["a"] / 9.81
-    text = (
-        MEASURED.replace('"m"', '"mm"')
-        .replace('"m/s2"', '"9.81 m/s^2"')
-        .replace('unit = "N"', 'unit = "mV"\ngain = 35\ngain_unit = "kN/V"')
-    )
+    write(tmp_path / "log.csv", {**columns, "x": 1e3 * columns["x"], "a": columns["a"] / 10, "F": force / 35.0})
+    text = MEASURED.replace('"m"', '"mm"').replace('"m/s2"', '"dam/s^2"')
+    text = text.replace('unit = "N"', 'unit = "mV"\ngain = 35\ngain_unit = "kN/V"')
     found = inverse_dynamics(read_recipe(recipe_of(tmp_path, text + LINEAR)), tmp_path / "log.csv").result
     assert found["M"] == pytest.approx(5.0)
 
@@ -86,9 +82,8 @@ def test_a_gain_is_read_from_the_log(tmp_path):
     force = slide(columns["x"], columns["v"], columns["a"])
     savemat(tmp_path / "log.mat", {**columns, "F": force / 35.0, "newton_per_volt": 35.0})
     text = MEASURED.replace('unit = "N"', 'unit = "V"\ngain = "newton_per_volt"\ngain_unit = "N/V"') + LINEAR
-    assert inverse_dynamics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.mat").result["Fc"] == pytest.approx(
-        3
-    )
+    found = inverse_dynamics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.mat").result
+    assert found["Fc"] == pytest.approx(3.0)
     wrong = recipe_of(tmp_path, text.replace('"newton_per_volt"', '"gtau"'), "wrong")
     with pytest.raises(StickslipError, match=r"'gtau' is not a single number.*Its single numbers: newton_per_volt"):
         inverse_dynamics(read_recipe(wrong), tmp_path / "log.mat")

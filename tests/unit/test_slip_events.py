@@ -144,6 +144,7 @@ def test_a_wrong_stiffness_shows_in_the_loading(tmp_path, run):
     write(tmp_path / "log.csv", {"time": done.time, "f": friction})
     recipe = read_recipe(recipe_of(tmp_path, RECIPE))
     statistics, _ = slip_statistics(recipe, tmp_path / "log.csv", {"stiffness": 100.0})
+    assert statistics.loading_expected is not None
     assert statistics.loading / statistics.loading_expected == pytest.approx(0.5, rel=0.02)
     assert any("is not that of this log" in verdict for verdict in statistics.verdicts)
 

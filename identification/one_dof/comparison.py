@@ -18,11 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.laws_fit import LAWS, FittableLaw
-from identification.one_dof.estimate import blocks, regressors
+from identification.one_dof.estimate import INDISTINGUISHABLE, blocks, regressors
 from identification.one_dof.memory import memory
 from identification.one_dof.recipe import VELOCITY, Recipe
 from identification.one_dof.signals import Prepared
 from identification.one_dof.terms import KINDS, LINEAR_LAWS, Term, sign_of
+from identification.uncertainty import newey_west
 
 BLOCKS = 8  # left out in turn
 LEAST_BLOCK = 2  # memories of the residual: shorter blocks are not independent of their neighbours
@@ -32,11 +33,13 @@ EQUAL = 2.0  # BIC: laws closer than this fit alike, and the simpler one is take
 
 @dataclass(frozen=True)
 class LawRow:
-    """One law. values, units: by parameter of the friction law; unseen_error: |r|/|y| on blocks left out in turn;
+    """One law. values, deviations (standard, Newey-West; NaN where the log does not determine a parameter), units: by
+    parameter of the friction law; unseen_error: |r|/|y| on blocks left out in turn;
     doubts: why its values mean nothing, empty if they do."""
 
     name: str
     values: dict[str, float]
+    deviations: dict[str, float]
     units: dict[str, str]
     relative_error: float
     unseen_error: float
@@ -107,6 +110,10 @@ class _Candidate(ABC):
         """Modelled effort (k,), weighted."""
 
     @abstractmethod
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """Derivatives (k, m) of the model."""
+
+    @abstractmethod
     def fit(self, rows: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
         """Unknowns (m,) from some of the samples (k,) of true and false."""
 
@@ -131,6 +138,9 @@ class _Linear(_Candidate):
 
     def model(self, x: np.ndarray) -> np.ndarray:
         return self.design @ x
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        return self.design
 
     def fit(self, rows: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
         return np.linalg.lstsq(self.design[rows], self.measured[rows], rcond=None)[0]
@@ -166,7 +176,6 @@ class _Nonlinear(_Candidate):
         return self.base @ x[: self.base_count] + self.scale * self.weight * friction
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Derivatives (k, m) of the model."""
         q = x[self.base_count :]
         slope = self.prepared.thinned(lambda s: (self.sign(s[VELOCITY]) * self.law.gradient(np.abs(s[VELOCITY]), q)).T)
         return np.concatenate([self.base, self.scale * self.weight[:, None] * slope], axis=1)
@@ -245,6 +254,7 @@ def _row(candidate: _Candidate, x: np.ndarray, labels: np.ndarray, samples: floa
     return LawRow(
         candidate.name,
         dict(zip(candidate.names, map(float, candidate.shown(x)), strict=True)),
+        dict(zip(candidate.names, map(float, candidate.shown(_deviation(candidate, x))), strict=True)),
         dict(zip(candidate.names, candidate.units, strict=True)),
         float(np.linalg.norm(residual)) / size,
         float(np.linalg.norm(unseen)) / size,
@@ -252,6 +262,16 @@ def _row(candidate: _Candidate, x: np.ndarray, labels: np.ndarray, samples: floa
         fit + len(x) * float(np.log(samples)),
         candidate.doubts(x),
     )
+
+
+def _deviation(candidate: _Candidate, x: np.ndarray) -> np.ndarray:
+    """Standard deviations (m,) of the unknowns; NaN where the log does not determine them."""
+    gradient, residual = candidate.gradient(x), candidate.residual(x)
+    size = np.linalg.norm(gradient, axis=0)
+    if np.any(size == 0) or np.linalg.cond(gradient / size) > INDISTINGUISHABLE:
+        return np.full(len(x), np.nan)
+    lags = min(memory(residual).newey_west_lags, len(residual) // 2)
+    return np.sqrt(np.diag(newey_west(gradient / size, residual, lags=lags))) / size
 
 
 def _choice(rows: Sequence[LawRow]) -> tuple[str | None, str]:

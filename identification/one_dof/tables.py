@@ -54,7 +54,10 @@ def _laws(laws: LawComparison) -> Table:
     )
     best_aic, best_bic = min(row.aic for row in laws.rows), laws.rows[0].bic
     for row in laws.rows:
-        values = ", ".join(f"{name} = {value:.4g} {row.units[name]}" for name, value in row.values.items())
+        values = "\n".join(
+            f"{name} = {value:.4g} +- {row.deviations[name]:.1g} {row.units[name]}"
+            for name, value in row.values.items()
+        )
         mark = "preferred" if row.name == laws.preferred else "doubtful" if row.doubts else ""
         errors = (f"{100 * row.relative_error:.3f}", f"{100 * row.unseen_error:.3f}")
         shown.add_row(row.name, values, *errors, f"{row.aic - best_aic:+.1f}", f"{row.bic - best_bic:+.1f}", mark)

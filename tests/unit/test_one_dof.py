@@ -98,6 +98,16 @@ def test_a_filter_delays_nothing_and_stops_what_it_should():
     assert np.allclose(relative, passed)
 
 
+def test_decimation_keeps_the_size_and_the_last_sample(tmp_path):
+    """What is slow passes unchanged; the loss by the filter's ripple is made good."""
+    recipe = read_recipe(recipe_of(tmp_path, MEASURED + "[sampling]\ndecimate = 9\n" + LINEAR))
+    prepared, columns = prepare(recipe, table_of(lambda x, v, a: 1 + x)), motion()
+    assert prepared.time == pytest.approx(columns["time"][9_999 % 9 :: 9])
+    assert prepared.time[-1] == columns["time"][-1]
+    inside = slice(100, -100)
+    assert prepared.effort[inside] == pytest.approx(1 + columns["x"][9_999 % 9 :: 9][inside], rel=2e-3)
+
+
 def test_no_filter_runs_across_a_gap(tmp_path):
     """Two stretches at different places: a filter or a difference across the gap would see a jump of the position."""
     columns = motion()
@@ -246,4 +256,7 @@ def test_contis_friction_is_found_where_it_is(tmp_path):
     best = result.laws.rows[0]
     assert best.values == pytest.approx({"F_s": 6.5, "F_k": 3.5, "p": 15.0}, rel=0.01)
     assert best.units == {"F_s": "N", "F_k": "N", "p": "s/m"}
+    for name, truth in {"F_s": 6.5, "F_k": 3.5, "p": 15.0}.items():
+        assert 0 < best.deviations[name] < 0.01 * truth
+        assert abs(best.values[name] - truth) < 4 * best.deviations[name]
     assert best.unseen_error == pytest.approx(best.relative_error, rel=0.05)

@@ -106,6 +106,15 @@ def test_a_saw_gives_its_teeth_in_any_unit_and_resolution(drops, gain, shift, re
     assert found.interval[1:] == pytest.approx(0.22, abs=0.01 + 0.02 * (resolution > 0))
 
 
+def test_a_fall_whose_begin_or_end_was_not_recorded_is_no_event():
+    tooth = np.concatenate([np.linspace(0, 0.2, 200), np.linspace(0.2, 0, 20)])
+    saw = np.tile(tooth, 8)
+    cut = saw[207:-5]  # from the middle of the first fall to that of the last
+    found = find_slips([(np.arange(len(cut)) * STEP, cut)], STEP, 3 * STEP)
+    assert len(found.time) == 6
+    assert found.time[0] == pytest.approx(0.213, abs=0.003)
+
+
 def test_partial_slips_are_counted_apart():
     rng = np.random.default_rng(0)
     rises = np.tile([0.2, 0.2, 0.03], 10)

@@ -130,8 +130,10 @@ class _Linear(_Candidate):
     """A law that is a sum of terms."""
 
     def __init__(self, prepared: Prepared, name: str, base: tuple[Term, ...]) -> None:
-        super().__init__(prepared, base)
         terms = tuple(Term(label, kind) for label, kind in LINEAR_LAWS[name].items())
+        # Coulomb friction of each direction holds an offset already: half their difference
+        both = any(term.kind == "coulomb+" for term in terms)
+        super().__init__(prepared, tuple(term for term in base if not (both and term.kind == "offset")))
         self.name, self.names = name, tuple(term.name for term in terms)
         self.units = tuple(str(term.unit(prepared.turning)) for term in terms)
         self.design = np.concatenate([self.base, regressors(prepared, terms) * self.weight[:, None]], axis=1)

@@ -245,6 +245,18 @@ def test_friction_that_rises_with_speed_is_not_taken_for_contis(tmp_path):
     assert "friction rises with slip speed" in said(result)
 
 
+def test_friction_of_each_direction_takes_the_place_of_the_offset(tmp_path):
+    """3 N and an offset of -0.5 N are 2.5 N forwards and 3.5 N backwards: one parameter more than Coulomb+viscous."""
+    text = MEASURED + LINEAR + '[friction]\ncompare = ["Coulomb+viscous by direction", "Coulomb+viscous"]\n'
+    laws = fitted(tmp_path, text, noise=0.1 * np.random.default_rng(1).normal(size=10_000)).laws
+    assert laws is not None and laws.preferred == "Coulomb+viscous"
+    rows = {row.name: row for row in laws.rows}
+    found = rows["Coulomb+viscous by direction"]
+    assert found.values == pytest.approx({"F_c+": 2.5, "F_c-": 3.5, "F_v+": 12.0, "F_v-": 12.0}, rel=0.01)
+    assert all(0 < deviation < 0.05 for deviation in found.deviations.values())
+    assert found.bic - found.aic == pytest.approx(5 * (np.log(laws.effective_samples) - 2))
+
+
 def test_contis_friction_is_found_where_it_is(tmp_path):
     def conti(x, v, a):
         return 5 * a + np.sign(v) * 10.0 * ((0.65 - 0.35) / (1 + 15 * np.abs(v)) + 0.35)

@@ -32,7 +32,7 @@ EQUAL = 2.0  # BIC: laws closer than this fit alike, and the simpler one is take
 
 
 @dataclass(frozen=True)
-class LawRow:
+class FrictionRow:
     """One law. values, deviations (standard, Newey-West; NaN where the log does not determine a parameter), units: by
     parameter of the friction law; unseen_error: |r|/|y| on blocks left out in turn;
     doubts: why its values mean nothing, empty if they do."""
@@ -49,19 +49,20 @@ class LawRow:
 
 
 @dataclass(frozen=True)
-class LawComparison:
-    """rows: by BIC, the best first; preferred: name, None if all are doubtful; reason: in words; scale: S above, in
-    ``scale_unit``."""
+class FrictionComparison:
+    """rows: by BIC, the best first; preferred: name, None if all are doubtful; reason: why it is; aside: why others are
+    not considered; scale: S above, in ``scale_unit``."""
 
-    rows: tuple[LawRow, ...]
+    rows: tuple[FrictionRow, ...]
     preferred: str | None
     reason: str
+    aside: tuple[str, ...]
     scale: float
     scale_unit: str
     effective_samples: float
 
 
-def compare_laws(recipe: Recipe, prepared: Prepared) -> LawComparison | None:
+def compare_friction(recipe: Recipe, prepared: Prepared) -> FrictionComparison | None:
     """Compare the laws that a recipe names; None if it names none."""
     if not recipe.laws:
         return None
@@ -82,7 +83,8 @@ def compare_laws(recipe: Recipe, prepared: Prepared) -> LawComparison | None:
     rows = [_row(one, x, labels, colour.samples) for one, x in zip(candidates, found, strict=True)]
     rows.sort(key=lambda row: row.bic)
     preferred, reason = _choice(rows)
-    return LawComparison(tuple(rows), preferred, reason, scale, prepared.effort_unit, colour.samples)
+    aside = tuple(f"{row.name} is put aside: {' '.join(row.doubts)}" for row in rows if row.doubts)
+    return FrictionComparison(tuple(rows), preferred, reason, aside, scale, prepared.effort_unit, colour.samples)
 
 
 class _Candidate(ABC):
@@ -247,13 +249,13 @@ def _force_unit(name: str, unit: str, prepared: Prepared) -> str:
     return prepared.effort_unit if unit == "1" else f"{prepared.effort_unit} {turned}"
 
 
-def _row(candidate: _Candidate, x: np.ndarray, labels: np.ndarray, samples: float) -> LawRow:
+def _row(candidate: _Candidate, x: np.ndarray, labels: np.ndarray, samples: float) -> FrictionRow:
     residual, size = candidate.residual(x), float(np.linalg.norm(candidate.measured))
     unseen = np.concatenate(
         [candidate.residual(candidate.fit(labels != label, x))[labels == label] for label in np.unique(labels)]
     )
     fit = samples * float(np.log(np.mean(residual**2)))
-    return LawRow(
+    return FrictionRow(
         candidate.name,
         dict(zip(candidate.names, map(float, candidate.shown(x)), strict=True)),
         dict(zip(candidate.names, map(float, candidate.shown(_deviation(candidate, x))), strict=True)),
@@ -276,21 +278,18 @@ def _deviation(candidate: _Candidate, x: np.ndarray) -> np.ndarray:
     return np.sqrt(np.diag(newey_west(gradient / size, residual, lags=lags))) / size
 
 
-def _choice(rows: Sequence[LawRow]) -> tuple[str | None, str]:
+def _choice(rows: Sequence[FrictionRow]) -> tuple[str | None, str]:
     """The preferred law and why. rows: by BIC."""
     sound = [row for row in rows if not row.doubts]
-    aside = " ".join(f"{row.name} is put aside: {' '.join(row.doubts)}" for row in rows if row.doubts)
     if not sound:
-        return None, f"No law has values that mean what it says. {aside}"
+        return None, "None of the laws has values that mean what it says."
     alike = [row for row in sound if row.bic - sound[0].bic < EQUAL]
     best = min(alike, key=lambda row: len(row.values))
     others = [row for row in sound if row is not best]
-    if others:
-        second = others[0]
-        told = (
-            f"{best.name} is preferred: BIC {second.bic - best.bic:+.1f} for {second.name}, the next; error on blocks "
-            f"left out {100 * best.unseen_error:.2f} % against {100 * second.unseen_error:.2f} %."
-        )
-    else:
-        told = f"{best.name} is preferred: it alone has values that mean what it says."
-    return best.name, f"{told} {aside}".strip()
+    if not others:
+        return best.name, f"{best.name} is preferred: it alone has values that mean what it says."
+    second = others[0]
+    return best.name, (
+        f"{best.name} is preferred: BIC {second.bic - best.bic:+.1f} for {second.name}, the next; error on blocks left "
+        f"out {100 * best.unseen_error:.2f} % against {100 * second.unseen_error:.2f} %."
+    )

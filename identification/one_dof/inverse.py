@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.one_dof.comparison import LawComparison, compare_laws
+from identification.one_dof.comparison import FrictionComparison, compare_friction
 from identification.one_dof.estimate import (
     LinearFit,
     Score,
@@ -68,7 +68,7 @@ class InverseResult:
     neighbour_correlation: float
     memory: float
     effective_samples: float
-    laws: LawComparison | None
+    laws: FrictionComparison | None
     verdicts: tuple[str, ...]
 
     def __getitem__(self, name: str) -> float:
@@ -105,7 +105,7 @@ def inverse_dynamics(
     }
     here = score_of(prepared.effort, fit.residual)
     unseen = _unseen(prepared, fit)
-    laws = compare_laws(recipe, prepared)
+    laws = compare_friction(recipe, prepared)
     columns = (recipe.terms, fit.values, fit.deviation, fit.white_deviation)
     estimates = tuple(
         Estimate(t.name, t.kind, float(value), str(t.unit(prepared.turning)), float(sd), float(white))
@@ -115,7 +115,7 @@ def inverse_dynamics(
         *_on_fit(here, unseen, others),
         *_on_values(estimates),
         *_on_colour(fit, estimates, prepared.step),
-        *((laws.reason,) if laws else ()),
+        *((laws.reason, *laws.aside) if laws else ()),
         *prepared.notes,
     )
     result = InverseResult(

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rich.console import Group, RenderableType
     from rich.table import Table
 
-    from identification.one_dof.comparison import LawComparison
+    from identification.one_dof.comparison import FrictionComparison
     from identification.one_dof.inverse import InverseResult
     from identification.slip_model import SlipModel
     from identification.slip_statistics import SlipStatistics
@@ -48,7 +48,7 @@ def _scores(result: InverseResult) -> Table:
     return shown
 
 
-def _laws(laws: LawComparison) -> Table:
+def _laws(laws: FrictionComparison) -> Table:
     shown = table(
         "law", "values", ">error, %", ">unseen, %", ">AIC", ">BIC", "", title="Friction laws, the best BIC first"
     )

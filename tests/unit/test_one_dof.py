@@ -241,7 +241,7 @@ def test_friction_that_rises_with_speed_is_not_taken_for_contis(tmp_path):
     assert result.laws is not None
     assert result.laws.rows[0].name == "Conti"
     assert result.laws.preferred == "Coulomb+viscous"
-    assert "Conti is put aside: mu_s" in result.laws.reason
+    assert result.laws.aside[0].startswith("Conti is put aside: mu_s")
     assert "friction rises with slip speed" in said(result)
 
 

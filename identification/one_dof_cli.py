@@ -95,7 +95,7 @@ def slips(
             from identification.one_dof.figures import slip_figure
 
             save_figure(slip_figure(statistics, events, model), figure, overwrite=overwrite)
-    found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
+    found = {**statistics.to_dict(), "model": model.to_dict() if model else None, "table": events.to_dict()}
     content = _finish(found, result, figure, overwrite)
 
     def show(out: Any) -> None:

@@ -73,6 +73,11 @@ class SlipEvents:
         """Fall of friction (n,)."""
         return self.peak - self.after
 
+    def to_dict(self) -> dict[str, list[float]]:
+        """One list per column, a value for each event."""
+        columns = ("time", "peak", "after", "duration", "interval", "loading")
+        return {name: getattr(self, name).tolist() for name in columns}
+
 
 @dataclass(frozen=True)
 class SlipStatistics:

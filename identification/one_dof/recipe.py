@@ -15,7 +15,7 @@ from typing import Any
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.scene.toml_reader import Document, read_document
 from identification.laws_fit import LAWS
-from identification.one_dof.terms import KINDS, LINEAR_LAWS, Term
+from identification.one_dof.terms import KINDS, LINEAR_LAWS, Speed, Term
 
 SUFFIX = ".toml"
 TIME = "time"
@@ -34,6 +34,9 @@ ROLES: Mapping[str, tuple[str, ...]] = {
 # left out, these are central differences of the signal before
 IMPLIED = {VELOCITY: POSITION, ACCELERATION: VELOCITY}
 SLIP_UNITS = {"mass": "kg", "stiffness": "N/m", "speed": "m/s", "damping": "N s/m", "smoothing": "s"}
+
+
+NO_SPEED = Speed(0.0)
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,12 @@ class Signal:
 @dataclass(frozen=True)
 class Sampling:
     """rate: Hz of the clock, None to take the stamps as they are; drop: samples left out at the begin (edges of the
-    filters); decimate: one sample in so many is kept; least_speed: slower samples are left out, m/s or rad/s."""
+    filters); decimate: one sample in so many is kept; least_speed: slower samples are left out."""
 
     rate: float | None = None
     drop: int = 0
     decimate: int = 1
-    least_speed: float = 0.0
+    least_speed: Speed = NO_SPEED
 
 
 @dataclass(frozen=True)
@@ -241,7 +244,7 @@ def _term(document: Document, name: str) -> Term:
         document.check_keys(("term", "speed"), *place)
         kind = document.text("term", *place)
         if "speed" in raw:
-            speed = _plain(document, raw["speed"], *place, "speed")
+            speed = _speed(document, raw["speed"], *place, "speed")
     elif isinstance(raw, str):
         kind = raw
     else:
@@ -250,7 +253,7 @@ def _term(document: Document, name: str) -> Term:
         )
     if kind not in KINDS:
         raise document.fault(f"'{kind}' is not a term.{nearest(kind, KINDS)}", *place)
-    if KINDS[kind].smoothed != (speed is not None) or (speed is not None and speed <= 0):
+    if KINDS[kind].smoothed != (speed is not None) or (speed is not None and speed.value <= 0):
         what = "needs 'speed', the speed over which it turns, above 0" if KINDS[kind].smoothed else "has no 'speed'"
         raise document.fault(f"term '{name}' ({kind}) {what}.", *place)
     return Term(name, kind, speed)
@@ -266,14 +269,16 @@ def _sampling(document: Document) -> Sampling:
         rate,
         document.count("drop", 0, 0, "sampling"),
         document.count("decimate", 1, 1, "sampling"),
-        _plain(document, table.get("least_speed", 0.0), "sampling", "least_speed"),
+        _speed(document, table.get("least_speed", 0.0), "sampling", "least_speed"),
     )
 
 
-def _plain(document: Document, raw: Any, *place: str) -> float:
-    """A speed, m/s or rad/s: the recipe alone does not say which of the two it is."""
-    unit = "rad/s" if isinstance(raw, str) and any(word in raw for word in ("rad", "deg", "rpm", "turn")) else "m/s"
-    return document.value(raw, unit, *place)
+def _speed(document: Document, raw: Any, *place: str) -> Speed:
+    """The recipe alone does not say whether the body slides or turns: the text's own unit is kept with it."""
+    if not isinstance(raw, str):
+        return Speed(document.value(raw, "m/s", *place))
+    unit = "rad/s" if any(word in raw for word in ("rad", "deg", "rpm", "turn")) else "m/s"
+    return Speed(document.value(raw, unit, *place), unit)
 
 
 def _friction(document: Document) -> tuple[tuple[str, ...], float | None]:

@@ -127,10 +127,9 @@ def prepare(recipe: Recipe, table: Table) -> Prepared:
     if len(borders) > 2:
         notes.append(f"The clock has {len(borders) - 2} gaps; no filter runs across them ({lost} samples left out).")
     turning = _turning(recipe, units)
-    every = recipe.sampling.decimate
-    return Prepared(
-        table.source, tuple(pieces), turning, every * step, every, recipe.sampling.least_speed, tuple(notes)
-    )
+    _check_speeds(recipe, turning)
+    every, least_speed = recipe.sampling.decimate, recipe.sampling.least_speed.value
+    return Prepared(table.source, tuple(pieces), turning, every * step, every, least_speed, tuple(notes))
 
 
 class _Chain:
@@ -282,6 +281,16 @@ def _turning(recipe: Recipe, units: Mapping[str, str]) -> bool:
             "with forces, or angles with torques; a gain with its 'gain_unit' converts."
         )
     return any(turning.values())
+
+
+def _check_speeds(recipe: Recipe, turning: bool) -> None:
+    speeds = {"least_speed": recipe.sampling.least_speed, **{t.name: t.speed for t in recipe.terms if t.speed}}
+    for name, speed in speeds.items():
+        if not speed.fits(turning):
+            raise StickslipError(
+                f"{recipe.path.name}: '{name}' is given in a unit of {speed.unit}, but the body "
+                f"{'turns: rad/s' if turning else 'slides: m/s'} is expected."
+            )
 
 
 def _step(recipe: Recipe, table: Table, time: np.ndarray) -> float:

@@ -42,16 +42,28 @@ class Kind:
 
 
 @dataclass(frozen=True)
+class Speed:
+    """A speed as a recipe gives it; unit: m/s or rad/s, None for a plain number, which is in that of the body."""
+
+    value: float
+    unit: str | None = None
+
+    def fits(self, turning: bool) -> bool:
+        """Whether it is one of a body that turns (or slides)."""
+        return self.unit in (None, "rad/s" if turning else "m/s")
+
+
+@dataclass(frozen=True)
 class Term:
-    """A term by the name of its parameter. speed: m/s or rad/s over which a smoothed Coulomb term turns."""
+    """A term by the name of its parameter. speed: over which a smoothed Coulomb term turns."""
 
     name: str
     kind: str
-    speed: float | None = None
+    speed: Speed | None = None
 
     def regressor(self, signals: Signals) -> np.ndarray:
         """Values (n,)."""
-        return KINDS[self.kind].regressor(signals, self.speed or 0.0)
+        return KINDS[self.kind].regressor(signals, self.speed.value if self.speed else 0.0)
 
     def unit(self, turning: bool) -> str | None:
         """Of its parameter; None if there is no such term for this kind of motion."""
@@ -110,7 +122,7 @@ LINEAR_LAWS: Mapping[str, Mapping[str, str]] = {
 def sign_of(terms: tuple[Term, ...]) -> Callable[[np.ndarray], np.ndarray]:
     """The sign function that goes with the Coulomb term of a model, with the limits -1 and 1."""
     for term in terms:
-        speed = term.speed or 0.0
+        speed = term.speed.value if term.speed else 0.0
         if term.kind == "coulomb-arctan":
             return lambda v: 2 / np.pi * np.arctan(v / speed)
         if term.kind == "coulomb-tanh":

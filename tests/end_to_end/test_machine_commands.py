@@ -94,6 +94,8 @@ def test_slips_prints_tables_and_json_and_draws(stickslip, saw, tmp_path):
     found = stickslip("slips", recipe, log, *settings, "--json").json
     assert found["events"] == pytest.approx(19, abs=1)
     assert found["period"]["value"] == pytest.approx(0.33, rel=0.01)
+    assert len(found["table"]["peak"]) == found["events"]
+    assert found["table"]["interval"][0] is None  # there is none before the first
     assert found["model"]["mu_s"] > found["model"]["mu_k"]
     without = stickslip("slips", recipe, log, "--set", "smoothing=0.005", "--json").json
     assert without["model"] is None and without["loading_expected"] is None

@@ -89,4 +89,4 @@ def coloured(count: int, memory: float, rng: np.random.Generator) -> np.ndarray:
     from scipy.signal import lfilter
 
     white = rng.normal(size=count + 1000) * np.sqrt(1 - memory**2)
-    return lfilter([1.0], [1.0, -memory], white)[1000:]
+    return np.asarray(lfilter([1.0], [1.0, -memory], white))[1000:]

@@ -46,6 +46,7 @@ ENGINE = (
     "exchange",
     "run",
     "tangent",
+    "look",
     "instance",
     "variables",
     "frozen",
@@ -252,7 +253,11 @@ def _engine(fmi_version: str) -> dict[str, str]:
 
 def _all_c(system: HybridSystem, fmi_version: str) -> str:
     """The one file that is compiled."""
-    names = ["model.c", "engine.h", *(f"{name}.c" for name in (*ENGINE, f"fmi{fmi_version[0]}", "native"))]
+    names = [
+        "model.c",
+        "engine.h",
+        *(f"{name}.c" for name in (*ENGINE, f"fmi{fmi_version[0]}", "native", "sensitivity")),
+    ]
     includes = "\n".join(f'#include "{name}"' for name in names)
     nominals = ", ".join(repr(state.nominal) for state in system.states)
     return (

@@ -34,6 +34,9 @@ enum {
 /* the numbers FMI 2 and FMI 3 give them both */
 typedef enum { STATUS_OK = 0, STATUS_WARNING = 1, STATUS_DISCARD = 2, STATUS_ERROR = 3 } Status;
 
+/* what a value reference means; they are consecutive, in this order (fmu_models/codegen/model_description.py) */
+typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
+
 /* all that a frozen state holds */
 typedef struct {
     Run run;
@@ -125,8 +128,8 @@ Status instance_set(Instance *m, const char *function, const uint32_t *vr, size_
 Status instance_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value);
 /* reference of the rate of an input, 0 for the reference of anything else */
 uint32_t instance_rate_of(uint32_t vr);
-/* index of the state with this reference, -1 for the reference of anything else */
-int instance_state_of(uint32_t vr);
+/* what a value reference means, and the index among its kind */
+Kind instance_locate(uint32_t vr, int *index);
 /* whether it is the reference of an input or of the rate of one */
 int instance_is_input(uint32_t vr);
 /* refuse any reference: the model has no variables of that type (or none that can be set) */

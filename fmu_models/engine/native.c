@@ -13,7 +13,6 @@
 #include <math.h>
 
 #include "instance.h"
-#include "tangent.h"
 
 #if defined(_WIN32)
 #define NATIVE_EXPORT __declspec(dllexport)
@@ -25,8 +24,8 @@
 
 enum { NATIVE_DONE = 0, NATIVE_MORE = 1, NATIVE_ERROR = 2 };
 
-/* mirrored by simulation/native.py; NATIVE_VERSION changes with it */
-enum { NATIVE_VERSION = 3 };
+/* mirrored by simulation/native.py; changes with what this file and sensitivity.c offer */
+enum { NATIVE_VERSION = 4 };
 
 typedef struct {
     /* what to record: value references, ascending times, and values[row * n_values + column] */
@@ -87,23 +86,34 @@ static Status record(Instance *m, const NativeRun *run, double *row) {
 }
 
 static Status watch(Instance *m, const NativeRun *run) {
-    int state = instance_state_of(run->crossing_state);
-    if (state < 0)
+    int state;
+    if (instance_locate(run->crossing_state, &state) != STATE)
         return instance_refuse(m, "%s: value reference %u is not a state", __func__, (unsigned)run->crossing_state);
     section_watch(&m->core.run, state, run->level, run->direction);
     return STATUS_OK;
 }
 
+/* room that must be left for events: an instant may change every contact as often as the engine iterates */
+static int64_t event_reserve(const Run *r) { return (int64_t)r->tolerances.max_iterations * MODEL_NC; }
+
+static Status check_event_room(Instance *m, const NativeRun *run) {
+    int64_t reserve = event_reserve(&m->core.run);
+    if (run->event_capacity > reserve) return STATUS_OK;
+    return instance_refuse(m, "%s: room for %lld events, at least %lld needed", __func__, (long long)run->event_capacity,
+                           (long long)reserve + 1);
+}
+
+static int engine_failed(Instance *m) {
+    m->core.phase = PHASE_FAILED;
+    instance_refuse(m, "at time %.10g: %s", m->core.run.at.time, m->core.run.message);
+    return NATIVE_ERROR;
+}
+
 static int proceed(Instance *m, NativeRun *run) {
     Run *r = &m->core.run;
-    /* an instant may change every contact as often as the engine iterates */
-    int64_t reserve = (int64_t)r->tolerances.max_iterations * MODEL_NC;
+    int64_t reserve = event_reserve(r);
     long last_step = r->steps + (long)run->allowance;
-    if (run->event_capacity <= reserve) {
-        instance_refuse(m, "%s: room for %lld events, at least %lld needed", __func__, (long long)run->event_capacity,
-                        (long long)reserve + 1);
-        return NATIVE_ERROR;
-    }
+    if (check_event_room(m, run)) return NATIVE_ERROR;
     int watches = run->crossing_capacity > 0;
     r->goal = watches || !run->n_times ? -INFINITY : run->times[run->n_times - 1]; /* a section may stop early */
     r->pause_at = last_step;
@@ -119,11 +129,7 @@ static int proceed(Instance *m, NativeRun *run) {
         if (knot_first) end = run->knot_times[run->next_knot];
         if (r->at.time < end) {
             RunStatus status = run_advance(r, end, 1, note, run);
-            if (status == RUN_ERROR) {
-                m->core.phase = PHASE_FAILED;
-                instance_refuse(m, "at time %.10g: %s", r->at.time, r->message);
-                return NATIVE_ERROR;
-            }
+            if (status == RUN_ERROR) return engine_failed(m);
             if (status == RUN_CROSSING) {
                 if (record(m, run, run->crossings + run->n_crossings * run->n_values)) return NATIVE_ERROR;
                 run->n_crossings++;
@@ -144,47 +150,18 @@ NATIVE_EXPORT int stickslip_simulate(void *instance, NativeRun *run);
 
 int stickslip_native_version(void) { return NATIVE_VERSION; }
 
+static void count(const Instance *m, NativeRun *run) {
+    run->steps = m->core.run.steps;
+    run->n_changes = m->core.run.events;
+    run->evaluations = m->core.run.evaluations;
+}
+
 int stickslip_simulate(void *instance, NativeRun *run) {
     Instance *m = instance;
     if (!run || instance_enter(m, PHASE_STEP, __func__)) return NATIVE_ERROR;
     int status = proceed(m, run);
     if (status != NATIVE_MORE) m->core.run.section.watched = 0;
     m->core.run.pause_at = 0;
-    run->steps = m->core.run.steps;
-    run->n_changes = m->core.run.events;
-    run->evaluations = m->core.run.evaluations;
+    count(m, run);
     return status;
-}
-
-/*
- * Derivatives of the states at a later time along n directions in the present states (n rows of MODEL_NX, or NULL) and in the
- * parameters (n rows of MODEL_NP, or NULL): rows of derivatives, and the states themselves. The instance moves to that time.
- */
-NATIVE_EXPORT int stickslip_tangent(void *instance, double end, int64_t n, const double *states, const double *parameters,
-                                    double *x, double *derivatives);
-
-int stickslip_tangent(void *instance, double end, int64_t n, const double *states, const double *parameters, double *x,
-                      double *derivatives) {
-    Instance *m = instance;
-    Run *r = &m->core.run;
-    if (instance_enter(m, PHASE_STEP, __func__) || instance_settle(m, __func__, NULL)) return NATIVE_ERROR;
-    if (n < 0 || n > INT32_MAX || !(end >= r->at.time) || !x || !derivatives) {
-        instance_refuse(m, "%s: a number of directions, a later time and arrays for the results are needed", __func__);
-        return NATIVE_ERROR;
-    }
-    Tangents *list = tangent_new(r, (int)n, states, parameters);
-    if (!list) {
-        instance_refuse(m, "%s: no memory for %lld directions", __func__, (long long)n);
-        return NATIVE_ERROR;
-    }
-    RunStatus status = tangent_advance(r, end, list, (int)n);
-    tangent_results(list, (int)n, derivatives);
-    memcpy(x, r->at.x, sizeof r->at.x);
-    tangent_free(list);
-    if (status == RUN_ERROR) {
-        m->core.phase = PHASE_FAILED;
-        instance_refuse(m, "at time %.10g: %s", r->at.time, r->message);
-        return NATIVE_ERROR;
-    }
-    return NATIVE_DONE;
 }

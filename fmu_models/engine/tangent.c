@@ -1,5 +1,5 @@
 /*
- * Derivatives of a motion along directions in start state and parameters, carried through steps and events.
+ * Derivatives of a motion along directions in start state, parameters and inputs, carried through steps and events.
  *
  * A tangent is a second copy of the point, in numbers a + i eps b: a is the motion itself, b its derivative. The run
  * decides (length, events, states of contacts), in steps no longer than the tangents allow; each tangent repeats the
@@ -14,12 +14,11 @@
  * Its time has an imaginary part after an event: the event comes later or earlier for a neighbour. So what saltation
  * matrices say of transitions is derived, for every kind of contact, by evaluating the same series at a complex time.
  * Undefined where an indicator falls without speed (grazing, corners): a neighbour may have another sequence of events.
+ * To rounding that is where its slope is below the tolerance `graze`.
  *
  * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7 (saltation);
  * Squire and Trapp, SIAM Review 40 (1998) (derivatives by complex arithmetic).
  */
-#include <stdlib.h>
-
 #include "tangent.h"
 
 #include "kind_tangent.h"
@@ -31,25 +30,17 @@
 #include "contact.c"
 #include "flow.c"
 
-struct Tangents {
-    Point at;
-    Jets jets;
-    int expanded; /* jets holds the series in time from the point */
-};
-
-/* so small that its square vanishes, so large that nothing underflows */
-#define EPS 1e-100
-
-static Real with_tangent(double value, double derivative)
-{
-    return value + EPS * derivative * _Complex_I;
-}
+#include "tangent_kind.h"
 
 /* the tangent's own derivative on the run's value: both have moved by the same arithmetic, up to rounding */
-static void rejoin(const Run *r, Tangents *t)
+static void rejoin(const Run *r, Tangent *t)
 {
     for (int i = 0; i < MODEL_NX; i++) {
         t->at.x[i] = r->at.x[i] + cimag(t->at.x[i]) * _Complex_I;
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
+        t->at.du[i] = r->at.du[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         t->at.memory[c] = r->at.memory[c] + cimag(t->at.memory[c]) * _Complex_I;
@@ -59,46 +50,40 @@ static void rejoin(const Run *r, Tangents *t)
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
     memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
     memcpy(t->at.known, r->at.known, sizeof t->at.known);
+    t->order = 0;
 }
 
-static void start(const Run *r, Tangents *t, const double *dx, const double *dp)
+size_t tangents_room(int n)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
-        t->at.x[i] = with_tangent(r->at.x[i], dx ? dx[i] : 0.0);
-    }
-    for (int i = 0; i < MODEL_NP; i++) {
-        t->at.p[i] = with_tangent(r->at.p[i], dp ? dp[i] : 0.0);
-    }
-    for (int i = 0; i < MODEL_NU; i++) {
-        t->at.u[i] = r->at.u[i];
-        t->at.du[i] = r->at.du[i];
-    }
-    rejoin(r, t);
-    model_prepare(t->at.p, t->at.d);
-    model_inertia(t->at.p, t->at.d, &t->jets, 0);
+    return sizeof(Tangents) + (size_t)n * (sizeof(Tangent) + MODEL_NX * (MODEL_TERMS + 1) * sizeof(double));
 }
 
-Tangents *tangent_new(const Run *r, int n, const double *states, const double *parameters)
+Tangents *tangents_start(void *room, const Run *r, int n)
 {
-    Tangents *tangents = calloc((size_t)n + 1, sizeof *tangents);
-    for (int i = 0; tangents && i < n; i++) {
-        start(r, &tangents[i], states ? states + i * MODEL_NX : NULL, parameters ? parameters + i * MODEL_NP : NULL);
+    Tangents *tangents = memset(room, 0, tangents_room(n));
+    tangents->count = n;
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < MODEL_NP; i++) {
+            tangents->list[k].at.p[i] = r->at.p[i];
+        }
+        rejoin(r, &tangents->list[k]);
     }
     return tangents;
 }
 
-void tangent_free(Tangents *tangents)
+void tangents_along(Tangents *tangents, int k, Along what, int index)
 {
-    free(tangents);
+    Point *at = &tangents->list[k].at;
+    Real *start = what == ALONG_STATE ? at->x : what == ALONG_INPUT ? at->u : at->p;
+    start[index] += EPS * _Complex_I;
+    model_prepare(at->p, at->d);
+    model_inertia(at->p, at->d, &tangents->list[k].jets, 0);
 }
 
-void tangent_results(const Tangents *tangents, int n, double *derivatives)
+double tangents_event(const Tangents *tangents, int k)
 {
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < MODEL_NX; i++) {
-            derivatives[k * MODEL_NX + i] = cimag(tangents[k].at.x[i]) / EPS;
-        }
-    }
+    const Tangent *t = &tangents->list[k];
+    return t->untimed ? NAN : cimag(t->at.time) / EPS;
 }
 
 static Real value_at(const Real *c, int n, Real s, Real *slope)
@@ -115,10 +100,19 @@ static Real value_at(const Real *c, int n, Real s, Real *slope)
     return value;
 }
 
-/* the falling indicator of the step, up to its sign, and the order to which it is known */
-static int falling_series(const Run *r, const Jets *j, double s, Real *series)
+/* the first contact with a falling indicator */
+static const char *falling_contact(const Run *r)
 {
-    const int order = taylor_order(r);
+    int c = 0;
+    while (c < MODEL_NC - 1 && !r->falling[c][SLOT_NORMAL] && !r->falling[c][SLOT_TANGENTIAL]) {
+        c++;
+    }
+    return model_contact_names[c];
+}
+
+/* the falling indicator of the step, up to its sign, and the order to which it is known; -1 if there is none */
+static int falling_series(const Run *r, const Jets *j, int order, double s, Real *series)
+{
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
             if (!r->falling[c][slot]) {
@@ -141,17 +135,18 @@ static int falling_series(const Run *r, const Jets *j, double s, Real *series)
 }
 
 /* the length over which the derivatives of the states keep the tolerance */
-static double shortest_length(const Run *r, Tangents *tangents, int n)
+static double shortest_length(const Run *r, Tangents *tangents)
 {
     const int order = taylor_order(r);
     double shortest = INFINITY;
-    for (int k = 0; k < n; k++) {
-        flow_series(&tangents[k].at, &tangents[k].jets, order);
-        tangents[k].expanded = 1;
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        flow_series(&t->at, &t->jets, order);
+        t->order = order;
         for (int i = 0; i < MODEL_NX; i++) {
             double derivative[POLYNOMIAL_TERMS];
             for (int m = 0; m <= order; m++) {
-                derivative[m] = cimag(tangents[k].jets.x[i][m]) / EPS;
+                derivative[m] = cimag(t->jets.x[i][m]) / EPS;
             }
             const double length = taylor_series_length(derivative, order, r->tolerances.step);
             shortest = length > 0.0 ? fmin(shortest, length) : shortest; /* a step in the root of time has no series here */
@@ -160,41 +155,50 @@ static double shortest_length(const Run *r, Tangents *tangents, int n)
     return shortest;
 }
 
-static int follow(const Run *r, Tangents *t, double length, int at_event)
+/* whether a series falls to zero at s with a speed: not within rounding of a double root */
+static int falls_with_speed(const Run *r, const Real *series, int order, double s, double slope)
 {
-    Jets *j = &t->jets;
-    const int full = taylor_order(r);
-    if (r->segment_rooted) {
-        flow_rooted_series(&t->at, j, full);
-    } else if (!t->expanded) {
-        flow_series(&t->at, j, full);
+    double size = 0.0;
+    for (int k = order; k > 0; k--) {
+        size = size * s + fabs(creal(series[k]));
     }
-    t->expanded = 0;
-    Real since = length - cimag(t->at.time) * _Complex_I;
+    return fabs(slope) > r->tolerances.graze * size;
+}
+
+/* to the end of the step; 0 where that has no derivative */
+static int follow(const Run *r, Tangent *t, double length, int at_event)
+{
+    const Jets *j = &t->jets;
+    Real since = since_start(t, length);
     Real s = r->segment_rooted ? sqrt(since) : since;
+    t->untimed = 0;
     if (at_event) {
         Real series[POLYNOMIAL_TERMS];
         Real slope;
         const double here = r->segment_rooted ? sqrt(length) : length;
-        const int order = falling_series(r, j, here, series);
+        const int order = falling_series(r, j, t->order, here, series);
+        t->untimed = order < 0;
         if (order >= 0) {
             const Real value = value_at(series, order, here, &slope);
+            if (!falls_with_speed(r, series, order, here, creal(slope))) {
+                return 0;
+            }
             s = here - cimag(value) / creal(slope) * _Complex_I;
             since = r->segment_rooted ? s * s : s;
         }
     }
     for (int i = 0; i < MODEL_NX; i++) {
-        t->at.x[i] = value_at(j->x[i], full, s, NULL);
+        t->at.x[i] = value_at(j->x[i], t->order, s, NULL);
     }
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] += t->at.du[i] * since;
     }
     t->at.time += since;
-    return isfinite(cimag(s));
+    return 1;
 }
 
 /* the impact with the impulses that the run has found to fit */
-static void repeat_impact(const Run *r, Tangents *t)
+static void repeat_impact(const Run *r, Tangent *t)
 {
     Jets *j = &t->jets;
     Real impulse[NC] = {0.0};
@@ -210,7 +214,8 @@ static void repeat_impact(const Run *r, Tangents *t)
     }
 }
 
-static void repeat_event(const Run *r, Tangents *t)
+/* what the run has done to its contacts and states at this instant */
+static void repeat_event(const Run *r, Tangent *t)
 {
     Jets *j = &t->jets;
     int any = 0;
@@ -237,48 +242,101 @@ static void repeat_event(const Run *r, Tangents *t)
         }
         contact_project(&t->at, j, r->projected);
     }
+    rejoin(r, t);
 }
 
-RunStatus tangent_advance(Run *r, double end, Tangents *tangents, int n)
+void tangents_choose(const Run *r, Tangents *tangents)
+{
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        for (int i = 0; i < MODEL_NU; i++) {
+            t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
+            t->at.du[i] = r->at.du[i];
+        }
+        repeat_event(r, t);
+    }
+}
+
+void tangents_hold(Tangents *tangents)
+{
+    for (int k = 0; k < tangents->count; k++) {
+        Tangent *t = &tangents->list[k];
+        const Real since = since_start(t, 0.0);
+        if (cimag(since) == 0.0) {
+            continue;
+        }
+        flow_load(&t->at, &t->jets, 0);
+        flow_field(&t->at, &t->jets, 0, 0);
+        flow_extend(&t->jets, 1, 0);
+        for (int i = 0; i < MODEL_NX; i++) {
+            t->at.x[i] += t->jets.x[i][1] * since;
+        }
+        for (int i = 0; i < MODEL_NU; i++) {
+            t->at.u[i] += t->at.du[i] * since;
+        }
+        t->at.time = creal(t->at.time);
+        t->order = 0;
+    }
+}
+
+RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
-    while (r->at.time < end || (r->segment_valid && r->segment_event && segment_end(r, &rest) <= end)) {
-        if (!r->segment_valid
-            && taylor_step(r, fmin(step_limit(r, end), shortest_length(r, tangents, n))) == RUN_ERROR) {
+    if (!r->segment_valid) {
+        if (check_pace(r) == RUN_ERROR || taylor_step(r, fmin(step_limit(r, end), shortest_length(r, tangents))) == RUN_ERROR) {
             return RUN_ERROR;
         }
-        const int inside = segment_end(r, &rest) > end;
-        const int at_event = !inside && r->segment_event;
-        const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
-        for (int i = 0; i < n; i++) {
-            if (!follow(r, &tangents[i], length, at_event)) {
-                return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of a contact there without "
-                                   "crossing it, and neighbours may or may not", r->segment_start + length);
+        for (int k = 0; k < tangents->count; k++) {
+            Tangent *t = &tangents->list[k];
+            if (r->segment_rooted) {
+                t->order = taylor_order(r);
+                flow_rooted_series(&t->at, &t->jets, t->order);
             }
-        }
-        if (inside) {
-            evaluate_segment(r, end, length);
-            r->at.time_rest = 0.0;
-            run_touched(r);
-        } else {
-            if (r->segment_length > 0.0) {
-                r->stalled = 0;
-            }
-            finish_segment(r);
-            memset(r->at.known, 0, sizeof r->at.known);
-            if (at_event && events_resolve(r, NULL, NULL) == RUN_ERROR) {
-                return RUN_ERROR;
-            }
-            r->segment_event = 0;
-        }
-        for (int i = 0; i < n; i++) {
-            if (at_event) {
-                repeat_event(r, &tangents[i]);
-            }
-            rejoin(r, &tangents[i]);
         }
     }
+    tangents->gathered = 0;
+    *until = fmin(end, segment_end(r, &rest));
     return RUN_OK;
+}
+
+RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context)
+{
+    double rest;
+    const int inside = segment_end(r, &rest) > end;
+    const int at_event = !inside && r->segment_event;
+    const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
+    for (int k = 0; k < tangents->count; k++) {
+        if (!follow(r, &tangents->list[k], length, at_event)) {
+            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of contact '%s' there without "
+                               "crossing it, and neighbours may or may not. Start elsewhere, or change a parameter a little",
+                            r->segment_start + length, falling_contact(r));
+        }
+    }
+    if (inside) {
+        move_inside(r, end, length);
+        run_touched(r);
+    } else {
+        if (r->segment_length > 0.0) {
+            r->stalled = 0;
+        }
+        finish_segment(r);
+        memset(r->at.known, 0, sizeof r->at.known);
+        if (!at_event) {
+            keep_without_slip(r);
+        }
+        r->segment_event = 0;
+        if (at_event && events_resolve(r, sink, context) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
+    }
+    for (int k = 0; k < tangents->count; k++) {
+        if (at_event) {
+            repeat_event(r, &tangents->list[k]);
+        } else {
+            rejoin(r, &tangents->list[k]);
+        }
+    }
+    return run_check_finite(r, "state", r->at.x, MODEL_NX);
 }
 
 #include "kind_real.h"

@@ -1,18 +1,34 @@
-/* Derivatives of a motion along directions in start state and parameters (tangent.c). */
+/* Derivatives of a motion along directions in start state, parameters and inputs (tangent.c). */
 #ifndef STICKSLIP_TANGENT_H
 #define STICKSLIP_TANGENT_H
+
+#include <stddef.h>
 
 #include "run.h"
 
 typedef struct Tangents Tangents;
+typedef enum { ALONG_STATE, ALONG_PARAMETER, ALONG_INPUT } Along; /* an input: a constant added to it */
 
-/* n tangents at r's point: rows of directions in the states (MODEL_NX each) and parameters (MODEL_NP each), NULL for zeros;
-   NULL without memory */
-Tangents *tangent_new(const Run *r, int n, const double *states, const double *parameters);
-void tangent_free(Tangents *tangents);
-/* move the run and its n tangents to a time; RUN_ERROR also where the motion has no derivative */
-RunStatus tangent_advance(Run *r, double end, Tangents *tangents, int n);
-/* rows of derivatives of the states (MODEL_NX each) at the point reached */
-void tangent_results(const Tangents *tangents, int n, double *derivatives);
+/* bytes that n tangents need */
+size_t tangents_room(int n);
+/* n tangents, along nothing yet, in that room; r has its start values and is not initialized */
+Tangents *tangents_start(void *room, const Run *r, int n);
+/* let tangent k be along a state, parameter or input */
+void tangents_along(Tangents *tangents, int k, Along what, int index);
+/* after run_initialize, and after run_reconsider with other inputs: repeat what it chose */
+void tangents_choose(const Run *r, Tangents *tangents);
+/* the tangents at the very time of the run: an event just passed came earlier or later for them */
+void tangents_hold(Tangents *tangents);
+/* a step from r towards a time, where there is none in use; until: how far the tangents may be looked at or moved by it */
+RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until);
+/* move run and tangents that far and resolve the event that waits there; RUN_ERROR also where the motion has no derivative */
+RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context);
+/* states, and outputs if asked for, at r's own time (held) or later within the step */
+void tangents_look(const Run *r, Tangents *tangents, double time, int outputs);
+/* of what was looked at: a state or an output, and its derivative along tangent k */
+double tangents_value(const Tangents *tangents, int output, int index);
+double tangents_derivative(Tangents *tangents, int k, int output, int index);
+/* derivative of the time of the last event, s per unit; NAN if it has no indicator (the end of a chatter) */
+double tangents_event(const Tangents *tangents, int k);
 
 #endif

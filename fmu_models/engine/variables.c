@@ -4,8 +4,6 @@
 
 #include "instance.h"
 
-typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
-
 static const char *const kind_names[] = {"the time",   "a parameter", "an input",        "the rate of an input",
                                          "a state",    "the memory of a stop", "a derivative", "an output",
                                          "the state of a contact", "an indicator", "nothing"};
@@ -18,8 +16,7 @@ static int memory_contact(int i) {
     return found;
 }
 
-/* value references are consecutive, in the order of Kind (fmu_models/codegen/model_description.py) */
-static Kind locate(uint32_t vr, int *index) {
+Kind instance_locate(uint32_t vr, int *index) {
     const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, memory_contact(MODEL_NC),
                           MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
     long rest = (long)vr;
@@ -36,17 +33,12 @@ static Kind locate(uint32_t vr, int *index) {
 
 uint32_t instance_rate_of(uint32_t vr) {
     int i;
-    return locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
-}
-
-int instance_state_of(uint32_t vr) {
-    int i;
-    return locate(vr, &i) == STATE ? i : -1;
+    return instance_locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
 }
 
 int instance_is_input(uint32_t vr) {
     int i;
-    Kind kind = locate(vr, &i);
+    Kind kind = instance_locate(vr, &i);
     return kind == INPUT || kind == RATE;
 }
 
@@ -86,7 +78,7 @@ static double read_value(const Run *r, Kind kind, int i, const Evaluation *e) {
 
 int instance_value(Instance *m, uint32_t vr, Evaluation *e, double *value) {
     int i;
-    Kind kind = locate(vr, &i);
+    Kind kind = instance_locate(vr, &i);
     if (kind == UNKNOWN || evaluate(&m->core.run, kind, e) == RUN_ERROR) return 0;
     *value = read_value(&m->core.run, kind, i, e);
     return 1;
@@ -107,7 +99,7 @@ Status instance_get(Instance *m, const char *function, const uint32_t *vr, size_
     if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++) {
         int i;
-        Kind kind = locate(vr[k], &i);
+        Kind kind = instance_locate(vr[k], &i);
         if (kind == UNKNOWN || kind == CONTACT)
             return instance_refuse(m, "%s: value reference %u is %s, not a real variable", function, (unsigned)vr[k],
                                    kind_names[kind]);
@@ -125,7 +117,7 @@ Status instance_get_contacts(Instance *m, const char *function, const uint32_t *
     if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++) {
         int i;
-        Kind kind = locate(vr[k], &i);
+        Kind kind = instance_locate(vr[k], &i);
         if (kind != CONTACT)
             return instance_refuse(m, "%s: value reference %u is %s, not the state of a contact", function, (unsigned)vr[k],
                                    kind_names[kind]);
@@ -137,7 +129,7 @@ Status instance_get_contacts(Instance *m, const char *function, const uint32_t *
 
 static Status check_writable(Instance *m, const char *function, uint32_t vr, double value) {
     int i, phases = 0;
-    Kind kind = locate(vr, &i);
+    Kind kind = instance_locate(vr, &i);
     switch (kind) {
     case PARAMETER: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_EVENT | PHASE_STEP; break;
     case INPUT:
@@ -164,7 +156,7 @@ Status instance_set(Instance *m, const char *function, const uint32_t *vr, size_
     for (size_t k = 0; k < n; k++) {
         int i;
         Run *r = &m->core.run;
-        Kind kind = locate(vr[k], &i);
+        Kind kind = instance_locate(vr[k], &i);
         double *target = kind == PARAMETER ? &r->at.p[i]
                          : kind == INPUT   ? &r->at.u[i]
                          : kind == RATE    ? &r->at.du[i]
@@ -218,7 +210,7 @@ Status instance_directional(Instance *m, const char *function, const uint32_t *u
     if (instance_array(m, seed, n_known, function, "seed")) return STATUS_ERROR;
     if (instance_array(m, sensitivity, n_unknown, function, "sensitivity")) return STATUS_ERROR;
     for (size_t k = 0; k < n_known; k++) {
-        Kind kind = locate(known[k], &i);
+        Kind kind = instance_locate(known[k], &i);
         if (!isfinite(seed[k])) return instance_refuse(m, "%s: seed %zu is not finite", function, k);
         if (kind == STATE) xdot[i] += seed[k];
         else if (kind == INPUT) udot[i] += seed[k];
@@ -228,7 +220,7 @@ Status instance_directional(Instance *m, const char *function, const uint32_t *u
                                    (unsigned)known[k], kind_names[kind]);
     }
     for (size_t k = 0; k < n_unknown; k++) {
-        Kind kind = locate(unknown[k], &i);
+        Kind kind = instance_locate(unknown[k], &i);
         if (kind != DERIVATIVE && kind != OUTPUT)
             return instance_refuse(m, "%s: unknown %u is %s; only derivatives and outputs are supported", function,
                                    (unsigned)unknown[k], kind_names[kind]);
@@ -237,6 +229,6 @@ Status instance_directional(Instance *m, const char *function, const uint32_t *u
     if (run_directional(&m->core.run, xdot, udot, dxdot, ydot) == RUN_ERROR ||
         add_rate_slope(&m->core.run, rates, dxdot, ydot) == RUN_ERROR)
         return instance_refuse(m, "%s: %s", function, m->core.run.message);
-    for (size_t k = 0; k < n_unknown; k++) sensitivity[k] = locate(unknown[k], &i) == OUTPUT ? ydot[i] : dxdot[i];
+    for (size_t k = 0; k < n_unknown; k++) sensitivity[k] = instance_locate(unknown[k], &i) == OUTPUT ? ydot[i] : dxdot[i];
     return STATUS_OK;
 }

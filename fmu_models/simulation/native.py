@@ -1,10 +1,10 @@
-"""The C structures of engine/native.c, and the call that makes a whole run."""
+"""The C structures of engine/native.c and engine/sensitivity.c, and the calls that make a whole run."""
 
 from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_uint32, c_void_p
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fmu_models.errors import StickslipError
 
-VERSION = 3
+VERSION = 4
 DONE, MORE = 0, 1
 EVENT_CAPACITY = 65536
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -52,6 +52,23 @@ class _NativeRun(ctypes.Structure):
         ("steps", c_int64),
         ("n_changes", c_int64),
         ("evaluations", c_int64),
+    )
+
+
+class _NativeSensitivity(ctypes.Structure):
+    _fields_ = (
+        ("run", _NativeRun),
+        ("n_initial", c_int64),
+        ("initial", c_void_p),
+        ("initial_values", c_void_p),
+        ("start_time", c_double),
+        ("tolerance", c_double),
+        ("n_directions", c_int64),
+        ("directions", c_void_p),
+        ("derivatives", c_void_p),
+        ("event_derivatives", c_void_p),
+        ("room", c_void_p),
+        ("started", c_int64),
     )
 
 
@@ -157,6 +174,64 @@ def crossings(
             yield row.copy()
     if status != DONE:
         yield None
+
+
+class Differentiator:
+    """Runs of one instance with their derivatives by the variables ``directions``, memory kept from run to run."""
+
+    def __init__(self, dll: ctypes.CDLL, instance: int, directions: list[int]) -> None:
+        room = dll.stickslip_sensitivity_room
+        room.restype, room.argtypes = c_int64, (c_int64,)
+        self._run = dll.stickslip_sensitivity
+        self._run.restype, self._run.argtypes = c_int, (c_void_p, POINTER(_NativeSensitivity))
+        self._instance = instance
+        self._directions = np.array(directions, dtype=np.uint32)
+        self._events = np.empty(EVENT_CAPACITY, dtype=EVENT)
+        self._event_derivatives = np.empty((EVENT_CAPACITY, len(directions)))
+        self._room = np.empty(int(room(len(directions))) // 8 + 2)
+        self._allowance = max(1, ALLOWANCE // (4 * (1 + len(directions))))  # a tangent costs as much as four runs
+
+    def run(
+        self, request: Request, initial: Mapping[int, float], start_time: float, tolerance: float
+    ) -> tuple[Result, NDArray[np.float64], NDArray[np.float64]] | None:
+        """The run from these start values by reference; None if the engine failed (it has logged why).
+
+        Returns:
+            the run; derivatives of its values (n, m, n_directions) and of the times of its events (k, n_directions).
+        """
+        m = self._directions.size
+        values = np.empty((request.times.size, len(request.references)))
+        derivatives = np.empty((*values.shape, m))
+        references = np.fromiter(initial, np.uint32, len(initial))
+        start = np.fromiter(initial.values(), float, len(initial))
+        structure = _structure(request, values, self._events)  # keeps alive what the copy of it points into
+        structure.allowance = self._allowance
+        c = _NativeSensitivity(
+            run=structure,
+            n_initial=start.size,
+            initial=references.ctypes.data,
+            initial_values=start.ctypes.data,
+            start_time=start_time,
+            tolerance=tolerance,
+            n_directions=m,
+            directions=self._directions.ctypes.data,
+            derivatives=derivatives.ctypes.data,
+            event_derivatives=self._event_derivatives.ctypes.data,
+            room=self._room.ctypes.data,
+        )
+        events, changes = [], []
+        status, seconds = MORE, 0.0
+        while status == MORE:
+            c.run.n_events = 0
+            begin = time.perf_counter()
+            status = self._run(self._instance, ctypes.byref(c))
+            seconds += time.perf_counter() - begin
+            events.append(self._events[: c.run.n_events].copy())
+            changes.append(self._event_derivatives[: c.run.n_events].copy())
+        if status != DONE:
+            return None
+        result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
+        return result, derivatives, np.concatenate(changes)
 
 
 def _structure(request: Request, values: NDArray[np.float64], buffer: NDArray) -> _NativeRun:

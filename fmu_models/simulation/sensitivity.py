@@ -1,0 +1,176 @@
+"""Whole runs with exact derivatives by parameters, start states and inputs, through all their events.
+
+The engine carries the derivatives along with the motion (engine/tangent.c): variational equation and saltation in one,
+derived from the model's own arithmetic; no finite differences. Its instance is kept, so that many short runs cost
+little more than their steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.errors import StickslipError, nearest
+from fmu_models.simulation import native
+from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.signal import Signal, knots
+from fmu_models.simulation.system import check_names, check_value, checked_times, new_instance
+from fmu_models.simulation.trajectory import Event
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """A run and its derivatives, at the time of an event those after it.
+
+    Attributes:
+        time: (n,) s.
+        names: of the states and outputs recorded.
+        values: (n, n_names), in the unit of each.
+        by: names of the m directions: parameters, start states, constants added to inputs.
+        derivative: (n, n_names, m) d value / d direction at a fixed time.
+        events: every change of contact state and every impact, in order of time.
+        event_derivative: (k, m) d event time / d direction, s per unit; nan for the end of a chatter, of whose time
+            none is known.
+        steps: that the engine made.
+        seconds: wall time of the engine, s.
+    """
+
+    time: NDArray[np.float64]
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+    by: tuple[str, ...]
+    derivative: NDArray[np.float64]
+    events: tuple[Event, ...]
+    event_derivative: NDArray[np.float64]
+    steps: int
+    seconds: float
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """(n,) values of one of ``names``."""
+        return self.values[:, self._column(name)]
+
+    def of(self, name: str) -> NDArray[np.float64]:
+        """(n, m) derivatives of one of ``names``."""
+        return self.derivative[:, self._column(name)]
+
+    def _column(self, name: str) -> int:
+        if name not in self.names:
+            raise StickslipError(f"The run has not recorded '{name}'.{nearest(name, self.names)}")
+        return self.names.index(name)
+
+
+class SensitiveRun:
+    """An instance of an FMU of this suite, kept for any number of runs; a context manager.
+
+    Args:
+        by: what to differentiate by: parameters, states (their start values), inputs (a constant added to the input).
+        recorded: states and outputs; default all states.
+        tolerance: relative local error of a step, of motion and derivatives.
+
+    Raises:
+        StickslipError: unknown or repeated names, or an FMU of somebody else.
+    """
+
+    def __init__(
+        self, fmu: Fmu, *, by: Sequence[str], recorded: Sequence[str] | None = None, tolerance: float = 1e-14
+    ) -> None:
+        self.fmu, self.by, self.tolerance = fmu, tuple(by), float(tolerance)
+        self.recorded = tuple(fmu.states if recorded is None else recorded)
+        if not (math.isfinite(self.tolerance) and self.tolerance > 0):
+            raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
+        self._states = [*fmu.states, *fmu.memories]
+        self._parameters, self._inputs, self._contacts = fmu.parameters, fmu.inputs, fmu.contacts
+        self._rigid = set(fmu.impacts)
+        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *fmu.states, *fmu.inputs])
+        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*fmu.states, *fmu.outputs])
+        for kind, names in (("differentiated by", self.by), ("recorded", self.recorded)):
+            if repeated := sorted({name for name in names if names.count(name) > 1}):
+                raise StickslipError(f"'{repeated[0]}' is to be {kind} twice. Name it once.")
+        if not self.by:
+            raise StickslipError("Name at least one parameter, state or input to differentiate by; or use simulate.")
+        self._references = [fmu.variables[name].valueReference for name in self.recorded]
+        self._slave, self._failure = new_instance(fmu)
+        try:
+            native.library_of(self._slave.dll, fmu.path.name)
+        except StickslipError:
+            self.close()
+            raise
+        directions = [fmu.variables[name].valueReference for name in self.by]
+        self._differentiator = native.Differentiator(self._slave.dll, self._slave.component, directions)
+
+    def __enter__(self) -> SensitiveRun:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instance; no run afterwards."""
+        if self._slave is not None:
+            self._slave.freeInstance()
+            self._slave = None
+
+    def run(
+        self,
+        output_times: ArrayLike,
+        *,
+        start_time: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        start: Mapping[str, float] | None = None,
+        inputs: Mapping[str, float | Signal] | None = None,
+    ) -> Sensitivity:
+        """A run from ``start_time`` (s) to the last of ``output_times`` (n,) s, whatever the run before it was.
+
+        Args:
+            parameters, start, inputs: as for ``simulate``; what is not given has the default of the FMU.
+
+        Raises:
+            StickslipError: as for ``simulate``; or the motion has no derivative, because it touches the bound of a
+                contact without crossing it.
+        """
+        if self._slave is None:
+            raise StickslipError("The runs of this FMU are closed. Open a SensitiveRun again.")
+        parameters, start, inputs = dict(parameters or {}), dict(start or {}), dict(inputs or {})
+        times = np.ascontiguousarray(output_times, dtype=float)
+        if not math.isfinite(start_time):
+            raise StickslipError(f"The start time must be a finite number of seconds, found {start_time:g}.")
+        times = checked_times(times, start_time, math.inf)
+        check_names(self.fmu, "parameter", parameters, self._parameters)
+        check_names(self.fmu, "state", start, self._states)
+        check_names(self.fmu, "input", inputs, self._inputs)
+        initial = {**parameters, **start}
+        for name, value in inputs.items():
+            if not isinstance(value, Signal):
+                initial[name] = value
+        for name, value in initial.items():
+            check_value(self.fmu, name, value)
+        signals = {name: value for name, value in inputs.items() if isinstance(value, Signal)}
+        table = knots(signals, start_time, float(times[-1]))
+        for i, name in enumerate(signals):
+            initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
+        variables = self.fmu.variables
+        request = native.Request(times, self._references, [variables[name].valueReference for name in signals], *table)
+        begin = {variables[name].valueReference: float(value) for name, value in initial.items()}
+        found = self._differentiator.run(request, begin, start_time, self.tolerance)
+        if found is None:
+            raise self._failure()
+        result, derivatives, event_derivatives = found
+        events = tuple(
+            Event(time, self._contacts[c], before, after, work, self._contacts[c] in self._rigid)
+            for time, c, before, after, work in result.events.tolist()
+        )
+        return Sensitivity(
+            times,
+            self.recorded,
+            result.values,
+            self.by,
+            derivatives,
+            events,
+            event_derivatives,
+            result.steps,
+            result.seconds,
+        )

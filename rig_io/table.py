@@ -159,9 +159,10 @@ def conversion(unit: str, expected: str, where: str) -> float:
         return 1.0
     import pint
 
-    registry = pint.get_application_registry()
+    from fmu_models.language.unit_names import parse_unit
+
     try:
-        return float(registry.Quantity(1.0, unit).to(expected).magnitude)
+        return float(parse_unit(unit).to(parse_unit(expected).units).magnitude)
     except pint.DimensionalityError as error:
         raise StickslipError(
             f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "

@@ -4,12 +4,11 @@ Dimensions are exponents of kilogram, meter, second and so on; angles have none.
 expression may stand for a quantity of any unit, so that what it multiplies is not checked. In a scaled model, whose
 coordinates (or states) all have the unit "1", time is scaled too and is left out of every dimension.
 
-pint reads the units; only this module and the description of FMUs need it, and only when a model is declared.
+pint reads the units, and only when a model is declared.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol, Friction
 from fmu_models.language.impacts import Impact
 from fmu_models.language.quantities import Quantity
+from fmu_models.language.unit_names import parse_unit
 
 if TYPE_CHECKING:
     from fmu_models.language.automaton import Automaton
@@ -220,31 +220,11 @@ class _Units:
         return self.times(_NONE, base, sympy.nsimplify(e.exp))
 
 
-def parse_unit(unit: str) -> Any:
-    """A unit such as "N m/rad" as a pint quantity."""
-    written = re.sub(r"([A-Za-z]+)(\d+)", r"\1**\2", unit).replace("/", " / ")
-    return _registry().Quantity(1.0, re.sub(r"(?<=[\w)]) +(?=[\w(])", "*", written))
-
-
-@cache
-def known_units() -> tuple[str, ...]:
-    """Names and symbols of all units, without prefixes."""
-    return tuple(sorted(name for name in dir(_registry()) if not name.startswith("_")))
-
-
 @cache
 def _dimension(unit: str) -> Dimension:
     items: Mapping[Any, Any] = dict(parse_unit(unit).to_base_units().unit_items())
     powers = {str(name): sympy.nsimplify(power) for name, power in items.items() if str(name) != "radian"}
     return tuple(sorted(powers.items()))
-
-
-@cache
-def _registry() -> Any:
-    """One pint registry per process: it takes long to make."""
-    import pint
-
-    return pint.UnitRegistry()
 
 
 def _text(dimension: Dimension) -> str:

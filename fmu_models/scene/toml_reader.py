@@ -65,7 +65,7 @@ class Document:
         choices = list(known)
         for key in self.table(*place):
             if key not in choices:
-                where = f"in [{'.'.join(str(p) for p in place)}]" if place else "at the top of a scene"
+                where = f"in [{'.'.join(str(p) for p in place)}]" if place else "at the top of the file"
                 raise self.fault(f"'{key}' is not a key {where}.{nearest(key, choices)}", *place, key)
 
     def table(self, *place: str | int) -> dict[str, Any]:
@@ -141,7 +141,7 @@ def converted(text: str, unit: str, what: str) -> float:
     """
     from pint import DimensionalityError, PintError
 
-    from fmu_models.language.units import known_units, parse_unit
+    from fmu_models.language.unit_names import known_units, parse_unit
 
     match = _NUMBER.match(text)
     if not match:
@@ -163,7 +163,7 @@ def converted(text: str, unit: str, what: str) -> float:
 
 def _unknown(unit: str) -> str:
     """The word of a unit that is not one."""
-    from fmu_models.language.units import parse_unit
+    from fmu_models.language.unit_names import parse_unit
 
     for word in re.findall(r"[^\W\d]+", unit):
         try:
@@ -182,7 +182,7 @@ def read_document(path: Path) -> Document:
     try:
         return Document(path, path.read_text("utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise StickslipError(f"'{path}' cannot be read ({error}). Give a scene, a TOML file.") from error
+        raise StickslipError(f"'{path}' cannot be read ({error}). Give a TOML file.") from error
 
 
 def _index(text: str) -> Mapping[tuple[str | int, ...], int]:

@@ -1,0 +1,121 @@
+"""Measured logs of other laboratories: published values, and what is to be thought of them.
+
+The logs are not part of the project; without them these tests are skipped. Sources stand in the recipes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from identification.one_dof.inverse import InverseResult, inverse_dynamics
+from identification.one_dof.recipe import read_recipe
+from identification.slip_model import fit_slip_model
+from identification.slip_statistics import slip_statistics
+
+DATA = Path(__file__).parents[2].parent / "shared" / "data"
+EMPS = DATA / "emps" / "DATA_EMPS.mat"
+PENDULUM = DATA / "dfki_simple_pendulum" / "system_identification_measured.csv"
+PENDULUM_UNSEEN = DATA / "dfki_simple_pendulum" / "gravity_compensation_measured.csv"
+PAPER = DATA / "lyon_stickslip"
+
+
+def measured(path: Path) -> Path:
+    if not path.exists():
+        pytest.skip(f"the measured log {path.name} is not here: it is shared beside the project, not in it")
+    return path
+
+
+def shown(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}"
+
+
+@pytest.fixture(scope="module")
+def emps() -> InverseResult:
+    return inverse_dynamics(read_recipe("emps"), measured(EMPS)).result
+
+
+def test_the_positioning_system_has_the_published_values_to_every_digit(emps):
+    published = {"M": "95.1089", "Fv": "203.5034", "Fc": "20.3935", "offset": "-3.1648"}
+    assert {e.name: shown(e.value, 4) for e in emps.estimates} == published
+    assert shown(100 * emps.score.relative_error, 4) == "4.0834"
+    assert shown(emps.condition, 3) == "25.988"
+
+
+def test_its_standard_deviations_are_larger_than_published(emps):
+    """Independent estimates of the factors, from Newey and West with 100 lags: 2.1, 6, 4.6, 5."""
+    factors = {e.name: e.factor for e in emps.estimates}
+    assert factors == pytest.approx({"M": 2.1, "Fv": 6.0, "Fc": 4.6, "offset": 5.0}, rel=0.25)
+    assert any("coloured" in verdict for verdict in emps.verdicts)
+
+
+def test_its_friction_rises_with_speed_so_contis_law_is_put_aside():
+    recipe = dataclasses.replace(read_recipe("emps"), laws=("Coulomb", "Coulomb+viscous", "Conti"))
+    laws = inverse_dynamics(recipe, measured(EMPS)).result.laws
+    assert laws is not None
+    rows = {row.name: row for row in laws.rows}
+    assert laws.preferred == "Coulomb+viscous"
+    assert rows["Conti"].values["F_s"] < rows["Conti"].values["F_k"]
+    (aside,) = laws.aside
+    assert "Conti is put aside" in aside and "friction rises with slip speed" in aside
+    # an offset and mass of its own: the linear law is the published model
+    assert rows["Coulomb+viscous"].relative_error == pytest.approx(0.040834, abs=5e-7)
+
+
+def test_its_viscous_friction_depends_on_the_direction(emps):
+    by_direction = inverse_dynamics(read_recipe("emps_by_direction"), measured(EMPS)).result
+    plus, minus = by_direction["Fv+"], by_direction["Fv-"]
+    deviation = max(e.standard_deviation for e in by_direction.estimates if e.name.startswith("Fv"))
+    assert minus - plus > 10 * deviation
+    assert by_direction.score.relative_error < 0.8 * emps.score.relative_error
+    assert by_direction.unseen.relative_error < 0.8 * emps.unseen.relative_error
+    assert emps.laws is not None and emps.laws.preferred == "Coulomb+viscous by direction"
+
+
+def test_the_pendulum_has_the_published_values_and_is_flagged_as_poor():
+    result = inverse_dynamics(
+        read_recipe("dfki_simple_pendulum"), measured(PENDULUM), [measured(PENDULUM_UNSEEN)]
+    ).result
+    published = {"J": 0.06259, "m cx": 0.1022, "Fv": 0.04707, "Fc": 0.1839, "offset": -0.07586}
+    for name, value in published.items():
+        assert f"{result[name]:.3e}" == f"{value:.3e}"
+    assert f"{100 * (1 - result.score.relative_error):.0f}" == "25"
+    assert "Poor fit" in result.verdicts[0] and "fits 25 %" in result.verdicts[0]
+    assert "reproduced does not make them valid" in result.verdicts[0]
+    assert result.held_out[str(PENDULUM_UNSEEN)].explained < 0.35
+    assert any("Fc cannot be told from zero" in verdict for verdict in result.verdicts)
+
+
+def test_paper_on_paper_has_the_known_slip_statistics():
+    statistics, _ = slip_statistics(
+        read_recipe("lyon_stick_slip"), measured(PAPER / "k168Nm_v42.mat"), {"stiffness": 168, "speed": 42e-6}
+    )
+    assert statistics.events == pytest.approx(194, rel=0.03)
+    assert statistics.peak.value == pytest.approx(0.324, rel=0.03)
+    assert statistics.after.value == pytest.approx(0.281, rel=0.03)
+    assert statistics.period.value == pytest.approx(1.90, rel=0.03)
+    assert statistics.period_variation == pytest.approx(0.34, rel=0.03)
+    assert statistics.loading == pytest.approx(statistics.loading_expected, rel=0.1)
+    model = fit_slip_model(statistics)
+    assert model is not None
+    # the period was not fitted
+    assert model.predictions[2].ratio == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("name", "stiffness", "speed"),
+    [("k168Nm_v1100", 168, 1100e-6), ("k168Nm_v4300", 168, 4300e-6), ("k1002Nm_v1100", 1002, 1100e-6)],
+)
+def test_the_same_recipe_serves_other_springs_and_speeds(name, stiffness, speed):
+    """Loading gives the spring back, and one block on a belt the order of every period."""
+    statistics, _ = slip_statistics(
+        read_recipe("lyon_stick_slip"), measured(PAPER / f"{name}.mat"), {"stiffness": stiffness, "speed": speed}
+    )
+    assert statistics.events > 40
+    assert 0.2 < statistics.after.value < statistics.peak.value < 0.6
+    assert statistics.loading == pytest.approx(statistics.loading_expected, rel=0.15)
+    model = fit_slip_model(statistics)
+    assert model is not None and model.mu_s > model.mu_k
+    assert model.predictions[2].ratio == pytest.approx(1.0, abs=0.15)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fmu_models.simulation.trajectory import Event
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
+AT_REST = 1e-12  # rad, up to which the angle of rest is found
 NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
 BRISTLES = "lugre"  # the law of the FMU that never sticks exactly
@@ -137,10 +138,12 @@ class FittedModel:
         if any(speed == 0.0 for speed in drive_speeds.values()):
             return None
         angle = 0.0
-        for _ in range(3):  # once is exact where contact does not depend on the angle; then until the region fits
-            rest = self._acceleration(drive_speeds, angle, 0.0)
-            angle += rest * self.parameters["J"] / self.parameters["k"]
-        if abs(self._acceleration(drive_speeds, angle, 0.0)) > 1e-9 * max(abs(angle), 1e-3):
+        for _ in range(3):  # the first is exact but where which disc touches depends on the angle
+            rest = self._acceleration(drive_speeds, angle, 0.0) * self.parameters["J"] / self.parameters["k"]
+            if abs(rest) <= AT_REST:
+                break
+            angle += rest
+        else:
             return None
         above, below = (self._acceleration(drive_speeds, angle, sign * NUDGE) for sign in (1.0, -1.0))
         return Sliding(angle, -self.parameters["J"] * (above - below) / (2 * NUDGE))

@@ -14,8 +14,7 @@ from fmu_models.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from identification.inverse_dynamics import FrictionSamples
 from identification.laws import LAWS
-from identification.portraits import Portrait, PortraitComparison, compare_portraits
-from identification.report import friction_figure, portrait_figure
+from identification.report.friction_figure import friction_figure
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 
 CONTI = LAWS["Conti"]
@@ -31,7 +30,7 @@ def result() -> FrictionFit:
         estimator="weak-form",
         law="Conti",
         structure=("rigid contact",),
-        contact="disc0",
+        contacts=("disc0",),
         materials=("paper/rubber",),
         parameters=parameters,
         correlation=((1.0, 0.5, 0.4), (0.5, 1.0, 0.3), (0.4, 0.3, 1.0)),
@@ -58,13 +57,6 @@ def samples() -> FrictionSamples:
     slip = np.linspace(0.02, 0.2, 60)
     log = np.repeat([0, 1], 30)
     return FrictionSamples(slip, CONTI.value(slip, TRUTH) + 0.01 * np.sin(40 * slip), log, log, np.ones(60))
-
-
-def comparison(name: str = "slow", scale: float = 1.0) -> PortraitComparison:
-    turn = 2 * np.pi * np.arange(400) / 400
-    first = Portrait(0.1 * np.cos(turn), 0.5 * np.sin(turn), 1.0, 0.0, 0.1, 0.2, 9)
-    second = replace(first, angle=scale * first.angle, amplitude=scale * 0.1)
-    return PortraitComparison(name, 0.41, first, second, compare_portraits(first, second))
 
 
 def test_json_gives_the_result_back() -> None:
@@ -115,37 +107,23 @@ def test_friction_figure_is_readable_without_colour() -> None:
     np.testing.assert_allclose(shown, 0.01 * np.sin(40 * samples().slip[:30]), atol=1e-12)
 
 
-def test_portrait_figure_is_readable_without_colour() -> None:
-    figure = portrait_figure([comparison("a"), comparison("b", 1.2), comparison("c"), comparison("d")])
-    drawn = [axes for axes in figure.axes if axes.get_visible()]
-    assert [axes.get_title().split(",")[0] for axes in drawn] == ["a", "b", "c", "d"]
-    assert "fail: amplitude" in drawn[1].get_title() and "pass" in drawn[0].get_title()
-    measured, model = drawn[0].lines
-    assert measured.get_linestyle() != model.get_linestyle()
-    assert measured.get_linewidth() > 2 * model.get_linewidth()
-    assert "(rad)" in drawn[0].get_xlabel() and "(rad/s)" in drawn[0].get_ylabel()
-    # the curves are closed
-    assert measured.get_xdata()[0] == measured.get_xdata()[-1]  # type: ignore[index]
-
-
 def test_figures_are_written_whole(tmp_path: Path) -> None:
-    target = save_figure(portrait_figure([comparison()]), tmp_path / "p.svg")
+    target = save_figure(friction_figure(result(), samples()), tmp_path / "p.svg")
     assert target.read_text().rstrip().endswith("</svg>")
     with pytest.raises(StickslipError, match="exists"):
-        save_figure(portrait_figure([comparison()]), target)
+        save_figure(friction_figure(result(), samples()), target)
     with pytest.raises(StickslipError, match="no known format"):
-        save_figure(portrait_figure([comparison()]), tmp_path / "p.xyz")
+        save_figure(friction_figure(result(), samples()), tmp_path / "p.xyz")
     assert [path.name for path in tmp_path.iterdir()] == ["p.svg"]
 
 
-def test_tables_show_values_verdicts_and_what_a_pass_means() -> None:
+def test_tables_show_values_and_warnings() -> None:
     from rich.console import Console
 
-    from identification.tables import comparison_report, fit_report
+    from identification.tables import fit_report
 
     console = Console(width=160, record=True, file=io.StringIO())
     console.print(fit_report(result()))
-    console.print(comparison_report([comparison("a"), comparison("b", 1.2)]))
     text = console.export_text()
-    for shown in ("mu_s", "0.65", "s/m", "rigid contact", "Warning: one", "FAIL", "pass", "no more", "+20 %"):
+    for shown in ("mu_s", "0.65", "s/m", "rigid contact", "Warning: one"):
         assert shown in text

@@ -23,10 +23,13 @@ from fmu_models.errors import StickslipError, nearest
 from fmu_models.simulation.signal import Signal
 from identification.conclusion import FrictionProblem, FrictionRows
 from identification.inverse_dynamics import friction_samples
+from identification.joint_law import JointLaw, laws_of, touching
 from identification.kinematics import DiscMotion
 from identification.laws.law import FittableLaw, unknowns
 from identification.pooling import Pool, rig_values
 from identification.problem import Evaluation, Prior, Unknown
+from identification.two_discs import joint_rows
+from rig_io.arrangement import MODELS
 
 if TYPE_CHECKING:
     from fmu_models.simulation.fmu import Fmu
@@ -34,7 +37,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.005  # s by which an arc begins before its first sample, so that the delay may move
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
-LOCAL_STEP = 1e-4  # of a standard deviation: a step of the start states that moves no residual further is the last
+LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
@@ -47,8 +50,9 @@ class Arc:
     """One initial-value problem.
 
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
-    the noise, as measured; log: number of the log; drive: rad/s; sign: direction of the slip at the start; laser:
-    whether a laser measured; guess: (2,) angle and speed at ``start_time``, rad, rad/s.
+    the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
+    on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
+    rad, rad/s.
     """
 
     start_time: float
@@ -57,7 +61,7 @@ class Arc:
     cluster: np.ndarray
     deviation: float
     log: int
-    drive: Signal
+    drives: tuple[Signal, ...]
     sign: int
     laser: bool
     guess: np.ndarray
@@ -72,6 +76,19 @@ class Arc:
         order = np.argsort(self.time[chosen], kind="stable")
         chosen = chosen[order]
         return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
+
+
+@dataclass(eq=False)
+class Start:
+    """Best start states of an arc: states (2,) at x, and how they follow it, slope (2, m)."""
+
+    states: np.ndarray
+    x: np.ndarray | None = None
+    slope: np.ndarray | None = None
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """To first order, at another x (m,)."""
+        return self.states if self.x is None or self.slope is None else self.states + self.slope @ (x - self.x)
 
 
 class Runs:
@@ -99,8 +116,8 @@ class Runs:
 class ArcProblem(FrictionProblem):
     """Arcs of pooled logs under one law.
 
-    first: (m,) where the search begins; runs: the model, differentiated by what the unknowns move and by `STARTS`;
-    starts: start states of the arcs, (2,) each, at the last x that was evaluated: a memory that only saves steps.
+    first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the unknowns
+    move and by `STARTS`; starts: those of the arcs at the last x that was evaluated: a memory that only saves steps.
     """
 
     ready: Pool
@@ -110,8 +127,8 @@ class ArcProblem(FrictionProblem):
     held: tuple[Prior, ...]
     first: np.ndarray
     noise_known: bool
-    runs: Runs
-    starts: list[np.ndarray] = field(repr=False)
+    runs: Mapping[tuple[str, ...], Runs]
+    starts: tuple[Start, ...] = field(repr=False)
     residual_unit: str = "m"
 
     def start(self) -> np.ndarray:
@@ -140,10 +157,12 @@ class ArcProblem(FrictionProblem):
         """As in `Problem`."""
         chosen = [(arc.of(clusters), start) for arc, start in zip(self.arcs, self.starts, strict=True)]
         kept = [(arc, start) for arc, start in chosen if arc is not None]
-        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=[start.copy() for _, start in kept])
+        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=tuple(replace(start) for _, start in kept))
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction by inverse dynamics on the slip segments, for the eye: arcs measure none."""
+        if isinstance(self.law, JointLaw):
+            return joint_rows(self.ready, self.law, x[: len(self.law.parameters)])
         samples = friction_samples(self.ready)
         return FrictionRows(
             speed=samples.slip,
@@ -153,6 +172,7 @@ class ArcProblem(FrictionProblem):
             fitted=self.law.value(np.abs(samples.slip), x[: len(self.law.parameters)]),
             cluster=samples.cluster,
             log=samples.log,
+            place=np.zeros(len(samples.log), dtype=int),
         )
 
     def rms(self, x: np.ndarray) -> float:
@@ -163,31 +183,47 @@ class ArcProblem(FrictionProblem):
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Exact, as the gradient; the laser's gain and delay are among the unknowns, or nothing is known of them."""
         names = [prior.name for prior in self.held]
-        full = replace(self, runs=Runs(self.runs.fmu, directions(self.law, names, self.ready.contact)))
+        runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
+        full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
         columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.arcs))])
         return dict(zip(names, columns.T, strict=True))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
-        """The motion of arc ``number`` at x, from its last start states, at times (n,) of the model's clock."""
+        """The motion of arc ``number`` at x, from its best start states, at times (n,) of the model's clock."""
         arc = self.arcs[number]
-        rig = rig_values(self.known(x))
-        disc = self.ready.contact[-1]
-        theta, omega = self.starts[number]
-        q = x[: len(self.law.parameters)]
-        law = {f"{name}{disc}": value for name, value in self.law.simulated(q, rig.N).items()}
+        rig, contacts = rig_values(self.known(x)), self.contacts(arc)
+        theta, omega = self.starts[number].at(x)
+        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
         start = {"theta": float(theta), "omega": float(omega)}
-        if f"sigma0{disc}" in law:
-            # bristles at their steady deflection: they forget any other within 0.1 mm of slip
-            slip = abs(rig.r * float(np.interp(arc.start_time, arc.drive.time, arc.drive.value)) - rig.R * omega)
-            force = rig.N * float(self.law.value(np.array([slip]), q)[0])
-            start[f"z{disc}"] = arc.sign * force / law[f"sigma0{disc}"]
-        return self.runs.run.run(
+        for one, drive in zip(laws_of(self.law, contacts), arc.drives, strict=True):
+            q, N = x[one.place], rig.forces[one.force]
+            law = {f"{name}{one.disc}": value for name, value in one.law.simulated(q, N).items()}
+            values |= law | {f"N{one.disc}": N}
+            if f"sigma0{one.disc}" in law:
+                # bristles at their steady deflection: they forget any other within 0.1 mm of slip
+                slip = abs(rig.r * float(np.interp(arc.start_time, drive.time, drive.value)) - rig.R * omega)
+                force = N * float(one.law.value(np.array([slip]), q)[0])
+                start[f"z{one.disc}"] = arc.sign * force / law[f"sigma0{one.disc}"]
+        if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
+            values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
+        return self.runs[contacts].run.run(
             time,
             start_time=arc.start_time,
-            parameters=law | {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, f"N{disc}": rig.N},
+            parameters=values,
             start=start,
-            inputs={f"w{disc}": arc.drive},
+            inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, arc.drives, strict=True)},
         )
+
+    def contacts(self, arc: Arc) -> tuple[str, ...]:
+        """The driving discs in contact in the log of an arc."""
+        return self.ready.motions[arc.log].log.contacts
+
+    def slips(self, arc: Arc, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
+        """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
+        known, q = self.known(x), x[: len(self.law.parameters)]
+        drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in arc.drives])
+        slip = known["r"] * drives - known["R"] * motion["omega"]
+        return slip, touching(self.law, self.contacts(arc), q, motion["theta"])
 
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
@@ -198,16 +234,18 @@ class ArcProblem(FrictionProblem):
 
     def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
-        arc = self.arcs[number]
+        arc, memory = self.arcs[number], self.starts[number]
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
             residual = (seen - arc.measured) / arc.deviation
+            columns = columns / arc.deviation
             basis, triangle = np.linalg.qr(by_start / arc.deviation)
-            along = basis.T @ residual
-            self.starts[number] = self.starts[number] - np.linalg.solve(triangle, along)
-            if np.max(np.abs(basis @ along)) < LOCAL_STEP:
-                columns = columns / arc.deviation
-                return residual - basis @ along, columns - basis @ (basis.T @ columns), slip
+            along = basis.T @ np.column_stack([residual, columns])
+            moved = -np.linalg.solve(triangle, along)
+            memory.states = memory.at(x) + moved[:, 0]
+            memory.x, memory.slope = (x.copy(), moved[:, 1:]) if len(names) == len(x) else (None, None)
+            if np.max(np.abs(basis @ along[:, 0])) < LOCAL_STEP:
+                return residual - basis @ along[:, 0], columns - basis @ along[:, 1:], slip
         raise StickslipError(
             f"The start of the motion at {arc.start_time:.4g} s in log '{self.ready.motions[arc.log].log.name}' cannot "
             "be found: the model does not follow the log there."
@@ -227,7 +265,7 @@ class ArcProblem(FrictionProblem):
         slope = scale * np.cos(theta) if arc.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        columns = by[:, :inner] @ chain(self.law, x, known, names, motion.by[:inner], self.ready.contact)
+        columns = by[:, :inner] @ chain(self.law, x, known, names, motion.by[:inner], self.contacts(arc))
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
@@ -237,18 +275,22 @@ class ArcProblem(FrictionProblem):
                 columns[:, place] += 1.0
             elif name == "R" and arc.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
-        drive = np.interp(motion.time, arc.drive.time, arc.drive.value)
-        return shown + known["zero"], by[:, inner:], columns, np.abs(known["r"] * drive - known["R"] * omega)
+        slip, touch = self.slips(arc, x, motion)
+        return shown + known["zero"], by[:, inner:], columns, np.where(touch, np.abs(slip), np.inf).min(axis=0)
 
 
-def directions(law: FittableLaw, names: Sequence[str], contact: str) -> tuple[str, ...]:
+def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) -> tuple[str, ...]:
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
-    disc = contact[-1]
-    moved = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c"), "gain": (), "delay": (), "zero": ()}
-    simulated = tuple(f"{name}{disc}" for name in law.simulated(np.ones(len(law.parameters)), 1.0))
-    moved |= {"N": (f"N{disc}", *simulated)} | {one: (one,) for one in ("k", "c", "R", "r")}
-    moved |= {parameter.name: simulated for parameter in law.parameters}
-    return (*dict.fromkeys(one for name in names for one in moved[name]), *STARTS)
+    moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
+    moved |= {one: (one,) for one in ("k", "c", "R", "r")}
+    for one in laws_of(law, contacts):
+        simulated = tuple(f"{name}{one.disc}" for name in one.law.simulated(np.ones(len(one.law.parameters)), 1.0))
+        moved[f"N{one.suffix}"] = (f"N{one.disc}", *simulated)
+        moved |= {f"{parameter.name}{one.suffix}": simulated for parameter in one.law.parameters}
+    if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
+        moved[law.changeover] = (law.changeover,)
+    # what the laser alone has, or the disc that is away, moves nothing
+    return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
 
 
 def chain(
@@ -257,20 +299,23 @@ def chain(
     known: Mapping[str, float],
     names: Sequence[str],
     parameters: Sequence[str],
-    contact: str,
+    contacts: Sequence[str],
 ) -> np.ndarray:
     """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for."""
-    disc, count = contact[-1], len(law.parameters)
-    rig, q = rig_values(dict(known)), x[:count]
+    rig = rig_values(dict(known))
     by: dict[str, dict[str, float]] = {one: {one: 1.0} for one in ("J", "k", "c", "R", "r")}
     by["J"] |= {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
     by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
-    # the law's parameters in the model are linear in q, and in N where they are forces
-    now, more = law.simulated(q, rig.N), law.simulated(q, rig.N + 1.0)
-    by["N"] = {f"N{disc}": 1.0} | {f"{name}{disc}": more[name] - now[name] for name in now}
-    for place, parameter in enumerate(law.parameters):
-        unit = law.simulated(np.eye(count)[place], rig.N)
-        by[parameter.name] = {f"{name}{disc}": value for name, value in unit.items()}
+    for part in laws_of(law, contacts):
+        # the law's parameters in the model are linear in q, and in N where they are forces
+        q, N, single = x[part.place], rig.forces[part.force], part.law
+        now, more = single.simulated(q, N), single.simulated(q, N + 1.0)
+        by[f"N{part.suffix}"] = {f"N{part.disc}": 1.0} | {f"{name}{part.disc}": more[name] - now[name] for name in now}
+        for place, parameter in enumerate(single.parameters):
+            unit = single.simulated(np.eye(len(q))[place], N)
+            by[f"{parameter.name}{part.suffix}"] = {f"{name}{part.disc}": value for name, value in unit.items()}
+    if isinstance(law, JointLaw) and law.changeover is not None:
+        by[law.changeover] = {law.changeover: 1.0}
     return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
         len(parameters), len(names)
     )
@@ -289,8 +334,12 @@ def arc_problem(
 
     others = _nuisance(ready, nuisance, any(arc.laser for arc in arcs))
     every = (*unknowns(law), *others)
-    laws = None if law.model is None else {ready.contact: law.model}
-    fmu = Fmu.open(built("disc_rig", contacts=(ready.contact,), laws=laws))
+    names = [unknown.name for unknown in every]
+    runs = {}
+    for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
+        laws = None if law.model is None else dict.fromkeys(contacts, law.model)
+        model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
+        runs[contacts] = Runs(Fmu.open(built(model, contacts=contacts, laws=laws)), directions(law, names, contacts))
     freed = {unknown.name for unknown in others}
     return ArcProblem(
         ready=ready,
@@ -300,8 +349,8 @@ def arc_problem(
         held=tuple(prior for prior in ready.priors if prior.name not in freed),
         first=np.concatenate([q, [unknown.prior.value for unknown in others if unknown.prior is not None]]),
         noise_known=noise_known,
-        runs=Runs(fmu, directions(law, [unknown.name for unknown in every], ready.contact)),
-        starts=[arc.guess.copy() for arc in arcs],
+        runs=runs,
+        starts=tuple(Start(arc.guess) for arc in arcs),
         residual_unit="m" if any(arc.laser for arc in arcs) else "rad",
     )
 
@@ -313,6 +362,8 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
         deviations = np.sqrt(np.diag(ready.sensors.covariance))
         pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
         for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
+            if not deviation > 0:
+                continue
             prior = Prior(name, value, unit, float(deviation), "laser against encoder")
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
             found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
@@ -333,15 +384,17 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
     return tuple(found)
 
 
-def drive_signal(motion: DiscMotion) -> Signal:
-    """The drive's speed for the model, held at both ends for `MARGIN` and more."""
+def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
+    """The speed of each drive for the model, held at both ends for `MARGIN` and more."""
     stride = max(round(DRIVE_STEP / motion.step), 1)
-    time, value = motion.time[::stride], motion.drive[::stride]
     ends = motion.time[0] - 2 * MARGIN, motion.time[-1] + 2 * MARGIN
-    time = np.concatenate([ends[:1], time, motion.time[-1:], ends[1:]])
-    value = np.concatenate([value[:1], value, motion.drive[-1:], motion.drive[-1:]])
+    time = np.concatenate([ends[:1], motion.time[::stride], motion.time[-1:], ends[1:]])
     keep = np.concatenate([[True], np.diff(time) > 0])
-    return Signal(time[keep], value[keep])
+    signals = []
+    for drive in motion.drives:
+        value = np.concatenate([drive[:1], drive[::stride], drive[-1:], drive[-1:]])
+        signals.append(Signal(time[keep], value[keep]))
+    return tuple(signals)
 
 
 def measured(motion: DiscMotion, R: float) -> tuple[np.ndarray, bool]:

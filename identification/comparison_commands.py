@@ -122,10 +122,10 @@ def _findings(
     """Everything that is in the report; what cannot be had is left out with a note."""
     from identification.family import compare as compare_families
     from identification.free_decay import fit_free_decay
-    from identification.inverse_dynamics import friction_samples
     from identification.pooling import pool
     from identification.report.page import Findings
     from identification.report.residuals import refitted
+    from identification.samples import samples_by_disc
 
     families = compare_families(found, read, uncertainty=uncertainty, progress=lambda share: advance(0.5 * share))
     decays = [log for log in read if log.kind == "free-decay"]
@@ -137,7 +137,7 @@ def _findings(
         notes.append(f"Not among the logs given, though fitted: {', '.join(missing)}. Figures of the fit lack them.")
     try:
         ready = pool([*fitted, *decays[:1]], allow_no_stick=True)
-        samples = friction_samples(ready) if not missing else None
+        samples = samples_by_disc(found, ready) if not missing else None
         if residuals and not missing:
             evaluation, said = refitted(found, ready)
             notes += said

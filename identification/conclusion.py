@@ -34,7 +34,7 @@ class FrictionRows:
     """Friction as an estimator saw it.
 
     speed: (n,) m/s, mean slip speed; least, greatest: (n,) m/s, its range; measured, fitted: (n,) friction coefficient;
-    cluster: (n,) labels; log: (n,) number of the log.
+    cluster: (n,) labels; log: (n,) number of the log; place: (n,) of the driving disc among the contacts.
     """
 
     speed: np.ndarray
@@ -44,6 +44,7 @@ class FrictionRows:
     fitted: np.ndarray
     cluster: np.ndarray
     log: np.ndarray
+    place: np.ndarray
 
 
 class FrictionProblem(Problem):
@@ -126,7 +127,9 @@ def conclude(
     names = [motion.log.name for motion in ready.motions]
     known = infer(problem, found, asked, count=count, logs=names, instruments=instruments, progress=progress)
     covariance = known.covariance
-    elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0])) if estimator.rigid else None
+    elastic = None
+    if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
+        elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
     constants, scale = _constants(problem, shifts, law, found.values)
     every = _parameters(problem, found, known, scale)
     parameters, nuisance = every[:count], every[count:]
@@ -135,14 +138,14 @@ def conclude(
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=estimator.structure,
+        structure=(*estimator.structure, *ready.assumed),
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
         correlation=tuple(tuple(float(x) for x in row) for row in correlation(covariance[:count, :count])),
         constants=constants,
         logs=_summaries(ready, rows),
-        bins=_bins(rows),
+        bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),
         sensors=_sensors(ready),
         segments=segments,
         values=len(found.evaluation.residual),
@@ -253,17 +256,22 @@ def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
             (float(rows.least[mine].min()), float(rows.greatest[mine].max())) if mine.any() else (0.0, 0.0)
         )
         segments = len(np.unique(rows.cluster[mine]))
-        summaries.append(LogSummary(motion.log.name, float(np.mean(motion.drive)), segments, least, greatest))
+        speeds = tuple(float(np.mean(drive)) for drive in motion.drives)
+        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest))
     return tuple(summaries)
 
 
-def _bins(rows: FrictionRows) -> tuple[SpeedBin, ...]:
-    """Measured and fitted coefficient in ranges of slip speed of equal counts; standard errors over slip segments."""
-    edges = np.quantile(rows.speed, np.linspace(0, 1, BINS + 1))
-    place = np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1)
+def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
+    """Measured and fitted coefficient of one disc in ranges of slip speed of equal counts; standard errors over slip
+    segments."""
+    mine = rows.place == disc
+    if not mine.any():
+        return []
+    edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
+    range_of = np.where(mine, np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1), -1)
     bins = []
-    for number in np.unique(place):
-        inside = place == number
+    for number in np.unique(range_of[mine]):
+        inside = range_of == number
         off, labels = (rows.measured - rows.fitted)[inside], rows.cluster[inside]
         means = [float(np.mean(off[labels == label])) for label in np.unique(labels)]
         error = float(np.std(means, ddof=1) / np.sqrt(len(means))) if len(means) > 1 else None
@@ -274,9 +282,10 @@ def _bins(rows: FrictionRows) -> tuple[SpeedBin, ...]:
                 error,
                 float(np.mean(rows.fitted[inside])),
                 int(np.sum(inside)),
+                contact,
             )
         )
-    return tuple(bins)
+    return bins
 
 
 def _sensors(ready: Pool) -> dict[str, float]:

@@ -8,6 +8,7 @@ from importlib import import_module
 from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference import Inference
+from identification.joint_law import sought_law
 from identification.laws import find_law
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
@@ -45,7 +46,7 @@ def fit_friction(
 ) -> FrictionFit:
     """Friction law from stick-slip logs of one rig, all pooled.
 
-    logs: stick-slip logs of one disc in contact; a free-decay log among them gives k/J and c/J; or a
+    logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
     `identification.pooling.pool` of them. inference: how its uncertainty is found, and ``progress`` the fraction of
     that work done.
 
@@ -55,13 +56,14 @@ def fit_friction(
     chosen = estimator_named(estimator)
     form = find_law(law)
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    made = chosen.estimate(ready, form, options)
+    sought = sought_law(form, ready.contacts, ready.arrangement)
+    made = chosen.estimate(ready, sought, options)
     return conclude(
         ready,
         made.estimator,
         made.problem,
         made.solution,
-        form,
+        sought,
         inference,
         progress=progress,
         warnings=made.warnings,

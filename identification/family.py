@@ -18,7 +18,7 @@ from identification import bifurcation as bifurcations
 from identification.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.kinematics import DiscMotion
 from identification.measured import measured_motions
-from identification.model import FittedModel, arrangement_of, contacts_of, fitted_model, rig_constants
+from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
 from identification.portraits import (
     MEANING,
     Portrait,
@@ -277,7 +277,7 @@ def _overlap(one: MeasuredBifurcation, predicted: Transition | None, hopf: float
 
 
 def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
-    fitted, first = contacts_of(fit), logs[0]
+    fitted, first = fit.contacts, logs[0]
     if not set(contacts) <= set(fitted):
         raise StickslipError(
             f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like "

@@ -15,7 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
+from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
@@ -52,6 +54,11 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     Raises:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
+    if isinstance(law, JointLaw):
+        raise StickslipError(
+            "Two driving discs give no friction coefficient at a single sample, only the sum of their forces: fit them "
+            "by another estimator, weak-form first."
+        )
     return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 

@@ -184,11 +184,6 @@ def inputs(drive_speeds: Mapping[str, float]) -> dict[str, float]:
     return {f"w{contact[-1]}": speed for contact, speed in drive_speeds.items()}
 
 
-def contacts_of(fit: FrictionFit) -> tuple[str, ...]:
-    """The discs that a fit is of."""
-    return tuple(getattr(fit, "contacts", ()) or (fit.contact,))
-
-
 def arrangement_of(fit: FrictionFit) -> Arrangement:
     """How two discs touch: the fit says it by the name of the angle at which contact changes."""
     known = {*(q.name for q in fit.parameters), *(q.name for q in fit.constants)}
@@ -212,7 +207,7 @@ def fitted_model(
     Raises:
         StickslipError: the law is unknown, or the scene is not of the discs that were fitted.
     """
-    contacts = contacts or contacts_of(fit)
+    contacts = contacts or fit.contacts
     arrangement = arrangement_of(fit) if len(contacts) > 1 else "together"
     law = find_law(fit.law).model
     if scene is not None:
@@ -261,7 +256,7 @@ def rig_constants(fit: FrictionFit) -> dict[str, float]:
         if name not in known:
             known[name] = known["J"] * known[f"{name}/J"]
     if "N" in known:
-        known[f"N{contacts_of(fit)[0][-1]}"] = known["N"]
+        known[f"N{fit.contacts[0][-1]}"] = known["N"]
     return {name: known[name] for name in ("J", "k", "c", "R", "r", "N0", "N1") if name in known}
 
 
@@ -269,7 +264,7 @@ def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     """Parameters of the rig's FMU by name, in its units: fitted law and constants, for `simulate` or for an FMU to hand
     on."""
     found, law = rig_constants(fit), find_law(fit.law)
-    contacts = contacts_of(fit)
+    contacts = fit.contacts
     for contact in contacts:
         number = contact[-1]
         # of two discs the names end in the number of theirs, as those of the FMU do

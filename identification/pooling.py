@@ -21,6 +21,11 @@ from rig_io.arrangement import Arrangement
 from rig_io.log import RIG_UNITS, RigLog
 
 SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
+_ASSUMED: dict[Arrangement, str] = {
+    "together": "both discs touch at every angle",
+    "sequential": "one disc touches at a time: disc 0 below the angle theta_s, disc 1 from there on",
+    "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
+}
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
 
 
@@ -59,14 +64,14 @@ class Pool:
     warnings: tuple[str, ...]
 
     @property
-    def contact(self) -> str:
-        """The driving disc, or the first of two."""
-        return self.contacts[0]
-
-    @property
     def values(self) -> RigValues:
         """Constants at their stated values."""
         return rig_values({prior.name: prior.value for prior in self.priors})
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """How two discs touch, in words; nothing of one."""
+        return () if len(self.contacts) == 1 else (_ASSUMED[self.arrangement], "each disc has a law of its own")
 
     @property
     def natural_period(self) -> float:

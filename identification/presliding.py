@@ -110,7 +110,7 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
     creep = np.minimum(ready.threshold, CREEP * values.r * np.abs(motion.drive))
     sticking = np.abs(motion.slip(values.r, values.R, window)[0]) < creep
     trim = round(TRIM * window / motion.step)
-    drive = _drive_angle(motion, int(ready.contact[-1]))
+    drive = _drive_angle(motion, int(ready.contacts[0][-1]))
     place = values.r * drive - values.R * motion.angle
     force = (values.c * values.r * motion.drive / values.R + values.k * motion.smoothed(window)) / values.R
     whole = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]

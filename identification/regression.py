@@ -124,6 +124,7 @@ class RegressionProblem(FrictionProblem):
             fitted=these.model(self.law, x),
             cluster=these.cluster,
             log=these.log,
+            place=np.zeros(len(these.log), dtype=int),
         )
 
     def rms(self, x: np.ndarray) -> float:

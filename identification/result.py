@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -71,10 +71,11 @@ class Constant:
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What one log gave: mean drive speed rad/s, number of slip segments used, least and greatest slip speed m/s."""
+    """What one log gave: mean drive speed rad/s of each disc in contact, number of slip segments used, least and
+    greatest slip speed m/s."""
 
     name: str
-    drive_speed: float
+    drive_speeds: tuple[float, ...]
     segments: int
     least_slip: float
     greatest_slip: float
@@ -82,26 +83,29 @@ class LogSummary:
 
 @dataclass(frozen=True)
 class SpeedBin:
-    """Friction in one range of slip speeds: mean slip speed m/s, friction coefficient and its standard error, the
-    fitted law there, number of values; the error is None where one slip segment gave all of them."""
+    """Friction of one driving disc in one range of slip speeds: mean slip speed m/s, friction coefficient and its
+    standard error, the fitted law there, number of values; the error is None where one slip segment gave all of them.
+    Of two discs that touch together the modelled friction of the other is taken off."""
 
     slip: float
     coefficient: float
     standard_error: float | None
     fitted: float
     count: int
+    contact: str = "disc0"
 
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """Fitted friction law of one contact.
+    """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
+    and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
 
-    structure: what was assumed; correlation: of the parameters, in their order, from noise; rms_residual: in
-    ``residual_unit``, of the friction coefficient (1) or of the measured motion; autocorrelation: of successive
-    residuals (0: white); sensors: corrections of the laser by the encoder; nuisance: what else was estimated, with what
-    was known of it; covariance: how the standard deviations were found; intervals: by profile likelihood or bootstrap,
-    where asked for; collinearity: whether the parameters can be told apart; whiteness: tests of the residuals;
-    presliding: stiffness of the contact in stick, where the logs show one.
+    contacts: the driving discs, in the order of materials; structure: what was assumed; correlation: of the parameters,
+    in their order, from noise; rms_residual: in ``residual_unit``, of the friction coefficient (1) or of the measured
+    motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder;
+    nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
+    intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
+    apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one.
     """
 
     estimator: str
@@ -129,11 +133,6 @@ class FrictionFit:
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
-
-    @property
-    def contact(self) -> str:
-        """The disc, or the first of two."""
-        return self.contacts[0]
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -207,6 +206,7 @@ class FrictionFit:
             values = {key: value for key, value in plain.items() if key not in ("type", "version")}
             for key, kind in kinds.items():
                 values[key] = tuple(kind(**entry) for entry in values[key])
+            values["logs"] = tuple(replace(log, drive_speeds=tuple(log.drive_speeds)) for log in values["logs"])
             for key in ("structure", "contacts", "materials", "warnings"):
                 values[key] = tuple(values[key])
             for key, kind in {"collinearity": Collinearity, "presliding": PreSliding}.items():

@@ -17,17 +17,19 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification import inverse_dynamics, weak_form
-from identification.arcs import MARGIN, Arc, ArcProblem, arc_problem, drive_signal, measured, noise
+from identification.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
 from identification.conclusion import Estimate, Estimator, Options
+from identification.joint_law import JointLaw
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool
 from identification.problem import Solution, solve
 from identification.slip_segments import SlipSegment
+from identification.two_discs import segments_at
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
 AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
-TOLERANCE = 1e-8  # of the search: start states are found to 1e-4 of the noise
+ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
 
 STRUCTURE = (
     "rigid contact in slip: no micro-slip above the threshold of slip speed",
@@ -72,13 +74,15 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
         Unmodelled: the model refuses them.
         StickslipError: no slip lasts long enough.
     """
+    if isinstance(law, JointLaw):
+        ready = segments_at(ready, law, q)
     arcs, known = slip_arcs(ready)
     problem = arc_problem(ready, law, arcs, q, options.nuisance, known)
     try:
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
-    found = solve(problem, progress=options.progress, tolerance=TOLERANCE)
+    found = solve(problem, progress=options.progress, tolerance=ROUGH)
     again = recut(problem, found)
     return again, solve(again, progress=options.progress, tolerance=TOLERANCE)
 
@@ -98,10 +102,10 @@ def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
             "are needed. Record for several cycles, at a lower drive speed or load, where slips last longer."
         )
     R = ready.values.R
-    sensed = {id(m): (*measured(m, R), *noise(m, R), drive_signal(m)) for m in ready.motions}
+    sensed = {id(m): (*measured(m, R), *noise(m, R), drive_signals(m)) for m in ready.motions}
     arcs = []
     for number, segment in enumerate(kept):
-        shown, laser, deviation, _, drive = sensed[id(segment.motion)]
+        shown, laser, deviation, _, drives = sensed[id(segment.motion)]
         time = segment.motion.time[segment.first : segment.last]
         arcs.append(
             Arc(
@@ -111,7 +115,7 @@ def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
                 cluster=np.full(len(time), number),
                 deviation=deviation,
                 log=ready.log_number(segment),
-                drive=drive,
+                drives=drives,
                 sign=segment.sign,
                 laser=laser,
                 guess=_guess(segment, GUESS * ready.natural_period),
@@ -133,7 +137,7 @@ def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
     ready, x = problem.ready, found.values
     R = ready.values.R
     shown = [measured(motion, R)[0] for motion in ready.motions]
-    arcs, starts = [], []
+    arcs: list[Arc] = []
     for number, arc in enumerate(problem.arcs):
         begin, end, start = _span(problem, number, x)
         motion = ready.motions[arc.log]
@@ -146,8 +150,7 @@ def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
             arc, start_time=start[0], time=time, measured=shown[arc.log][inside], cluster=label, guess=start[1]
         )
         arcs.append(moved)
-        starts.append(start[1].copy())
-    return replace(problem, arcs=tuple(arcs), starts=starts, first=x)
+    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
 
 
 def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:
@@ -157,19 +160,20 @@ def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float
     start.
     """
     ready, arc = problem.ready, problem.arcs[number]
-    known, step = problem.known(x), ready.motions[arc.log].step
+    step = ready.motions[arc.log].step
     limit, ahead = ready.threshold, AHEAD * ready.natural_period
     log = ready.motions[arc.log].time
     late = min(float(arc.time[-1]) + ahead, float(log[-1]))
     time = np.arange(arc.start_time, late, step)
     motion = problem.run(number, x, time)
-    drive = np.interp(time, arc.drive.time, arc.drive.value)
-    slip = arc.sign * (known["r"] * drive - known["R"] * motion["omega"])
+    every, touch = problem.slips(arc, x, motion)
+    slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
     after = np.flatnonzero((slip < limit) & (time > arc.time[0] + 0.5 * (arc.time[-1] - arc.time[0])))
     end = float(time[after[0] - 1]) if len(after) else late
     head = time <= time[0] + 0.5 * ahead
     past = time[0] - step * np.arange(round(ahead / step) + 1)[::-1]
-    before = np.polynomial.Polynomial.fit(time[head], slip[head], 3)(past)
+    touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
+    before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
     low = np.flatnonzero(before < limit)
     begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
     if slip[0] < limit:

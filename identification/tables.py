@@ -25,7 +25,8 @@ def _table(title: str, *columns: tuple[str, str]) -> Table:
 
 def parameter_table(fit: FrictionFit) -> Table:
     """Parameters with the two kinds of uncertainty, 95 % interval, and how near the sensors' bound they come."""
-    where = f"{fit.law} law of {fit.contact}" + (f", {' and '.join(fit.materials)}" if fit.materials else "")
+    where = f"{fit.law} law of {' and '.join(fit.contacts)}"
+    where += f", {' and '.join(fit.materials)}" if fit.materials else ""
     named = {one.name: one for one in fit.intervals}
     kinds = dict.fromkeys(one.kind for one in fit.intervals)
     table = _table(

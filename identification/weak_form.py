@@ -18,6 +18,7 @@ import numpy as np
 
 from identification.conclusion import Estimate, Estimator, Options
 from identification.inverse_dynamics import STRUCTURE
+from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
@@ -32,18 +33,22 @@ UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then t
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """Friction law from pooled logs.
+    """Friction law from pooled logs; of two discs by `identification.two_discs`.
 
     Raises:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
+    if isinstance(law, JointLaw):
+        from identification.two_discs import estimate as estimate_both
+
+        return Estimate(ESTIMATOR, *estimate_both(ready, law, options))
     return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:
     step = segments[0].motion.step
     count = odd_count(WINDOW * period, step)
-    average, weights = _bump(count, step, rig)
+    average, weights = bump(count, step, rig)
     slips, measured, clusters, whiten = [], [], [], []
     for number, segment in enumerate(segments):
         speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
@@ -55,13 +60,13 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         slips.append(np.abs(rows))
         measured.append(segment.sign * (angles @ weights))
         clusters.append(np.full(len(rows), number))
-        whiten.append(_whitening(weights, stride, len(rows)))
+        whiten.append(whitening(weights, stride, len(rows)))
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
     return Regression(np.concatenate(slips), average, np.concatenate(measured), cluster, log, tuple(whiten))
 
 
-def _bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
+def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
     """Weights (count,) of mu, of sum 1, and weights (count,) of the angle that give the averaged friction
     coefficient."""
     s = np.linspace(-1, 1, count)
@@ -74,7 +79,7 @@ def _bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarr
     return bump / bump.sum(), weights / bump.sum()
 
 
-def _whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
+def whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
     """Matrix (rows, rows) that makes the noise of windows ``stride`` samples apart white, of the variance of one
     window."""
     count = len(weights)

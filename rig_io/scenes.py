@@ -19,7 +19,7 @@ from typing import Any
 
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.scene.scene import Drive, Scene
-from rig_io.arrangement import MODELS
+from rig_io.arrangement import MODELS, Arrangement
 from rig_io.drive import Ripple
 from rig_io.emulator import MATERIALS, RIG, Disc, Emulation, Material
 from rig_io.log import RigConstants
@@ -73,7 +73,9 @@ def _emulation(scene: Scene, name: str, settings: dict[str, Any]) -> Emulation:
     rig = RigConstants(
         **{key: replace(getattr(RIG, key), value=values.get(key, getattr(RIG, key).value)) for key in names}
     )
-    arrangement = next(key for key, model in MODELS.items() if model == scene.model) if len(discs) == 2 else "together"
+    arrangement: Arrangement = "together"
+    if len(discs) == 2:
+        arrangement = next(key for key, model in MODELS.items() if model == scene.model)
     start = scene.start.get("theta", 0.0)
     return Emulation(name, discs, rig, arrangement, scene=scene, start_angle=start, **settings)
 

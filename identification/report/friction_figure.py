@@ -5,7 +5,7 @@ Curves and marks differ in shape and line as well as in colour. matplotlib is im
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from identification.laws import find_law
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from identification.inverse_dynamics import FrictionSamples
@@ -24,18 +25,27 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#0
 SHOWN = 400  # marks per log: more hide each other
 
 
-def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
-    """Measured friction coefficient against slip speed, with the fitted law, and the residuals below.
+def friction_figure(fit: FrictionFit, samples: Mapping[str, FrictionSamples]) -> Figure:
+    """Measured friction coefficient against slip speed, with the fitted law, and the residuals below; by disc.
 
-    samples: of `identification.inverse_dynamics.friction_samples`, whichever estimator fitted the law.
+    samples: by driving disc, of `identification.samples`, whichever estimator fitted the law.
     """
     from matplotlib.figure import Figure
 
-    law = fitted_law(fit)
-    figure = Figure(figsize=(7.0, 6.0), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
+    figure = Figure(figsize=(7.0 * len(samples), 6.0), layout="constrained")
+    panels = figure.subplots(2, len(samples), sharex="col", height_ratios=(2.2, 1), squeeze=False)
+    for (above, below), (contact, these) in zip(panels.T, samples.items(), strict=True):
+        _draw_disc(above, below, fit, contact, these)
+    return figure
+
+
+def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples: FrictionSamples) -> None:
+    """Friction on one disc, and what the law leaves of it."""
+    law = fitted_law(fit, contact)
     for number, log in enumerate(fit.logs):
         inside = np.flatnonzero(samples.log == number)
+        if not len(inside):
+            continue
         shown = inside[:: max(len(inside) // SHOWN, 1)]
         style = {
             "marker": MARKS[number % len(MARKS)],
@@ -45,13 +55,13 @@ def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
             "markerfacecolor": "none",
             "alpha": 0.6,
         }
-        label = f"{log.name} ({log.drive_speed:.3g} rad/s)"
+        label = f"{log.name} ({', '.join(f'{speed:.3g}' for speed in log.drive_speeds)} rad/s)"
         above.plot(samples.slip[shown], samples.coefficient[shown], label=label, **style)
         below.plot(samples.slip[shown], samples.coefficient[shown] - law(samples.slip[shown]), **style)
     speed = np.linspace(0, 1.05 * float(samples.slip.max()), 300)
     above.plot(speed, law(speed), color="black", linewidth=1.8, label=f"{fit.law} law, {fit.estimator}")
     below.axhline(0.0, color="black", linewidth=1.2)
-    bins = [b for b in fit.bins if b.standard_error is not None]
+    bins = [b for b in fit.bins if b.contact == contact and b.standard_error is not None]
     below.errorbar(
         [b.slip for b in bins],
         [b.coefficient - b.fitted for b in bins],
@@ -61,7 +71,8 @@ def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
         capsize=3,
         label=f"means used by {fit.estimator}, 95 %",
     )
-    above.set_ylabel("friction coefficient F/N (1)")
+    other = "" if len(fit.contacts) == 1 else f" on {contact}"
+    above.set_ylabel(f"friction coefficient F/N{other} (1)")
     below.set_ylabel("residual (1)")
     below.set_xlabel("slip speed |r w - R th'| (m/s)")
     spread = float(np.quantile(np.abs(samples.coefficient - law(samples.slip)), 0.98))
@@ -73,17 +84,23 @@ def friction_figure(fit: FrictionFit, samples: FrictionSamples) -> Figure:
         axes.grid(alpha=0.25)
     values = ", ".join(
         f"{q.name} = {q.value:.4g} ± {q.standard_deviation:.1g}" + (f" {q.unit}" if q.unit != "1" else "")
-        for q in fit.parameters
+        for q in (fit[name] for name in _names(fit, contact))
     )
     above.set_title(values, fontsize="medium")
-    return figure
 
 
-def fitted_law(fit: FrictionFit) -> Callable[[np.ndarray], np.ndarray]:
-    """The fitted friction coefficient as a function of slip speed (n,), m/s.
+def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndarray]:
+    """The fitted friction coefficient on a disc as a function of slip speed (n,), m/s.
 
     Raises:
         StickslipError: the fit is of an unknown law.
     """
     law = find_law(fit.law)
-    return lambda slip: law.value(np.abs(slip), fit.law_values)
+    values = np.array([fit[name].value for name in _names(fit, contact)])
+    return lambda slip: law.value(np.abs(slip), values)
+
+
+def _names(fit: FrictionFit, contact: str) -> list[str]:
+    """The fit's names of the parameters of one disc."""
+    number = "" if len(fit.contacts) == 1 else contact[-1]
+    return [f"{name}{number}" for name in find_law(fit.law).names]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,14 +40,14 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a report is made of. samples: friction against slip speed (None: not to be had); evaluation: residuals of
-    the fit run again (None: not run); notes: what could not be shown, and why."""
+    """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
+    residuals of the fit run again (None: not run); notes: what could not be shown, and why."""
 
     fit: FrictionFit
     logs: Sequence[RigLog]
     families: Sequence[FamilyComparison]
     decay: FreeDecay | None = None
-    samples: FrictionSamples | None = None
+    samples: Mapping[str, FrictionSamples] | None = None
     evaluation: Evaluation | None = None
     notes: Sequence[str] = ()
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.conclusion import Options
 from identification.estimators import estimator_named
+from identification.joint_law import sought_law
 from identification.laws import find_law
 from identification.pooling import Pool
 from identification.problem import Evaluation
@@ -24,7 +25,8 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
         StickslipError: these logs cannot be fitted.
     """
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
-    made = estimator_named(fit.estimator).estimate(ready, find_law(fit.law), Options(nuisance=nuisance))
+    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
+    made = estimator_named(fit.estimator).estimate(ready, law, Options(nuisance=nuisance))
     return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
 
 

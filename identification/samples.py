@@ -1,0 +1,39 @@
+"""Friction as it was measured, disc by disc, for figures: local values, not those of the estimator."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identification.inverse_dynamics import FrictionSamples, friction_samples
+from identification.joint_law import JointLaw, sought_law
+from identification.laws import find_law
+from identification.pooling import Pool
+from identification.result import FrictionFit
+
+
+def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]:
+    """Friction coefficient against slip speed on each driving disc.
+
+    Of one disc: at every sample, from the motion alone. Of two: averages over windows in which it touches, with the
+    fitted friction of the other taken off.
+
+    Raises:
+        StickslipError: no slip of the logs holds a window.
+    """
+    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
+    if not isinstance(law, JointLaw):
+        return {ready.contacts[0]: friction_samples(ready)}
+    from identification.two_discs import joint_rows
+
+    rows = joint_rows(ready, law, fit.law_values)
+    found = {}
+    for place, contact in enumerate(ready.contacts):
+        mine = rows.place == place
+        found[contact] = FrictionSamples(
+            slip=rows.speed[mine],
+            coefficient=rows.measured[mine],
+            cluster=rows.cluster[mine],
+            log=rows.log[mine],
+            weight=np.ones(np.count_nonzero(mine)),
+        )
+    return found

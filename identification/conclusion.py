@@ -253,7 +253,8 @@ def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
             (float(rows.least[mine].min()), float(rows.greatest[mine].max())) if mine.any() else (0.0, 0.0)
         )
         segments = len(np.unique(rows.cluster[mine]))
-        summaries.append(LogSummary(motion.log.name, float(np.mean(motion.drive)), segments, least, greatest))
+        speed, duration = float(np.mean(motion.drive)), float(motion.time[-1] - motion.time[0])
+        summaries.append(LogSummary(motion.log.name, speed, segments, least, greatest, duration))
     return tuple(summaries)
 
 

@@ -36,7 +36,7 @@ def result() -> FrictionFit:
         parameters=parameters,
         correlation=((1.0, 0.5, 0.4), (0.5, 1.0, 0.3), (0.4, 0.3, 1.0)),
         constants=(Constant("J", 0.0548, "kg*m^2", 3e-4, "log", {"mu_s": 1.0, "mu_k": 1.0, "p": None}),),
-        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1), LogSummary("fast", 0.83, 21, 0.02, 0.2)),
+        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1, 20.0), LogSummary("fast", 0.83, 21, 0.02, 0.2, 20.0)),
         bins=(SpeedBin(0.05, 0.52, 0.001, 0.521, 40), SpeedBin(0.1, 0.47, None, 0.47, 3)),
         sensors={
             "laser_gain_correction": 0.001,

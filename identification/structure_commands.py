@@ -44,7 +44,7 @@ def laws(
         read = read_logs(logs, console.assignments(settings, "rig constant"))
         ready = pool(read, allow_no_stick=allow_no_stick)
         found = compare_on(ready, estimator=estimator, progress=advance)
-    console.say(json, found.to_dict(), lambda out: _print_laws(found, out))
+    console.say(json, found.to_dict(), lambda out: print_laws(found, out))
 
 
 @app.command()
@@ -80,7 +80,8 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
         ) from error
 
 
-def _print_laws(found: LawComparison, out: Console) -> None:
+def print_laws(found: LawComparison, out: Console) -> None:
+    """The laws as a table, and what decides."""
     columns = ("law", ">BIC", ">AICc", ">AIC", ">held out", ">worse by", "parameters")
     table = console.table(*columns, title=f"{found.residuals} residuals, worth {found.effective:.0f} independent ones")
     best = found.best

@@ -1,4 +1,4 @@
-"""Which law, how sure, which experiment next; fits that warn where the model is wrong and are silent where it is not."""
+"""Which law, how sure, which experiment next; fits that warn where the model is wrong and are silent elsewhere."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.005  # s by which an arc begins before its first sample, so that the delay may move
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
-LOCAL_STEP = 1e-4  # of a standard deviation: a step of the start states that moves no residual further is the last
+LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
@@ -74,6 +74,19 @@ class Arc:
         return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
 
 
+@dataclass(eq=False)
+class Start:
+    """Best start states of an arc: states (2,) at x, and how they follow it, slope (2, m)."""
+
+    states: np.ndarray
+    x: np.ndarray | None = None
+    slope: np.ndarray | None = None
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """To first order, at another x (m,)."""
+        return self.states if self.x is None or self.slope is None else self.states + self.slope @ (x - self.x)
+
+
 class Runs:
     """A kept instance of an FMU, opened when first needed; another process opens its own."""
 
@@ -100,7 +113,7 @@ class ArcProblem(FrictionProblem):
     """Arcs of pooled logs under one law.
 
     first: (m,) where the search begins; runs: the model, differentiated by what the unknowns move and by `STARTS`;
-    starts: start states of the arcs, (2,) each, at the last x that was evaluated: a memory that only saves steps.
+    starts: those of the arcs at the last x that was evaluated: a memory that only saves steps.
     """
 
     ready: Pool
@@ -111,7 +124,7 @@ class ArcProblem(FrictionProblem):
     first: np.ndarray
     noise_known: bool
     runs: Runs
-    starts: list[np.ndarray] = field(repr=False)
+    starts: tuple[Start, ...] = field(repr=False)
     residual_unit: str = "m"
 
     def start(self) -> np.ndarray:
@@ -140,7 +153,7 @@ class ArcProblem(FrictionProblem):
         """As in `Problem`."""
         chosen = [(arc.of(clusters), start) for arc, start in zip(self.arcs, self.starts, strict=True)]
         kept = [(arc, start) for arc, start in chosen if arc is not None]
-        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=[start.copy() for _, start in kept])
+        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=tuple(replace(start) for _, start in kept))
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction by inverse dynamics on the slip segments, for the eye: arcs measure none."""
@@ -163,16 +176,17 @@ class ArcProblem(FrictionProblem):
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Exact, as the gradient; the laser's gain and delay are among the unknowns, or nothing is known of them."""
         names = [prior.name for prior in self.held]
-        full = replace(self, runs=Runs(self.runs.fmu, directions(self.law, names, self.ready.contact)))
+        runs = Runs(self.runs.fmu, directions(self.law, names, self.ready.contact))
+        full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
         columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.arcs))])
         return dict(zip(names, columns.T, strict=True))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
-        """The motion of arc ``number`` at x, from its last start states, at times (n,) of the model's clock."""
+        """The motion of arc ``number`` at x, from its best start states, at times (n,) of the model's clock."""
         arc = self.arcs[number]
         rig = rig_values(self.known(x))
         disc = self.ready.contact[-1]
-        theta, omega = self.starts[number]
+        theta, omega = self.starts[number].at(x)
         q = x[: len(self.law.parameters)]
         law = {f"{name}{disc}": value for name, value in self.law.simulated(q, rig.N).items()}
         start = {"theta": float(theta), "omega": float(omega)}
@@ -198,16 +212,18 @@ class ArcProblem(FrictionProblem):
 
     def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
-        arc = self.arcs[number]
+        arc, memory = self.arcs[number], self.starts[number]
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
             residual = (seen - arc.measured) / arc.deviation
+            columns = columns / arc.deviation
             basis, triangle = np.linalg.qr(by_start / arc.deviation)
-            along = basis.T @ residual
-            self.starts[number] = self.starts[number] - np.linalg.solve(triangle, along)
-            if np.max(np.abs(basis @ along)) < LOCAL_STEP:
-                columns = columns / arc.deviation
-                return residual - basis @ along, columns - basis @ (basis.T @ columns), slip
+            along = basis.T @ np.column_stack([residual, columns])
+            moved = -np.linalg.solve(triangle, along)
+            memory.states = memory.at(x) + moved[:, 0]
+            memory.x, memory.slope = (x.copy(), moved[:, 1:]) if len(names) == len(x) else (None, None)
+            if np.max(np.abs(basis @ along[:, 0])) < LOCAL_STEP:
+                return residual - basis @ along[:, 0], columns - basis @ along[:, 1:], slip
         raise StickslipError(
             f"The start of the motion at {arc.start_time:.4g} s in log '{self.ready.motions[arc.log].log.name}' cannot "
             "be found: the model does not follow the log there."
@@ -301,7 +317,7 @@ def arc_problem(
         first=np.concatenate([q, [unknown.prior.value for unknown in others if unknown.prior is not None]]),
         noise_known=noise_known,
         runs=Runs(fmu, directions(law, [unknown.name for unknown in every], ready.contact)),
-        starts=[arc.guess.copy() for arc in arcs],
+        starts=tuple(Start(arc.guess) for arc in arcs),
         residual_unit="m" if any(arc.laser for arc in arcs) else "rad",
     )
 
@@ -313,6 +329,8 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
         deviations = np.sqrt(np.diag(ready.sensors.covariance))
         pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
         for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
+            if not deviation > 0:
+                continue
             prior = Prior(name, value, unit, float(deviation), "laser against encoder")
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
             found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))

@@ -33,9 +33,17 @@ FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figu
 @app.command()
 def fit(
     logs: Logs,
-    estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
+    estimator: Annotated[
+        str, typer.Option(help="shooting, whole-cycle, lugre, weak-form or savitzky-golay.")
+    ] = "shooting",
     law: Annotated[str, typer.Option(help="Friction law.")] = "Conti",
     settings: Settings = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--free", metavar="NAME", help="Constant estimated beside the law: J, k/J, c/J, R, r, N, zero; repeat."
+        ),
+    ] = None,
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
     bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
@@ -50,6 +58,7 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
+    from identification.conclusion import Options
     from identification.inference import Inference
 
     refuse_existing(result, figure, overwrite=overwrite)
@@ -61,6 +70,7 @@ def fit(
             read,
             estimator=estimator,
             law=law,
+            options=Options(tuple(free or ()), lambda count, _: advance(0.1 + 0.1 * count / (count + 10))),
             inference=inference,
             progress=lambda done: advance(0.2 + 0.7 * done),
             allow_no_stick=allow_no_stick,

@@ -17,7 +17,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification import inverse_dynamics, weak_form
-from identification.arcs import MARGIN, Arc, ArcProblem, arc_problem, drive_signal, measured, noise
+from identification.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signal, measured, noise
 from identification.conclusion import Estimate, Estimator, Options
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool
@@ -27,7 +27,7 @@ from identification.slip_segments import SlipSegment
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
 AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
-TOLERANCE = 1e-8  # of the search: start states are found to 1e-4 of the noise
+ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
 
 STRUCTURE = (
     "rigid contact in slip: no micro-slip above the threshold of slip speed",
@@ -78,7 +78,7 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
-    found = solve(problem, progress=options.progress, tolerance=TOLERANCE)
+    found = solve(problem, progress=options.progress, tolerance=ROUGH)
     again = recut(problem, found)
     return again, solve(again, progress=options.progress, tolerance=TOLERANCE)
 
@@ -133,7 +133,7 @@ def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
     ready, x = problem.ready, found.values
     R = ready.values.R
     shown = [measured(motion, R)[0] for motion in ready.motions]
-    arcs, starts = [], []
+    arcs: list[Arc] = []
     for number, arc in enumerate(problem.arcs):
         begin, end, start = _span(problem, number, x)
         motion = ready.motions[arc.log]
@@ -146,8 +146,7 @@ def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
             arc, start_time=start[0], time=time, measured=shown[arc.log][inside], cluster=label, guess=start[1]
         )
         arcs.append(moved)
-        starts.append(start[1].copy())
-    return replace(problem, arcs=tuple(arcs), starts=starts, first=x)
+    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
 
 
 def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
-from identification.estimators import ESTIMATORS, fit_friction
+from identification.estimators import fit_friction
 from identification.free_decay import fit_free_decay
 from identification.inference import Inference
 from identification.model import compare
@@ -23,6 +23,7 @@ from rig_io.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_
 from rig_io.log import Quantity, RigLog, read_package, write_package
 
 ROOT = Path(__file__).parents[2]
+SLIP = ("shooting", "weak-form", "savitzky-golay")  # estimators from slip alone
 TRUTH = {"mu_s": 0.65, "mu_k": 0.35, "p": 15.0}
 
 
@@ -48,17 +49,21 @@ def benchmark() -> ModuleType:
     return module
 
 
-def test_statistics_over_twenty_benches(benchmark: ModuleType) -> None:
-    results = [benchmark.fits(seed, "paper/rubber", tuple(ESTIMATORS)) for seed in range(300, 320)]
-    # 1.5 times the rows of the prototypes, per cent
-    rows = {"savitzky-golay": np.array([0.22, 0.32, 1.8]), "weak-form": np.array([0.11, 0.09, 0.68])}
-    for place, name in enumerate(ESTIMATORS):
+def test_statistics_over_ten_benches(benchmark: ModuleType) -> None:
+    results = [benchmark.fits(seed, "paper/rubber", SLIP) for seed in range(300, 310)]
+    # rows of the prototypes, per cent
+    rows = {
+        "shooting": np.array([0.04, 0.04, 0.27]),
+        "weak-form": np.array([0.11, 0.09, 0.68]),
+        "savitzky-golay": np.array([0.22, 0.32, 1.8]),
+    }
+    for place, name in enumerate(SLIP):
         found = benchmark.summary([result[place] for result in results], "paper/rubber")
-        assert np.all(np.abs(found.bias) < [0.3, 0.3, 1.5]), (name, found)
+        assert np.all(np.abs(found.bias) < 1.2 * rows[name]), (name, found)
         assert np.all(found.spread < 1.5 * rows[name]), (name, found)
-        # 20 seeds: a coverage of 95 % is seen as 85-100 %, a spread to 16 %
-        assert np.all(found.coverage >= 0.85), (name, found)
-        assert np.all(np.abs(np.log(found.stated / found.spread)) < np.log(1.6)), (name, found)
+        # 10 seeds: a coverage of 95 % is seen as 80-100 %, a spread to 24 %
+        assert np.all(found.coverage >= 0.8), (name, found)
+        assert np.all(np.abs(np.log(found.stated / found.spread)) < np.log(2.0)), (name, found)
 
 
 def test_free_decay_over_ten_benches() -> None:
@@ -82,22 +87,24 @@ def test_a_fit_says_what_it_assumed_and_used(logs: list[RigLog], fit: FrictionFi
     assert FrictionFit.from_json(fit.to_json()) == fit
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("estimator", SLIP)
 def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], estimator: str) -> None:
     sliding = logs[:3]
     first = fit_friction(sliding, estimator=estimator)
     # another r moves the ends of the slip segments, to which Savitzky-Golay values answer with their noise
-    for name in ("k", "c", "r") if estimator == "weak-form" else ("k", "c"):
+    for name in ("k", "c") if estimator == "savitzky-golay" else ("k", "c", "r"):
         value = getattr(RIG, name)
         moved = replace(RIG, **{name: Quantity(value.value * 1.002, value.unit)})
         second = fit_friction([replace(log, rig=moved) for log in sliding], estimator=estimator)
         change = np.log(second.law_values / first.law_values) / np.log(1.002)
         said = [float(first.constant(name).sensitivity[parameter] or 0) for parameter in TRUTH]
-        np.testing.assert_allclose(change, said, rtol=0.1, atol=0.03)
+        # samples enter and leave at the ends of arcs, with their noise: 0.02 % of p, a tenth of its deviation
+        np.testing.assert_allclose(change, said, rtol=0.1, atol=0.12 if estimator == "shooting" else 0.03)
 
 
-def test_bootstrap_agrees_with_the_jackknife(logs: list[RigLog], fit: FrictionFit) -> None:
-    other = fit_friction(logs, inference=Inference("bootstrap", draws=200, seed=5))
+def test_bootstrap_agrees_with_the_jackknife(logs: list[RigLog]) -> None:
+    fit = fit_friction(logs, estimator="weak-form")
+    other = fit_friction(logs, estimator="weak-form", inference=Inference("bootstrap", draws=200, seed=5))
     assert other.law_values == pytest.approx(fit.law_values)
     # 200 draws of 60 segments: 5 % from the draws, 9 % between the two methods
     for name in TRUTH:
@@ -118,9 +125,12 @@ def test_an_unknown_laser_gain_is_found_by_the_encoder(logs: list[RigLog]) -> No
 def test_what_the_encoder_leaves_open_about_the_gain_joins_the_deviations(logs: list[RigLog]) -> None:
     ready = pool(logs)
     ideal = replace(ready, sensors=replace(ready.sensors, covariance=np.zeros((2, 2))))
-    more = fit_friction(ready)["mu_s"].standard_deviation ** 2 - fit_friction(ideal)["mu_s"].standard_deviation ** 2
-    # friction follows the scale of the angle nearly one to one; the delay adds little
-    assert np.sqrt(more) == pytest.approx(0.65 * np.sqrt(ready.sensors.covariance[0, 0]), rel=0.3)
+    for estimator in ("shooting", "weak-form"):
+        # where the noise is known the bound tells without the scatter of a jackknife
+        kind = "bound" if estimator == "shooting" else "standard_deviation"
+        real, exact = (getattr(fit_friction(one, estimator=estimator)["mu_s"], kind) for one in (ready, ideal))
+        # friction follows the scale of the angle nearly one to one; the delay adds little
+        assert np.sqrt(real**2 - exact**2) == pytest.approx(0.65 * np.sqrt(ready.sensors.covariance[0, 0]), rel=0.3)
 
 
 def test_a_laser_zero_that_is_off_is_found_by_the_free_decay(logs: list[RigLog], fit: FrictionFit) -> None:
@@ -213,7 +223,7 @@ def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: l
         "from identification.estimators import fit_friction\n"
         f"fit = fit_friction(read_package({str(tmp_path / 'logs')!r}))\n"
         "assert abs(fit['mu_s'].value - 0.65) < 0.004\n"
-        "left_out = {'matplotlib.figure', 'matplotlib.pyplot', 'sympy', 'fmpy', 'rich', 'identification.report'}\n"
+        "left_out = {'matplotlib.figure', 'matplotlib.pyplot', 'sympy', 'rich', 'identification.report'}\n"
         "assert not left_out & set(sys.modules), left_out & set(sys.modules)\n"
         "print(time.perf_counter() - start)"
     )

@@ -323,7 +323,9 @@ def stick_angle(stick: Stick, drive_speed: float) -> tuple[float, float]:
 
 
 def extrapolated(
-    speeds: Sequence[float], squares: Sequence[float], deviations: Sequence[float]
+    speeds: Sequence[float] | np.ndarray,
+    squares: Sequence[float] | np.ndarray,
+    deviations: Sequence[float] | np.ndarray,
 ) -> tuple[float, float] | None:
     """Speed (rad/s) at which the square of the stick angle vanishes, from three logs or more, and its standard
     deviation; None where it does not fall towards zero.

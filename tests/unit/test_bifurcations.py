@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_fit import MATERIALS, RIG, made_fit
 
 from identification import bifurcation
 from identification.bifurcation import Transition, extrapolated, hopf_speed, transitions
 from identification.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
 from identification.portraits import Portrait, Processing, Rest
-from made_fit import MATERIALS, RIG, made_fit
+
 
 @pytest.mark.parametrize(
     ("material", "hopf", "fold"),
@@ -133,8 +134,8 @@ def test_stick_by_slip_speed_is_the_models_own() -> None:
 
 
 def test_a_near_miss_is_no_stick_and_a_stick_cut_short_is_one() -> None:
-    """Below 0.5951 rad/s the body comes near the speed of disc 1 without sticking to it; on disc 0, where the changeover
-    ends the stick after 3 % of the period, it sticks."""
+    """Below 0.5951 rad/s the body comes near the speed of disc 1 without sticking to it; on disc 0, where the
+    changeover ends the stick after 3 % of the period, it sticks."""
     model = fitted_model(made_fit("liner/rubber", 3.0621, 2, theta_s=0.0, c=0.0055))
     words = [motion(model, {"disc0": speed, "disc1": 1.15}).words for speed in (0.45, 0.9, 1.2)]
     assert words == ["stick on {0}", "stick on {0} -> {1}", "stick on {1}"]

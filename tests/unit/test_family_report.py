@@ -47,9 +47,10 @@ def member(name: str, speed: float, model: Portrait | Rest | None = None, discs:
 def family(discs: int = 1) -> FamilyComparison:
     wrong = replace(portrait(1.2, discs))
     members = (member("slow", 0.41, discs=discs), member("a < b", 0.83, wrong, discs))
+    rests = Rest(0.1, 1e-4), Rest(0.1, 0.0)
     sliding = PortraitComparison(
-        "fast", {**members[0].drive_speeds, "disc0": 2.8}, Rest(0.1, 1e-4), Rest(0.1, 0.0), compare_motions(Rest(0.1, 1e-4), Rest(0.1, 0.0))
-    )  # fmt: skip
+        "fast", {**members[0].drive_speeds, "disc0": 2.8}, rests[0], rests[1], compare_motions(*rests)
+    )
     measured = MeasuredBifurcation("disc0", 0.83, 2.8, ("disc0",), (), 2.3, 0.05)
     predicted = Transition("disc0", 2.38, ("disc0",), (), 0.01, 0.02)
     other = BifurcationComparison(MeasuredBifurcation("disc0", 1.0, float("inf"), ("disc0",), ()), None, None, False)
@@ -88,8 +89,13 @@ def test_tables_and_sentences_show_values_verdicts_and_what_a_pass_means() -> No
     for shown in ("a < b", "FAIL", "pass", "no more", "+20 %", "same motion", "steady sliding", "stick on {0}"):
         assert shown in text
     told = bifurcation_sentences(family())
-    assert told[0].startswith("Stick on disc0 disappears: predicted at 2.38 +- 0.04 (95 %; noise 0.02, rig constants 0.04)")
-    assert "measured between 0.83 and 2.8 rad/s, carried on to no stick 2.3 +- 0.1 rad/s (the model alike: 2.33)." in told[0]
+    assert told[0].startswith(
+        "Stick on disc0 disappears: predicted at 2.38 +- 0.04 (95 %; noise 0.02, rig constants 0.04)"
+    )
+    assert (
+        "measured between 0.83 and 2.8 rad/s, carried on to no stick 2.3 +- 0.1 rad/s (the model alike: 2.33)."
+        in told[0]
+    )
     assert told[0].endswith("They agree.") and told[1].endswith("They do not agree.")
     assert "which stick up to 1 rad/s" in told[1]
     json.dumps(family().to_dict(), allow_nan=False)
@@ -134,7 +140,7 @@ def findings() -> Findings:
         made_fit(),
         whiteness=white,
         warnings=("look <here> & there",),
-        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1),),
+        logs=(LogSummary("slow", (0.41,), 20, 0.02, 0.1, 20.0),),
     )
     return Findings(fit, (), (family(), family(discs=2)), notes=("a note",))
 

@@ -141,7 +141,7 @@ def test_the_sequence_of_sticks_in_words() -> None:
     # shorter than the level of acceptance: none
     assert two(slice(50, 55), slice(100, 200)).words == "stick on {1}"
     near = two(slice(50, 90), slice(100, 200))
-    near.sticks["disc0"] = replace(near.sticks["disc0"], real=False)
+    near = replace(near, sticks={**near.sticks, "disc0": replace(near.sticks["disc0"], real=False)})
     assert near.words == "stick on {1}"
 
 

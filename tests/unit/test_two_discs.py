@@ -93,7 +93,9 @@ def test_the_emulator_has_the_reference_cycles_of_one_disc_at_a_time_and_of_over
     log = emulate(Emulation("c", pair, rig, "sequential", 0.0, start_angle=0.14, transient=25.0, duration=4.0, **CLEAN))
     assert period(log) == pytest.approx(0.928719259537, abs=5e-5)
     pair = (Disc(PAPER, 0.6), Disc(PAPER, 1.0))
-    log = emulate(Emulation("d", pair, RIG, "overlapping", 0.1, start_angle=0.14, transient=25.0, duration=4.0, **CLEAN))
+    log = emulate(
+        Emulation("d", pair, RIG, "overlapping", 0.1, start_angle=0.14, transient=25.0, duration=4.0, **CLEAN)
+    )
     assert period(log) == pytest.approx(0.69236, abs=5e-5)
 
 
@@ -156,7 +158,9 @@ def test_two_discs_that_cannot_be_fitted_are_refused(together: list[RigLog], seq
     with pytest.raises(StickslipError, match="how disc 1 turned: it needs 'drive1_count'"):
         pool([replace(log, columns=without)])
     turned = replace(log.experiment, materials=("liner/rubber", "paper/rubber"))
-    with pytest.raises(StickslipError, match=r"\(paper/rubber\) and .* \(liner/rubber\) are of different materials on disc0"):
+    with pytest.raises(
+        StickslipError, match=r"\(paper/rubber\) and .* \(liner/rubber\) are of different materials on disc0"
+    ):
         pool([together[1], replace(log, experiment=turned)])
     alone = replace(log, experiment=Experiment(contacts=("disc0",)), name="zero")
     other = replace(together[1], experiment=Experiment(contacts=("disc1",)), name="one")

@@ -81,13 +81,30 @@ def fit(
             allow_no_stick=allow_no_stick,
         )
         advance(0.9)
-        if figure:
-            draw_friction(found, ready, figure, overwrite)
-    if result:
-        write_text(result, found.to_json(), overwrite)
-    files = [str(path) for path in (result, figure) if path]
+        files, interrupted = _kept(found, ready, result, figure, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: _print_fit(decay, found, files, out))
+    if interrupted:
+        raise typer.Exit(console.INTERRUPTED)
+
+
+def _kept(
+    found: FrictionFit, ready: Pool, result: Path | None, figure: Path | None, overwrite: bool
+) -> tuple[list[str], bool]:
+    """Write what is asked for, the numbers first, so that an interrupt leaves what is finished; the files written, and
+    whether there was one."""
+    files = []
+    if result:
+        write_text(result, found.to_json(), overwrite)
+        files.append(str(result))
+    interrupted = any(warning.startswith("Interrupted") for warning in found.warnings)
+    if figure and not interrupted:
+        try:
+            draw_friction(found, ready, figure, overwrite)
+            files.append(str(figure))
+        except KeyboardInterrupt:
+            interrupted = True
+    return files, interrupted
 
 
 @app.command()

@@ -257,7 +257,8 @@ def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
         )
         segments = len(np.unique(rows.cluster[mine]))
         speeds = tuple(float(np.mean(drive)) for drive in motion.drives)
-        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest))
+        duration = float(motion.time[-1] - motion.time[0])
+        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest, duration))
     return tuple(summaries)
 
 

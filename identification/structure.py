@@ -1,4 +1,4 @@
-"""Which law the logs ask for: laws compared by information criteria and by the prediction of logs that they have not seen.
+"""Which law the logs ask for: laws compared by information criteria, and by the prediction of logs not yet seen.
 
 Residuals are coloured, so that n of them say less than n independent ones. With C the covariance that allows for colour
 and C_w that of white residuals, both of the law with the most parameters,
@@ -6,8 +6,8 @@ and C_w that of white residuals, both of the law with the most parameters,
     AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
 (quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
 others (with one log alone: each half of it); S_h is the sum of squares over all. Laws are ordered by BIC. How sure that
-is, is told by its lead over the next law, and by the difference of S_h from cluster to cluster against its spread (given
-the fits: each serves all clusters of the log held out).
+is, is told by its lead over the next law, and by the difference of S_h from cluster to cluster against its spread
+(given the fits: each serves all clusters of the log held out).
 
 Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
 (1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
@@ -22,6 +22,10 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.conclusion import Options
+from identification.estimators import estimator_named
+from identification.laws import LAWS, find_law
+from identification.pooling import Pool
 from identification.problem import Problem, Solution, prior_precision, solve
 from identification.uncertainty import clustered_covariance, plain_covariance
 from identification.whiteness import whiteness
@@ -124,6 +128,25 @@ def compare_laws(
     return LawComparison(
         scores, len(richest.found.evaluation.residual), float(effective), white.doubts, _verdict(scores, white.doubts)
     )
+
+
+def compare_on(
+    ready: Pool,
+    laws: Sequence[str] = tuple(LAWS),
+    *,
+    estimator: str = "weak-form",
+    progress: Callable[[float], None] | None = None,
+) -> LawComparison:
+    """Compare friction laws on pooled logs.
+
+    estimator: one that reduces the logs in the same way for every law.
+
+    Raises:
+        StickslipError: as in `compare_laws`, or the logs cannot be fitted.
+    """
+    chosen = estimator_named(estimator)
+    problems = {name: chosen.estimate(ready, find_law(name), Options()).problem for name in laws}
+    return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 
 def _held_out(problem: Problem, found: Solution) -> np.ndarray:

@@ -23,12 +23,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.chart import bends_of, solve_straight
 from identification.conclusion import FrictionRows, Options
 from identification.joint_law import DISCS, JointLaw, touching
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool, RigValues, rig_values
-from identification.problem import Solution, solve
+from identification.problem import TOLERANCE, Progress, Solution
 from identification.regression import Regression, RegressionProblem
 from identification.slip_segments import SlipSegment, long_enough, slip_segments
 from identification.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
@@ -279,15 +280,24 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
     Raises:
         StickslipError: no slip segment holds a window, or one disc is touched nowhere.
     """
-    first = _problem(ready, law)
-    found = solve(first, tolerance=COARSE)
+    problem = _problem(ready, law)
+    found = _solved(problem, COARSE)
     if law.changeover is None:
-        return first, solve(first, found.values, progress=options.progress)
+        return problem, _solved(problem, TOLERANCE, found, options.progress)
     # twice: the windows follow the changeover, which moves a little with them
-    near = _problem(segments_at(ready, law, found.values), law, found.values)
-    found = solve(near, progress=options.progress)
-    problem = _problem(segments_at(ready, law, found.values), law, found.values)
-    return problem, solve(problem, progress=options.progress)
+    for _ in range(2):
+        problem = _problem(segments_at(ready, law, found.values), law, found.values)
+        found = _solved(problem, TOLERANCE, found, options.progress)
+    return problem, found
+
+
+def _solved(
+    problem: JointProblem, tolerance: float, last: Solution | None = None, progress: Progress | None = None
+) -> Solution:
+    x = problem.start() if last is None else last.values
+    rows = problem.rows(x)
+    bends = bends_of(problem.law, ("disc0", "disc1"), x, rows.speed, rows.place)
+    return solve_straight(replace(problem, guess=x), bends, progress=progress, tolerance=tolerance)
 
 
 def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:

@@ -65,6 +65,8 @@ def first_values(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     try:
         return weak_form.estimate(ready, law, options)
     except StickslipError:
+        if isinstance(law, JointLaw):
+            raise
         return inverse_dynamics.estimate(ready, law, options)
 
 

@@ -182,6 +182,19 @@ def test_a_disc_that_never_slips_or_is_never_touched_is_named(together: list[Rig
         two_discs.segments_at(ready, law, np.append(TRUTH, -0.5))
 
 
+def test_discs_that_drag_the_same_way_in_every_log_are_not_told_apart(together: list[RigLog]) -> None:
+    law = joint_law(LAWS["Conti"], "together")
+    same = pool(together[:2])
+    with pytest.raises(StickslipError, match=r"drag the body the same way.*turn against one another"):
+        two_discs.estimate(same, law, Options())
+    # indeed: what is moved from one disc to the other changes no residual
+    segments = long_enough(same.segments, 0.25)
+    logs_of = [same.log_number(s) for s in segments]
+    these = two_discs.joint_equations(segments, logs_of, same.values, same.natural_period)
+    moved = TRUTH + 0.05 * np.array([1, 1, 0, -1, -1, 0])
+    np.testing.assert_allclose(these.model(law, moved), these.model(law, TRUTH), rtol=1e-13)
+
+
 def test_straight_coordinates_lead_to_the_same_law_and_back() -> None:
     law = joint_law(LAWS["Conti"], "sequential")
     speeds, place = np.tile(np.linspace(0.02, 0.12, 50), 2), np.repeat([0, 1], 50)

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.laws_fit import LAWS, FittableLaw
+from identification.laws import LAWS
+from identification.laws.law import FittableLaw
 from identification.one_dof.estimate import INDISTINGUISHABLE, blocks, regressors
 from identification.one_dof.memory import memory
 from identification.one_dof.recipe import VELOCITY, Recipe

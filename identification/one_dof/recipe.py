@@ -14,7 +14,7 @@ from typing import Any
 
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.scene.toml_reader import Document, read_document
-from identification.laws_fit import LAWS
+from identification.laws import LAWS
 from identification.one_dof.terms import KINDS, LINEAR_LAWS, Speed, Term
 
 SUFFIX = ".toml"

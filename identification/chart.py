@@ -20,6 +20,7 @@ from identification.laws.law import FittableLaw
 from identification.problem import Evaluation, Problem, Progress, Solution, solve
 
 BENT = 3  # parameters of a law with such a valley: two coefficients and the scale of speed between them
+EDGE = 1e-3  # of a value, within which a bound was met: steps beyond it were refused
 AWAY = 1e3  # times the residuals, where the model cannot be run: a step that leads there is refused
 
 
@@ -137,9 +138,15 @@ def bends_of(
 def solve_straight(
     problem: Problem, bends: tuple[Bend, ...], *, progress: Progress | None, tolerance: float
 ) -> Solution:
-    """`solve` in straight coordinates, then in the problem's own, where bounds and priors count."""
+    """`solve` in straight coordinates; the solution in the problem's own."""
     if not bends:
         return solve(problem, progress=progress, tolerance=tolerance)
     charted = Charted(problem, bends)
     found = solve(charted, progress=progress, tolerance=tolerance)
-    return solve(problem, charted.back(found.values), progress=progress, tolerance=tolerance)
+    x = charted.back(found.values)
+    edges = [EDGE * max(abs(value), 1e-3) for value in x]
+    at_bound = tuple(
+        bool(value - unknown.minimum < edge or unknown.maximum - value < edge)
+        for unknown, value, edge in zip(problem.unknowns, x, edges, strict=True)
+    )
+    return replace(found, values=x, evaluation=problem.evaluate(x), at_bound=at_bound)

@@ -29,6 +29,7 @@ from identification.two_discs import joint_rows, segments_at
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
+HEAD = 10  # samples, the least from which a motion is continued backward
 AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
 ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
 
@@ -177,15 +178,19 @@ def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float
     slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
     after = np.flatnonzero((slip < limit) & (time > arc.time[0] + 0.5 * (arc.time[-1] - arc.time[0])))
     end = float(time[after[0] - 1]) if len(after) else late
-    head = time <= time[0] + 0.5 * ahead
+    same = np.all(touch == touch[:, :1], axis=0)  # another disc bends the motion
+    head = (time <= time[0] + 0.5 * ahead) & np.logical_and.accumulate(same)
+    if np.count_nonzero(head) < HEAD:
+        return float(arc.time[0]), end, (arc.start_time, np.array([motion["theta"][0], motion["omega"][0]]))
     past = time[0] - step * np.arange(round(ahead / step) + 1)[::-1]
     touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
     before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
-    low = np.flatnonzero(before < limit)
+    angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
+    away = np.any(problem.touch(arc, x, angle(past - MARGIN)) != touch[:, :1], axis=0)
+    low = np.flatnonzero((before < limit) | away)
     begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
     if slip[0] < limit:
         begin = float(time[np.argmax(slip >= limit)])
-    angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
     start = begin - MARGIN
     return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
 

@@ -214,6 +214,14 @@ class ArcProblem(FrictionProblem):
             inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, arc.drives, strict=True)},
         )
 
+    def follows(self, number: int, x: np.ndarray) -> bool:
+        """Whether the start of arc ``number`` can be found at x."""
+        try:
+            self._projected(number, x, [unknown.name for unknown in self.unknowns])
+        except StickslipError:
+            return False
+        return True
+
     def contacts(self, arc: Arc) -> tuple[str, ...]:
         """The driving discs in contact in the log of an arc."""
         return self.ready.motions[arc.log].log.contacts

@@ -86,13 +86,18 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
-    bends: tuple[Bend, ...] = ()
-    if isinstance(law, JointLaw):
-        rows = joint_rows(ready, law, q)
-        bends = bends_of(law, ready.contacts, q, rows.speed, rows.place)
+    bends = straight(ready, law, q)
     found = solve_straight(problem, bends, progress=options.progress, tolerance=ROUGH)
     again = recut(problem, found)
     return again, solve_straight(again, bends, progress=options.progress, tolerance=TOLERANCE)
+
+
+def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
+    """Straight coordinates for the laws of two discs, of which one is often seen at few speeds; none for one disc."""
+    if not isinstance(law, JointLaw):
+        return ()
+    rows = joint_rows(ready, law, q)
+    return bends_of(law, ready.contacts, q, rows.speed, rows.place)
 
 
 def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
@@ -141,11 +146,13 @@ def _guess(segment: SlipSegment, window: float) -> np.ndarray:
 
 
 def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
-    """The arcs between the instants at which the solved motion passes the pool's threshold of slip speed."""
+    """The arcs between the instants at which the solved motion passes the pool's threshold of slip speed. One whose
+    start cannot be found then (a disc may have come to touch just there) stays as it was."""
     ready, x = problem.ready, found.values
     R = ready.values.R
     shown = [measured(motion, R)[0] for motion in ready.motions]
     arcs: list[Arc] = []
+    before: list[tuple[Arc, Start]] = []
     for number, arc in enumerate(problem.arcs):
         begin, end, start = _span(problem, number, x)
         motion = ready.motions[arc.log]
@@ -158,7 +165,11 @@ def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
             arc, start_time=start[0], time=time, measured=shown[arc.log][inside], cluster=label, guess=start[1]
         )
         arcs.append(moved)
-    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
+        before.append((replace(arc, cluster=np.full(len(arc.time), label[0])), Start(problem.starts[number].at(x))))
+    again = replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
+    pairs = zip(again.arcs, again.starts, strict=True)
+    kept = [new if again.follows(place, x) else old for place, (new, old) in enumerate(zip(pairs, before, strict=True))]
+    return replace(again, arcs=tuple(arc for arc, _ in kept), starts=tuple(start for _, start in kept))
 
 
 def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:

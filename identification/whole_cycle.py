@@ -20,10 +20,11 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification import shooting
 from identification.arcs import MARGIN, Arc, ArcProblem, arc_problem, measured
+from identification.chart import solve_straight
 from identification.conclusion import Estimate, Estimator, Options
 from identification.laws import FittableLaw
 from identification.pooling import Pool
-from identification.problem import Solution, solve
+from identification.problem import Solution
 
 SPLIT = (
     0.12  # of a slip: where one cycle ends and the next begins; earlier the release, later the slip would be cut in two
@@ -84,7 +85,8 @@ def follow(slips: ArcProblem, x: np.ndarray, options: Options) -> tuple[ArcProbl
     """
     problem = cycle_problem(slips, x, slips.law, x[: len(slips.law.parameters)], options)
     problem.evaluate(problem.first)
-    return problem, solve(problem, progress=options.progress, tolerance=shooting.TOLERANCE)
+    bends = shooting.straight(slips.ready, slips.law, x[: len(slips.law.parameters)])
+    return problem, solve_straight(problem, bends, progress=options.progress, tolerance=shooting.TOLERANCE)
 
 
 def cycle_problem(slips: ArcProblem, x: np.ndarray, law: FittableLaw, q: np.ndarray, options: Options) -> ArcProblem:

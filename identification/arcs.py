@@ -39,6 +39,7 @@ MARGIN = 0.005  # s by which an arc begins before its first sample, so that the 
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
+SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
 REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
@@ -233,9 +234,9 @@ class ArcProblem(FrictionProblem):
         slip = known["r"] * drives - known["R"] * motion["omega"]
         return slip, self.touch(arc, x, motion["theta"])
 
-    def touch(self, arc: Arc, x: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        """Whether each disc in an arc's log touches (n_discs, n) at angles (n,) rad."""
-        return touching(self.law, self.contacts(arc), x[: len(self.law.parameters)], angle)
+    def touch(self, arc: Arc, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
+        """Whether each disc in an arc's log touches (n_discs, n) at angles (n,) rad, give or take ``guard`` rad."""
+        return touching(self.law, self.contacts(arc), x[: len(self.law.parameters)], angle, guard)
 
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
@@ -246,12 +247,25 @@ class ArcProblem(FrictionProblem):
 
     def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
+        memory = self.starts[number]
+        before = replace(memory)
+        try:
+            return self._searched(number, x, names)
+        except StickslipError:
+            # where the disc sticks at once its first speed counts for nothing, and a step of it may lead anywhere
+            memory.states, memory.x, memory.slope = before.states, before.x, before.slope
+            raise
+
+    def _searched(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As `_projected`; leaves the last start states behind."""
         arc, memory = self.arcs[number], self.starts[number]
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
             residual = (seen - arc.measured) / arc.deviation
             columns = columns / arc.deviation
             basis, triangle = np.linalg.qr(by_start / arc.deviation)
+            if np.min(np.abs(np.diag(triangle))) < SEEN:
+                break
             along = basis.T @ np.column_stack([residual, columns])
             moved = -np.linalg.solve(triangle, along)
             memory.states = memory.at(x) + moved[:, 0]

@@ -29,6 +29,7 @@ from identification.two_discs import joint_rows, segments_at
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
+CLEAR = 0.002  # rad that an arc begins off a changeover, so that this one may move
 HEAD = 10  # samples, the least from which a motion is continued backward
 AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
 ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
@@ -197,7 +198,7 @@ def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float
     touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
     before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
     angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
-    away = np.any(problem.touch(arc, x, angle(past - MARGIN)) != touch[:, :1], axis=0)
+    away = np.any(problem.touch(arc, x, angle(past - MARGIN), CLEAR) != touch[:, :1], axis=0)
     low = np.flatnonzero((before < limit) | away)
     begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
     if slip[0] < limit:

@@ -42,6 +42,7 @@ LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+STUCK = 1e-9  # m/s, of rounding: slower is no slip
 REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
 STARTS = ("theta", "omega")
 
@@ -53,7 +54,7 @@ class Arc:
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
-    rad, rad/s.
+    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip.
     """
 
     start_time: float
@@ -66,6 +67,7 @@ class Arc:
     sign: int
     laser: bool
     guess: np.ndarray
+    bristles: float = 0.0
 
     def of(self, clusters: np.ndarray) -> Arc | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -196,15 +198,12 @@ class ArcProblem(FrictionProblem):
         theta, omega = self.starts[number].at(x)
         values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
         start = {"theta": float(theta), "omega": float(omega)}
-        for one, drive in zip(laws_of(self.law, contacts), arc.drives, strict=True):
+        for one in laws_of(self.law, contacts):
             q, N = x[one.place], rig.forces[one.force]
             law = {f"{name}{one.disc}": value for name, value in one.law.simulated(q, N).items()}
             values |= law | {f"N{one.disc}": N}
             if f"sigma0{one.disc}" in law:
-                # bristles at their steady deflection: they forget any other within 0.1 mm of slip
-                slip = abs(rig.r * float(np.interp(arc.start_time, drive.time, drive.value)) - rig.R * omega)
-                force = N * float(one.law.value(np.array([slip]), q)[0])
-                start[f"z{one.disc}"] = arc.sign * force / law[f"sigma0{one.disc}"]
+                start[f"z{one.disc}"] = arc.bristles
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         return self.runs[contacts].run.run(
@@ -301,8 +300,9 @@ class ArcProblem(FrictionProblem):
                 columns[:, place] += 1.0
             elif name == "R" and arc.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
-        slip, touch = self.slips(arc, x, motion)
-        return shown + known["zero"], by[:, inner:], columns, np.where(touch, np.abs(slip), np.inf).min(axis=0)
+        every, touch = self.slips(arc, x, motion)
+        slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
+        return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
 
 def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) -> tuple[str, ...]:

@@ -263,8 +263,13 @@ def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | 
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
             "of it passes to the friction coefficients one to one and is not in their standard deviations."
         )
-    if len(logs) == 1:
+    if len(logs) == 1 and len(logs[0].contacts) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
+    elif len(logs) == 1:
+        found.append(
+            "One pair of drive speeds hardly tells the laws of two discs apart: pool logs at three pairs or more, now "
+            "one disc and now the other the faster, or add logs of one disc alone."
+        )
     if free_decay is not None:
         found += free_decay.warnings
         if abs(free_decay.rest) > REST_SUSPECT:

@@ -18,13 +18,14 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification import inverse_dynamics, weak_form
 from identification.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
+from identification.chart import Bend, bends_of, solve_straight
 from identification.conclusion import Estimate, Estimator, Options
 from identification.joint_law import JointLaw
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool
-from identification.problem import Solution, solve
+from identification.problem import Solution
 from identification.slip_segments import SlipSegment
-from identification.two_discs import segments_at
+from identification.two_discs import joint_rows, segments_at
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
@@ -64,6 +65,8 @@ def first_values(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     try:
         return weak_form.estimate(ready, law, options)
     except StickslipError:
+        if isinstance(law, JointLaw):
+            raise
         return inverse_dynamics.estimate(ready, law, options)
 
 
@@ -82,9 +85,13 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
-    found = solve(problem, progress=options.progress, tolerance=ROUGH)
+    bends: tuple[Bend, ...] = ()
+    if isinstance(law, JointLaw):
+        rows = joint_rows(ready, law, q)
+        bends = bends_of(law, ready.contacts, q, rows.speed, rows.place)
+    found = solve_straight(problem, bends, progress=options.progress, tolerance=ROUGH)
     again = recut(problem, found)
-    return again, solve(again, progress=options.progress, tolerance=TOLERANCE)
+    return again, solve_straight(again, bends, progress=options.progress, tolerance=TOLERANCE)
 
 
 def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:

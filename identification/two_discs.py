@@ -23,15 +23,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.chart import bends_of, solve_straight
 from identification.conclusion import FrictionRows, Options
 from identification.joint_law import DISCS, JointLaw, touching
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool, RigValues, rig_values
-from identification.problem import Solution, solve
+from identification.problem import TOLERANCE, Progress, Solution
 from identification.regression import Regression, RegressionProblem
 from identification.slip_segments import SlipSegment, long_enough, slip_segments
 from identification.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
+from rig_io.log import RigLog
 
 COLUMNS = ("slip", "measured", "force", "angle", "turn", "always")  # with a row for each window
 THIN = 3  # samples per node of the average: 80 nodes on a bump whose first seven derivatives vanish at the ends
@@ -49,7 +51,7 @@ class JointRegression(Regression):
 
     slip: (n, w, 2) m/s, with its sign; measured: (n,) N; force: (n, 2) N, 0 where the log is of the other disc alone;
     angle: (n, w) rad; turn: (n, w) rad, by which the angle changes from node to node, positive; always: (n,) rows of
-    logs whose discs touch at every angle.
+    logs whose discs touch at every angle, whichever the arrangement of others.
     """
 
     force: np.ndarray
@@ -153,7 +155,7 @@ def joint_equations(
         columns["force"].append(np.tile(force, (rows, 1)))
         columns["angle"].append(_windows(smooth, count, stride)[:, nodes])
         columns["turn"].append(np.maximum(np.abs(_windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
-        columns["always"].append(np.full(rows, len(segment.motion.log.contacts) == 1))
+        columns["always"].append(np.full(rows, _always(segment.motion.log)))
         whiten.append(whitening(weights, stride, rows))
     made = {name: np.concatenate(parts) for name, parts in columns.items()}
     cluster = np.repeat(np.arange(len(segments)), [len(part) for part in columns["measured"]])
@@ -174,6 +176,11 @@ def _of_discs(segment: SlipSegment, speed: np.ndarray, rig: RigValues) -> tuple[
         slip[disc] = rig.r * drive[segment.first : segment.last] - rig.R * speed
         force[disc] = rig.forces[disc]
     return slip, force
+
+
+def _always(log: RigLog) -> bool:
+    """Whether the discs of a log touch at every angle."""
+    return len(log.contacts) == 1 or log.experiment.arrangement == "together"
 
 
 def _windows(values: np.ndarray, count: int, stride: int) -> np.ndarray:
@@ -279,15 +286,39 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
     Raises:
         StickslipError: no slip segment holds a window, or one disc is touched nowhere.
     """
-    first = _problem(ready, law)
-    found = solve(first, tolerance=COARSE)
+    problem = _problem(ready, law)
+    _check_apart(problem.regression)
+    found = _solved(problem, COARSE)
     if law.changeover is None:
-        return first, solve(first, found.values, progress=options.progress)
+        return problem, _solved(problem, TOLERANCE, found, options.progress)
     # twice: the windows follow the changeover, which moves a little with them
-    near = _problem(segments_at(ready, law, found.values), law, found.values)
-    found = solve(near, progress=options.progress)
-    problem = _problem(segments_at(ready, law, found.values), law, found.values)
-    return problem, solve(problem, progress=options.progress)
+    for _ in range(2):
+        problem = _problem(segments_at(ready, law, found.values), law, found.values)
+        found = _solved(problem, TOLERANCE, found, options.progress)
+    return problem, found
+
+
+def _check_apart(these: Regression) -> None:
+    """Where both discs touch and drag the body the same way, N_0 mu_0 + a and N_1 mu_1 - a are the same force for any
+    a, in slip as in stick."""
+    assert isinstance(these, JointRegression)
+    both = (these.force > 0).all(axis=1) & these.always
+    against = (these.slip[both, :, 0] * these.slip[both, :, 1] < 0).any() if both.any() else True
+    if not against and both.all():
+        raise StickslipError(
+            "In every log both discs drag the body the same way. A constant friction may then belong to either disc: "
+            "only N0 mu0 + N1 mu1 shows, in slip and in stick. Add a log in which the discs turn against one another (drive "
+            "speeds of opposite sign), or one of a disc alone."
+        )
+
+
+def _solved(
+    problem: JointProblem, tolerance: float, last: Solution | None = None, progress: Progress | None = None
+) -> Solution:
+    x = problem.start() if last is None else last.values
+    rows = problem.rows(x)
+    bends = bends_of(problem.law, ("disc0", "disc1"), x, rows.speed, rows.place)
+    return solve_straight(replace(problem, guess=x), bends, progress=progress, tolerance=tolerance)
 
 
 def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:

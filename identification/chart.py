@@ -1,0 +1,145 @@
+"""Coordinates in which the search for friction laws goes straight.
+
+Slip speeds from v_1 to v_2 tell the coefficients there, mu(v_1) and mu(v_2), and little of how the law bends between.
+The parameters mu_s, mu_k and p (or v_s) then hang together along a curved valley, down which steps in these parameters
+are short; two discs, one of which touches for short, make it long. In
+    y = (mu(v_1), ln(mu(v_1) - mu(v_2)), ln p)
+the valley is straight. The law is linear in mu_s and mu_k, so that the way back is a pair of linear equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.joint_law import laws_of
+from identification.laws.law import FittableLaw
+from identification.problem import Evaluation, Problem, Progress, Solution, solve
+
+BENT = 3  # parameters of a law with such a valley: two coefficients and the scale of speed between them
+AWAY = 1e3  # times the residuals, where the model cannot be run: a step that leads there is refused
+
+
+@dataclass(frozen=True)
+class Bend:
+    """One law within the unknowns: its first place, and two slip speeds that it was seen at, v_1 < v_2, m/s."""
+
+    law: FittableLaw
+    first: int
+    speeds: tuple[float, float]
+
+    def coordinates(self, q: np.ndarray) -> np.ndarray:
+        """y (3,) of the law's parameters q (3,)."""
+        near, far = self.law.value(np.array(self.speeds), q)
+        return np.array([near, np.log(near - far), np.log(q[2])])
+
+    def parameters(self, y: np.ndarray) -> np.ndarray:
+        """q (3,) of y (3,)."""
+        scale, speeds = float(np.exp(y[2])), np.array(self.speeds)
+        unit = np.stack([self.law.value(speeds, np.array([*one, scale])) for one in ((1.0, 0.0), (0.0, 1.0))], axis=1)
+        pair = np.linalg.solve(unit, [y[0], y[0] - np.exp(y[1])])
+        return np.array([*pair, scale])
+
+    def slope(self, q: np.ndarray) -> np.ndarray:
+        """dq/dy (3, 3)."""
+        near, far = self.law.value(np.array(self.speeds), q)
+        by = self.law.gradient(np.array(self.speeds), q)
+        return np.linalg.inv([by[:, 0], (by[:, 0] - by[:, 1]) / (near - far), [0.0, 0.0, 1 / q[2]]])
+
+    @property
+    def places(self) -> slice:
+        """Of the parameters among the unknowns."""
+        return slice(self.first, self.first + BENT)
+
+
+@dataclass(frozen=True, eq=False)
+class Charted(Problem):
+    """A problem in straight coordinates."""
+
+    problem: Problem
+    bends: tuple[Bend, ...]
+
+    def __post_init__(self) -> None:
+        bent = {place for bend in self.bends for place in range(bend.first, bend.first + BENT)}
+        free = [
+            replace(unknown, minimum=-np.inf, maximum=np.inf) if place in bent else unknown
+            for place, unknown in enumerate(self.problem.unknowns)
+        ]
+        object.__setattr__(self, "unknowns", tuple(free))
+        object.__setattr__(self, "noise_known", self.problem.noise_known)
+        object.__setattr__(self, "_last", [])
+
+    def start(self) -> np.ndarray:
+        """Where the problem begins."""
+        return self.coordinates(self.problem.start())
+
+    def coordinates(self, x: np.ndarray) -> np.ndarray:
+        """y (m,) of x (m,)."""
+        y = np.array(x, dtype=float)
+        for bend in self.bends:
+            y[bend.places] = bend.coordinates(x[bend.places])
+        return y
+
+    def back(self, y: np.ndarray) -> np.ndarray:
+        """x (m,) of y (m,)."""
+        x = np.array(y, dtype=float)
+        for bend in self.bends:
+            x[bend.places] = bend.parameters(y[bend.places])
+        return x
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """Residuals and gradient at y; large residuals where the parameters are out of bounds or the model refuses
+        them."""
+        at, memory = self.back(x), self._last  # type: ignore[attr-defined]
+        inside = all(u.minimum <= v <= u.maximum for u, v in zip(self.problem.unknowns, at, strict=True))
+        try:
+            if not inside and memory:
+                raise StickslipError("A parameter left its bounds.")
+            found = self.problem.evaluate(at)
+        except StickslipError:
+            if not memory:
+                raise
+            return replace(memory[0], residual=AWAY * memory[0].residual)
+        slope = np.eye(len(at))
+        for bend in self.bends:
+            slope[bend.places, bend.places] = bend.slope(at[bend.places])
+        memory[:] = [replace(found, gradient=found.gradient @ slope)]
+        return memory[0]
+
+    def resampled(self, clusters: np.ndarray) -> Charted:
+        """As in `Problem`."""
+        return Charted(self.problem.resampled(clusters), self.bends)
+
+
+def bends_of(
+    law: FittableLaw, contacts: Sequence[str], q: np.ndarray, speeds: np.ndarray, place: np.ndarray
+) -> tuple[Bend, ...]:
+    """The laws whose valley can be straightened at parameters q (m,).
+
+    speeds: (n,) m/s at which friction was seen, each on the disc ``place`` (n,) of the contacts.
+    """
+    found = []
+    for number, part in enumerate(laws_of(law, contacts)):
+        seen = speeds[place == number]
+        if len(part.law.parameters) != BENT or not len(seen):
+            continue
+        near, far = np.quantile(seen, [0.1, 0.9])
+        values = q[part.place]
+        falling = far > near and values[2] > 0 and np.diff(part.law.value(np.array([near, far]), values))[0] < 0
+        if falling:
+            found.append(Bend(part.law, part.place.start, (float(near), float(far))))
+    return tuple(found)
+
+
+def solve_straight(
+    problem: Problem, bends: tuple[Bend, ...], *, progress: Progress | None, tolerance: float
+) -> Solution:
+    """`solve` in straight coordinates, then in the problem's own, where bounds and priors count."""
+    if not bends:
+        return solve(problem, progress=progress, tolerance=tolerance)
+    charted = Charted(problem, bends)
+    found = solve(charted, progress=progress, tolerance=tolerance)
+    return solve(problem, charted.back(found.values), progress=progress, tolerance=tolerance)

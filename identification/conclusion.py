@@ -314,8 +314,8 @@ def _doubts(
         if parameter.at_bound:
             doubts.append(
                 f"{parameter.name} = {parameter.value:g} {parameter.unit} lies on a bound of the search "
-                f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for more, and its standard deviation "
-                "says nothing."
+                f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for a value beyond "
+                "it, and its standard deviation says nothing."
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
             doubts.append(

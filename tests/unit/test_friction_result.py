@@ -58,7 +58,7 @@ def result() -> FrictionFit:
         warnings=("one",),
         covariance="bootstrap",
         intervals=(Interval("mu_s", 0.95, 0.64, 0.66, "profile"), Interval("p", 0.95, 13.0, None, "profile")),
-        collinearity=Collinearity(47.0, {"p": 1.0, "mu_s": 0.16}, 0.33),
+        collinearity=Collinearity(47.0, {"p": 0.15, "mu_s": 0.001}, {"p": 1.0, "mu_s": 0.16}),
         whiteness=Whiteness(
             (LogResiduals("slow", 400, 0.1, 0.2, 0.3), LogResiduals("fast", 400, 0.4, 1e-9, None)),
             (SpeedResidual(0.05, 0.1, 0.7), SpeedResidual(0.1, -0.3, -4.2)),
@@ -81,6 +81,7 @@ def test_json_gives_the_result_back() -> None:
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POSITIVE = st.floats(1e-12, 1e12)
 NAMES = st.text(max_size=8)
+CHANGES = st.dictionaries(NAMES, FINITE, max_size=3)
 
 
 @settings(max_examples=30, deadline=None)
@@ -88,7 +89,7 @@ NAMES = st.text(max_size=8)
     intervals=st.lists(
         st.builds(Interval, NAMES, st.floats(0.5, 0.99), st.none() | FINITE, st.none() | FINITE, NAMES), max_size=3
     ),
-    collinearity=st.none() | st.builds(Collinearity, POSITIVE, st.dictionaries(NAMES, FINITE, max_size=3), POSITIVE),
+    collinearity=st.none() | st.builds(Collinearity, POSITIVE, CHANGES, CHANGES),
     whiteness=st.none()
     | st.builds(
         Whiteness,

@@ -25,26 +25,33 @@ def test_index_of_two_columns(cosine: float) -> None:
     assert found.poor == (cosine == -0.999)
 
 
-def test_the_direction_is_told_in_per_cent_of_the_parameters() -> None:
+def test_the_direction_is_a_move_of_one_standard_deviation() -> None:
     made = columns(0.9999)
     covariance = np.linalg.inv(made.T @ made)
     found = of_gradient(made, ["mu_k", "p"], np.array([0.35, 15.0]), covariance)
-    # equal and opposite effects: 2 da = -5 db, relative to 0.35 and 15
-    relative = (2 / 0.35**-1) / (5 / 15.0**-1)
-    assert found.direction == pytest.approx({"mu_k": 1.0, "p": -relative})
-    assert "mu_k up 1 % with p down" in found.words
-    move = 0.01 * np.array([0.35, -relative * 15.0])
-    assert found.deviation == pytest.approx(1 / np.linalg.norm(made @ move), rel=1e-6)
-    assert "cannot be told apart" in found.words and found.doubts
+    # equal and opposite effects, 2 da = -5 db, as far as one standard deviation reaches
+    move = np.array([found.direction["mu_k"], found.direction["p"]])
+    assert move[0] / move[1] == pytest.approx(-5 / 2)
+    assert np.linalg.norm(made @ move) == pytest.approx(1, rel=1e-6)
+    assert found.percent == pytest.approx({"mu_k": 100 * move[0] / 0.35, "p": 100 * move[1] / 15})
+    assert "mu_k up by" in found.words and "with p down" in found.words
+    assert "cannot be told apart" in found.words and "stickslip design" in found.doubts[0]
     sharp = of_gradient(1e4 * made, ["mu_k", "p"], np.array([0.35, 15.0]), 1e-8 * covariance)
-    assert "sees least" not in found.words and "logs see least" in sharp.words and sharp.doubts == ()
+    assert sharp.words.startswith("mu_k up 1 % with p down")
+    assert "logs see least" in sharp.words and sharp.doubts == ()
 
 
 def test_a_parameter_without_any_effect_is_named_alone() -> None:
     made = np.array([[1.0, 0.0], [2.0, 0.0]])
     found = of_gradient(made, ["a", "b"], np.ones(2), np.diag([0.2, 1e12]))
     assert found.index >= 1e6 and list(found.direction) == ["b"]
-    assert "b up 1 % cannot be told apart" in found.words
+    assert "b up by 1e+06 cannot be told apart" in found.words
+
+
+def test_a_parameter_that_may_be_zero_is_told_in_its_unit() -> None:
+    made = columns(0.9999)
+    found = of_gradient(made, ["p", "mu_v"], np.array([15.0, 1e-6]), np.linalg.inv(made.T @ made))
+    assert "mu_v up by " in found.words and "p down" in found.words and found.doubts
 
 
 def test_what_a_prior_holds_does_not_count_against_the_law() -> None:

@@ -92,7 +92,8 @@ def _kept(
     if result:
         write_text(result, found.to_json(), overwrite)
         files.append(str(result))
-    interrupted = any(warning.startswith("Interrupted") for warning in found.warnings)
+    # as the estimators and the bootstrap say it of themselves
+    interrupted = any(warning.startswith(("Interrupted", "The bootstrap was stopped")) for warning in found.warnings)
     if figure and not interrupted:
         try:
             draw_friction(found, ready, figure, overwrite)

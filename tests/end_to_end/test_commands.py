@@ -135,7 +135,9 @@ def test_fit_and_compare_on_the_logs_that_come_along(stickslip, tmp_path):
     assert compared.code == 0, compared.err
     assert compared.json["passed"]
     assert {"fit.json", "friction.png", "portraits.png"} <= files(tmp_path)
-    assert "Stick on disc0 disappears: predicted at 2.38" in " ".join(stickslip("compare", "fit.json", RIGS).out.split())
+    assert "Stick on disc0 disappears: predicted at 2.38" in " ".join(
+        stickslip("compare", "fit.json", RIGS).out.split()
+    )
 
 
 def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):

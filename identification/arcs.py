@@ -214,16 +214,28 @@ class ArcProblem(FrictionProblem):
             inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, arc.drives, strict=True)},
         )
 
+    def follows(self, number: int, x: np.ndarray) -> bool:
+        """Whether the start of arc ``number`` can be found at x."""
+        try:
+            self._projected(number, x, [unknown.name for unknown in self.unknowns])
+        except StickslipError:
+            return False
+        return True
+
     def contacts(self, arc: Arc) -> tuple[str, ...]:
         """The driving discs in contact in the log of an arc."""
         return self.ready.motions[arc.log].log.contacts
 
     def slips(self, arc: Arc, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
-        known, q = self.known(x), x[: len(self.law.parameters)]
+        known = self.known(x)
         drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in arc.drives])
         slip = known["r"] * drives - known["R"] * motion["omega"]
-        return slip, touching(self.law, self.contacts(arc), q, motion["theta"])
+        return slip, self.touch(arc, x, motion["theta"])
+
+    def touch(self, arc: Arc, x: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """Whether each disc in an arc's log touches (n_discs, n) at angles (n,) rad."""
+        return touching(self.law, self.contacts(arc), x[: len(self.law.parameters)], angle)
 
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""

@@ -20,6 +20,8 @@ from identification.laws.law import FittableLaw
 from identification.problem import Evaluation, Problem, Progress, Solution, solve
 
 BENT = 3  # parameters of a law with such a valley: two coefficients and the scale of speed between them
+EDGE = 1e-3  # of a value, within which a bound may have been met
+LEAST_SCALE = 1e-4  # s/m or m/s
 AWAY = 1e3  # times the residuals, where the model cannot be run: a step that leads there is refused
 
 
@@ -63,11 +65,12 @@ class Charted(Problem):
     bends: tuple[Bend, ...]
 
     def __post_init__(self) -> None:
-        bent = {place for bend in self.bends for place in range(bend.first, bend.first + BENT)}
-        free = [
-            replace(unknown, minimum=-np.inf, maximum=np.inf) if place in bent else unknown
-            for place, unknown in enumerate(self.problem.unknowns)
-        ]
+        free = list(self.problem.unknowns)
+        for bend in self.bends:
+            *pair, scale = free[bend.places]
+            pair = [replace(one, minimum=-np.inf, maximum=np.inf) for one in pair]
+            low, high = np.log([max(scale.minimum, LEAST_SCALE), scale.maximum])
+            free[bend.places] = [*pair, replace(scale, minimum=float(low), maximum=float(high))]
         object.__setattr__(self, "unknowns", tuple(free))
         object.__setattr__(self, "noise_known", self.problem.noise_known)
         object.__setattr__(self, "_last", [])
@@ -91,13 +94,9 @@ class Charted(Problem):
         return x
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """Residuals and gradient at y; large residuals where the parameters are out of bounds or the model refuses
-        them."""
+        """Residuals and gradient at y; large residuals where the model refuses the parameters."""
         at, memory = self.back(x), self._last  # type: ignore[attr-defined]
-        inside = all(u.minimum <= v <= u.maximum for u, v in zip(self.problem.unknowns, at, strict=True))
         try:
-            if not inside and memory:
-                raise StickslipError("A parameter left its bounds.")
             found = self.problem.evaluate(at)
         except StickslipError:
             if not memory:
@@ -137,9 +136,15 @@ def bends_of(
 def solve_straight(
     problem: Problem, bends: tuple[Bend, ...], *, progress: Progress | None, tolerance: float
 ) -> Solution:
-    """`solve` in straight coordinates, then in the problem's own, where bounds and priors count."""
+    """`solve` in straight coordinates; the solution in the problem's own."""
     if not bends:
         return solve(problem, progress=progress, tolerance=tolerance)
     charted = Charted(problem, bends)
     found = solve(charted, progress=progress, tolerance=tolerance)
-    return solve(problem, charted.back(found.values), progress=progress, tolerance=tolerance)
+    x = charted.back(found.values)
+    limits = np.array([(unknown.minimum, unknown.maximum) for unknown in problem.unknowns])
+    edge = EDGE * np.maximum(np.abs(x), 1e-3)
+    if np.any((x < limits[:, 0] + edge) | (x > limits[:, 1] - edge)):
+        # bounds are straight in the problem's own coordinates
+        return solve(problem, np.clip(x, *limits.T), progress=progress, tolerance=tolerance)
+    return replace(found, values=x, evaluation=problem.evaluate(x))

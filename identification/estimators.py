@@ -9,13 +9,15 @@ from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference import Inference
 from identification.joint_law import sought_law
-from identification.laws import find_law
+from identification.laws import LUGRE, find_law
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 ESTIMATORS = {
     "shooting": "identification.shooting",
+    "whole-cycle": "identification.whole_cycle",
+    "lugre": "identification.lugre",
     "weak-form": "identification.weak_form",
     "savitzky-golay": "identification.inverse_dynamics",
 }
@@ -56,10 +58,12 @@ def fit_friction(
     """
     chosen = estimator_named(estimator)
     form = find_law(law)
+    if form is LUGRE and estimator != "lugre":
+        raise StickslipError(f"The law '{law}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip.")
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = sought_law(form, ready.contacts, ready.arrangement)
     made = chosen.estimate(ready, sought, options)
-    solved = (ready, made.estimator, made.problem, made.solution, sought)
+    solved = (ready, made.estimator, made.problem, made.solution, made.law)
     try:
         return conclude(*solved, inference, progress=progress, warnings=made.warnings)
     except KeyboardInterrupt:

@@ -42,7 +42,8 @@ class Drawing:
 @dataclass(frozen=True, eq=False)
 class Findings:
     """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
-    residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and why."""
+    residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and
+    why."""
 
     fit: FrictionFit
     logs: Sequence[RigLog]

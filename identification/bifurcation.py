@@ -6,8 +6,8 @@ sticking discs changes, the speed is halved in between. With one disc there are 
     fold   the cycle with stick is gone above it; between the two both exist, and the start decides
 Measured: a bracket, from the last speed with stick to the first without. At the fold the cycle grazes the stick line,
 so that the angle turned through in stick vanishes as the square root of the distance: its square, a parabola through
-the three fastest logs with stick, is carried on to zero. A stick lasts longer below a threshold h of the slip speed
-than it does: with  b^2 = 2 h J/(k r w),  t^2 = (t_h - b)^2 - b^2  (the slip speed leaves stick as k r w/(2 J) t^2).
+the three fastest logs with stick, is carried on to zero. How long a disc sticks, from the time its slip speed is below
+a threshold: `identification.portraits.Stick`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,14 +24,21 @@ from identification.model import FittedModel, fmu_parameters
 from identification.portraits import Stick
 from identification.result import FrictionFit
 
+if TYPE_CHECKING:
+    from fmu_models.simulation.trajectory import Event
+
 STEPS = 24  # of a sweep over the speeds of a family
 BISECTIONS = 40
+TOGETHER = 1e-6  # relative distance up to which two transitions are one
 WATCH = 10.0  # natural periods, in which a disc must stick to count as sticking
 SETTLE = 20.0  # natural periods before: a cycle with stick is reached at its first stick
 BEYOND = 1.15  # by which the speed is raised at a time, where stick outlasts the speeds of the family
 FASTEST = 100.0  # rad/s
 MICRO_SLIP = 1e-3  # m/s, slip speed of a law with bristles that counts as stick
 STEP = 1e-3  # relative, for derivatives by parameters
+NEAR_ENOUGH = 1e-6  # relative, of a transition of moved parameters: derivatives to 1e-3
+FORM = 0.1  # of the way from the last log with stick to where stick is to vanish: error of the parabola, assumed
+VAGUE = 0.25  # relative deviation from which on an extrapolation says nothing
 LEAST = 3  # logs with stick for an extrapolation
 COVER = 1.96  # standard deviations
 
@@ -104,19 +111,29 @@ def sticking(
 ) -> tuple[tuple[str, ...], Mapping[str, float]]:
     """The discs that stick in the motion that a run ends in, and states of it to start the next run from: in stick, if
     there is stick, since the motion that lets go there is the outermost and finds the cycle if there is one."""
-    until, watched = (SETTLE + WATCH) * model.natural_period, SETTLE * model.natural_period
     if not model.sticks:
         return _creeping(model, drive_speeds, start)
+    until = (SETTLE + WATCH) * model.natural_period
     end, events = model.states_at(drive_speeds, until, start)
-    held = {e.contact for e in events if e.time > watched and e.after == 0}
-    held |= {contact for contact in model.contacts if end.pop(f"{contact}_state") == 0}
-    if not held:
-        return (), end
+    held = _held(model, end, events)
     lands = [event.time for event in events if event.after == 0]
-    if lands:
+    if held and lands:
         end, _ = model.states_at(drive_speeds, lands[-1], start)
-        end = {name: end[name] for name in model.fmu.states}
-    return tuple(contact for contact in model.contacts if contact in held), end
+    return held, {name: end[name] for name in model.fmu.states}
+
+
+def stuck(model: FittedModel, drive_speeds: Mapping[str, float], start: Mapping[str, float]) -> tuple[str, ...]:
+    """As `sticking`, the discs alone."""
+    if not model.sticks:
+        return _creeping(model, drive_speeds, start)[0]
+    return _held(model, *model.states_at(drive_speeds, (SETTLE + WATCH) * model.natural_period, start))
+
+
+def _held(model: FittedModel, end: Mapping[str, float], events: Sequence[Event]) -> tuple[str, ...]:
+    """The discs that stick once the motion has settled."""
+    held = {event.contact for event in events if event.time > SETTLE * model.natural_period and event.after == 0}
+    held |= {contact for contact in model.contacts if end[f"{contact}_state"] == 0}
+    return tuple(contact for contact in model.contacts if contact in held)
 
 
 def _creeping(
@@ -155,7 +172,18 @@ def transitions(
         if others != discs:
             found += _between(model, varied, held, (speed, discs, state), (after, others))
         speed, discs, state = after, others, end
-    return tuple(found)
+    return tuple(_merged(found))
+
+
+def _merged(found: Sequence[Transition]) -> list[Transition]:
+    """Changes at one speed are one: where both discs turn alike, both stick at that speed alone."""
+    made: list[Transition] = []
+    for one in found:
+        if made and abs(one.speed - made[-1].speed) < TOGETHER * abs(one.speed):
+            made[-1] = replace(made[-1], after=one.after)
+        else:
+            made.append(one)
+    return [one for one in made if one.before != one.after]
 
 
 def _between(
@@ -201,7 +229,7 @@ def hopf_speed(model: FittedModel, varied: str, held: Mapping[str, float], low: 
         found = model.sliding({**held, varied: speed})
         return float("nan") if found is None else found.damping
 
-    speeds = np.linspace(high, low, 4 * STEPS)
+    speeds = np.linspace(high, low, STEPS + 1)
     above = damping(float(speeds[0]))
     for last, speed in pairwise(speeds):
         here = damping(float(speed))
@@ -249,57 +277,62 @@ def _moved(
 
 
 def with_uncertainty(fit: FrictionFit, model: FittedModel, found: Transition, held: Mapping[str, float]) -> Transition:
-    """A predicted transition with what the fit leaves open about it."""
-    near = 0.02 * found.speed
+    """A predicted transition with what the fit leaves open about it; without, where that cannot be followed."""
+    near = 5 * STEP * found.speed
 
     def again(other: FrictionFit) -> float:
         return _located(model.with_parameters(fmu_parameters(other)), found, held, near)
 
-    noise, scale = deviations(fit, again)
+    try:
+        noise, scale = deviations(fit, again)
+    except StickslipError:
+        return found
     return replace(found, noise_deviation=noise, scale_deviation=scale)
 
 
 def _located(model: FittedModel, found: Transition, held: Mapping[str, float], reach: float) -> float:
     """The speed of a transition near a known one."""
     low, high = found.speed - reach, found.speed + reach
+
+    def remains(speed: float) -> bool:
+        start = _taken(model, state, found.before, found.varied, begin, speed)
+        return stuck(model, {**held, found.varied: speed}, start) == found.before
+
     for _ in range(6):
+        begin = low
         discs, state = sticking(model, {**held, found.varied: low})
-        start = _taken(model, state, discs, found.varied, low, high)
-        if discs == found.before and sticking(model, {**held, found.varied: high}, start)[0] != found.before:
+        if discs == found.before and not remains(high):
             break
         low, high = low - reach, high + reach
         reach *= 2
     else:
         raise StickslipError(
-            f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little: it is no "
-            "isolated one. Compare without its uncertainty."
+            f"The transition near {found.speed:.4g} rad/s is lost when the parameters change a little."
         )
-    while high - low > 1e-7 * found.speed:
+    while high - low > NEAR_ENOUGH * found.speed:
         middle = 0.5 * (low + high)
-        start = _taken(model, state, found.before, found.varied, low, middle)
-        now, end = sticking(model, {**held, found.varied: middle}, start)
-        low, high, state = (middle, high, end) if now == found.before else (low, middle, state)
+        low, high = (middle, high) if remains(middle) else (low, middle)
     return 0.5 * (low + high)
 
 
-def stick_angle(stick: Stick, drive_speed: float, model: FittedModel, threshold: float) -> tuple[float, float]:
+def stick_angle(stick: Stick, drive_speed: float) -> tuple[float, float]:
     """Square of the angle (rad^2) that the drive turns through in a stick, with the standard deviation of its mean over
-    the sticks of a log; the threshold's part taken off."""
-    p = model.parameters
-    b = float(np.sqrt(2 * threshold * p["J"] / (p["k"] * p["r"] * abs(drive_speed))))
-    squares = drive_speed**2 * (stick.times**2 - 2 * b * stick.times)
+    the sticks of a log."""
+    squares = drive_speed**2 * stick.squares
     spread = float(np.std(squares, ddof=1) / np.sqrt(len(squares))) if len(squares) > 1 else float("nan")
     return float(np.mean(squares)) if len(squares) else float("nan"), spread
 
 
 def extrapolated(
-    speeds: Sequence[float], squares: Sequence[float], deviations: Sequence[float]
+    speeds: Sequence[float] | np.ndarray,
+    squares: Sequence[float] | np.ndarray,
+    deviations: Sequence[float] | np.ndarray,
 ) -> tuple[float, float] | None:
     """Speed (rad/s) at which the square of the stick angle vanishes, from three logs or more, and its standard
-    deviation; None where it does not fall towards zero.
+    deviation; None where it does not fall towards zero, or not clearly.
 
-    The parabola through the last three is held against A w (w_0 - w) through the last two: their difference stands for
-    what the form of the curve leaves open.
+    The parabola through the last three is held against A w (w_0 - w) through the last two: their difference, and a
+    share of the way carried on, stand for what the form of the curve leaves open.
     """
     order = np.argsort(speeds)[-LEAST:]
     w, y, sd = (np.asarray(values, dtype=float)[order] for values in (speeds, squares, deviations))
@@ -311,14 +344,15 @@ def extrapolated(
     if root is None or slope >= 0:
         return None
     other = w[-1] - ratio[1] / slope
-    power = (root - other) ** 2
+    power = (root - other) ** 2 + (FORM * (root - w[-1])) ** 2
     for i in range(LEAST):
         if np.isfinite(sd[i]):
             moved = y.copy()
             moved[i] += sd[i]
             again = _parabola_root(w, moved)
             power += (again - root) ** 2 if again is not None else root**2
-    return root, float(np.sqrt(power))
+    deviation = float(np.sqrt(power))
+    return (root, deviation) if deviation < VAGUE * root else None
 
 
 def _parabola_root(w: np.ndarray, y: np.ndarray) -> float | None:

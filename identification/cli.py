@@ -9,13 +9,14 @@ from fmu_models import map_cli as map_commands
 from fmu_models import scene_cli as scene_commands
 from fmu_models.stress import cli as stress_commands
 from identification import commands as friction_commands
-from identification import comparison_commands
+from identification import comparison_commands, structure_commands
 from identification.handover import commands as handover_commands
 from rig_io import cli as rig_commands
 
 app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
 MODELS = (model_commands, scene_commands, bench_commands, stress_commands, map_commands)
-for part in (*MODELS, rig_commands, friction_commands, comparison_commands, handover_commands):
+FRICTION = (friction_commands, structure_commands, comparison_commands, handover_commands)
+for part in (*MODELS, rig_commands, *FRICTION):
     app.registered_commands += part.app.registered_commands
 
 

@@ -76,13 +76,31 @@ def fit(
             allow_no_stick=allow_no_stick,
         )
         advance(0.9)
-        if figure:
-            draw_friction(found, ready, figure, overwrite)
-    if result:
-        write_text(result, found.to_json(), overwrite)
-    files = [str(path) for path in (result, figure) if path]
+        files, interrupted = _kept(found, ready, result, figure, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: _print_fit(decay, found, files, out))
+    if interrupted:
+        raise typer.Exit(console.INTERRUPTED)
+
+
+def _kept(
+    found: FrictionFit, ready: Pool, result: Path | None, figure: Path | None, overwrite: bool
+) -> tuple[list[str], bool]:
+    """Write what is asked for, the numbers first, so that an interrupt leaves what is finished; the files written, and
+    whether there was one."""
+    files = []
+    if result:
+        write_text(result, found.to_json(), overwrite)
+        files.append(str(result))
+    # as the estimators and the bootstrap say it of themselves
+    interrupted = any(warning.startswith(("Interrupted", "The bootstrap was stopped")) for warning in found.warnings)
+    if figure and not interrupted:
+        try:
+            draw_friction(found, ready, figure, overwrite)
+            files.append(str(figure))
+        except KeyboardInterrupt:
+            interrupted = True
+    return files, interrupted
 
 
 @app.command()
@@ -91,13 +109,15 @@ def demo(
     seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
     json: Json = False,
 ) -> None:
-    """The whole road once: emulate a rig, fit its friction, compare portraits, export the fitted model.
+    """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
 
     Example: stickslip demo first_look
     """
     from fmu_models.codegen.package import export_built
     from identification.family import compare
     from identification.model import fmu_parameters
+    from identification.report.page import Findings, write_report
+    from identification.samples import samples_by_disc
     from rig_io.emulator import emulate_set, standard_set
     from rig_io.log import read_package
 
@@ -107,6 +127,7 @@ def demo(
         "fit": folder / "fit.json",
         "friction": folder / "friction.png",
         "family": folder / "family.png",
+        "report": folder / "report.html",
         "fmu": folder / "disc_rig_fitted.fmu",
     }
     with console.progress("demo") as advance:
@@ -119,7 +140,9 @@ def demo(
         draw_friction(found, ready, targets["friction"], False)
         families = compare(found, logs)
         draw_families(families, targets["family"], False)
-        advance(0.8)
+        advance(0.7)
+        write_report(Findings(found, logs, families, decay, samples_by_disc(found, ready)), targets["report"])
+        advance(0.9)
         export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=fmu_parameters(found))
     truth = next(log for log in logs if log.kind != "free-decay").experiment.emulation
     content = {
@@ -135,6 +158,7 @@ def demo(
         out.print("\nLook at")
         out.print(f"  {targets['friction']}   friction against slip speed, with the fitted law")
         out.print(f"  {targets['family']}     measured and modelled phase portraits, stick, and where it ends")
+        out.print(f"  {targets['report']}    all of it on one page, for a browser")
         out.print(f"  {targets['fmu']}  the fitted rig for other tools")
         out.print(f"  {targets['logs']}/datapackage.json  what the logs hold, and the truth behind them")
 

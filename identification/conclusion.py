@@ -258,7 +258,8 @@ def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
         )
         segments = len(np.unique(rows.cluster[mine]))
         speeds = tuple(float(np.mean(drive)) for drive in motion.drives)
-        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest))
+        duration = float(motion.time[-1] - motion.time[0])
+        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest, duration))
     return tuple(summaries)
 
 
@@ -314,8 +315,8 @@ def _doubts(
         if parameter.at_bound:
             doubts.append(
                 f"{parameter.name} = {parameter.value:g} {parameter.unit} lies on a bound of the search "
-                f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for more, and its standard deviation "
-                "says nothing."
+                f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for a value beyond "
+                "it, and its standard deviation says nothing."
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
             doubts.append(

@@ -49,7 +49,8 @@ def fit_friction(
     """Friction law from stick-slip logs of one rig, all pooled.
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
-    `identification.pooling.pool` of them. inference: how its uncertainty is found, and ``progress`` the fraction of
+    `identification.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
+    uncertainty, and the fit says so. inference: how its uncertainty is found, and ``progress`` the fraction of
     that work done.
 
     Raises:
@@ -62,13 +63,11 @@ def fit_friction(
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = sought_law(form, ready.contacts, ready.arrangement)
     made = chosen.estimate(ready, sought, options)
-    return conclude(
-        ready,
-        made.estimator,
-        made.problem,
-        made.solution,
-        made.law,
-        inference,
-        progress=progress,
-        warnings=made.warnings,
-    )
+    solved = (ready, made.estimator, made.problem, made.solution, made.law)
+    try:
+        return conclude(*solved, inference, progress=progress, warnings=made.warnings)
+    except KeyboardInterrupt:
+        said = (
+            f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the jackknife's."
+        )
+        return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said))

@@ -122,7 +122,7 @@ def _family(
     if held is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
     predicted, hopf = _predicted(model, varied, held, [one.drive_speeds[varied] for one in members])
-    found = _measured(members, varied, model, processing)
+    found = _measured(members, varied, model)
     progress(0.7)
     if uncertainty:
         for i, one in enumerate(predicted):
@@ -187,7 +187,7 @@ def _predicted(
 
 
 def _measured(
-    members: Sequence[PortraitComparison], varied: str, model: FittedModel, processing: Processing
+    members: Sequence[PortraitComparison], varied: str, model: FittedModel
 ) -> list[tuple[MeasuredBifurcation, float | None]]:
     """Brackets between neighbours that stick otherwise, each with what the model gives by the same extrapolation."""
     found: list[tuple[MeasuredBifurcation, float | None]] = []
@@ -202,8 +202,8 @@ def _measured(
         alike = None
         if len(sets[i]) == 1 and not after:
             kept = [m for m, s in zip(members[: i + 1], sets, strict=False) if s == sets[i]]
-            carried = _extrapolated([m.measured for m in kept], kept, varied, model, processing)
-            modelled = _extrapolated([m.model for m in kept], kept, varied, model, processing)
+            carried = _extrapolated([m.measured for m in kept], kept, varied)
+            modelled = _extrapolated([m.model for m in kept], kept, varied)
             alike = modelled[0] if modelled else None
             one = replace(one, estimate=carried[0], deviation=carried[1]) if carried else one
         found.append((one, alike))
@@ -219,14 +219,12 @@ def _extrapolated(
     motions: Sequence[Portrait | Rest],
     members: Sequence[PortraitComparison],
     varied: str,
-    model: FittedModel,
-    processing: Processing,
 ) -> tuple[float, float] | None:
     rows = []
     for motion, one in zip(motions, members, strict=True):
         if isinstance(motion, Portrait):
             speed, stick = one.drive_speeds[varied], motion.sticks[varied]
-            rows.append((speed, *bifurcations.stick_angle(stick, speed, model, processing.threshold)))
+            rows.append((speed, *bifurcations.stick_angle(stick, speed)))
     if not rows:
         return None
     speeds, squares, spread = zip(*rows, strict=True)
@@ -239,7 +237,7 @@ def _matched(
     """Each bracket with the nearest prediction of the same change; predictions without a bracket by themselves."""
     left = list(predicted)
     made = []
-    for one, alike in found:
+    for one, alike in _joined(found, predicted):
         same = [p for p in left if (p.before, p.after) == (one.before, one.after)]
         if not same:
             # logs so far apart see several changes as one
@@ -248,16 +246,38 @@ def _matched(
         nearest = min(same, key=lambda p: abs(p.speed - middle), default=None)
         if nearest is not None:
             left.remove(nearest)
-        made.append(BifurcationComparison(one, nearest, alike, _overlap(one, nearest, hopf)))
+        made.append(BifurcationComparison(one, nearest, alike, _agrees(one, nearest, alike, hopf)))
     made += [BifurcationComparison(None, one, None, None) for one in left]
     return tuple(sorted(made, key=lambda one: one.predicted.speed if one.predicted else one.measured.low))  # type: ignore[union-attr]
 
 
-def _overlap(one: MeasuredBifurcation, predicted: Transition | None, hopf: float | None) -> bool:
-    """Whether the prediction can be within the bracket; a bench may leave the cycle from the Hopf speed on."""
+def _joined(
+    found: Sequence[tuple[MeasuredBifurcation, float | None]], predicted: Sequence[Transition]
+) -> list[tuple[MeasuredBifurcation, float | None]]:
+    """Two brackets as one, where together they are a change that is predicted and alone they are none: discs that turn
+    nearly alike both seem to stick in between."""
+    changes = {(one.before, one.after) for one in predicted}
+    made: list[tuple[MeasuredBifurcation, float | None]] = []
+    for one, alike in found:
+        last = made[-1][0] if made else None
+        if last is not None and (last.before, last.after) not in changes and (last.before, one.after) in changes:
+            made[-1] = (replace(last, high=one.high, after=one.after), None)
+        else:
+            made.append((one, alike))
+    return made
+
+
+def _agrees(one: MeasuredBifurcation, predicted: Transition | None, alike: float | None, hopf: float | None) -> bool:
+    """Whether the prediction can be within the bracket (a bench may leave the cycle from the Hopf speed on), and the
+    estimate, if there is one, is as near to it or to what the model gives alike as both are known."""
     if predicted is None:
         return False
-    reach = bifurcations.COVER * (predicted.deviation if np.isfinite(predicted.deviation) else 0.0)
+    known = predicted.deviation if np.isfinite(predicted.deviation) else 0.0
+    if one.estimate is not None:
+        off = min(abs(one.estimate - value) for value in (predicted.speed, alike) if value is not None)
+        if off > bifurcations.COVER * float(np.hypot(known, one.deviation or 0.0)):
+            return False
+    reach = bifurcations.COVER * known
     least = predicted.speed if hopf is None or predicted.after else min(hopf, predicted.speed)
     return bool(one.low <= predicted.speed + reach and one.high >= least - reach)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.laws import find_law
+from identification.pooling import RigValues, rig_values
 from identification.result import FrictionFit
 from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from fmu_models.simulation.trajectory import Event
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
+AT_REST = 1e-12  # rad, up to which the angle of rest is found
 NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
 BRISTLES = "lugre"  # the law of the FMU that never sticks exactly
@@ -137,10 +139,12 @@ class FittedModel:
         if any(speed == 0.0 for speed in drive_speeds.values()):
             return None
         angle = 0.0
-        for _ in range(3):  # once is exact where contact does not depend on the angle; then until the region fits
-            rest = self._acceleration(drive_speeds, angle, 0.0)
-            angle += rest * self.parameters["J"] / self.parameters["k"]
-        if abs(self._acceleration(drive_speeds, angle, 0.0)) > 1e-9 * max(abs(angle), 1e-3):
+        for _ in range(3):  # the first is exact but where which disc touches depends on the angle
+            rest = self._acceleration(drive_speeds, angle, 0.0) * self.parameters["J"] / self.parameters["k"]
+            if abs(rest) <= AT_REST:
+                break
+            angle += rest
+        else:
             return None
         above, below = (self._acceleration(drive_speeds, angle, sign * NUDGE) for sign in (1.0, -1.0))
         return Sliding(angle, -self.parameters["J"] * (above - below) / (2 * NUDGE))
@@ -246,15 +250,16 @@ def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tupl
     return Fmu.open(built_scene(free)), scene.start
 
 
+def fitted_rig(fit: FrictionFit) -> RigValues:
+    """The constants of the rig with which a law was fitted."""
+    return rig_values({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
+
+
 def rig_constants(fit: FrictionFit) -> dict[str, float]:
-    """J, k, c, R, r and normal forces N0, N1 with which a law was fitted, SI."""
-    known = {one.name: one.value for one in (*fit.constants, *getattr(fit, "nuisance", ()))}
-    for name in ("k", "c"):
-        if name not in known:
-            known[name] = known["J"] * known[f"{name}/J"]
-    if "N" in known:
-        known[f"N{fit.contacts[0][-1]}"] = known["N"]
-    return {name: known[name] for name in ("J", "k", "c", "R", "r", "N0", "N1") if name in known}
+    """The same by the names of the rig's FMU: J, k, c, R, r, N0, N1."""
+    rig = fitted_rig(fit)
+    forces = {f"N{contact[-1]}": force for contact, force in zip(fit.contacts, rig.forces, strict=True)}
+    return {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r, **forces}
 
 
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
@@ -268,7 +273,7 @@ def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
         suffix = number if len(contacts) > 1 else ""
         values = np.array([fit[f"{name}{suffix}"].value for name in law.names])
         found |= {f"{name}{number}": value for name, value in law.simulated(values, found[f"N{number}"]).items()}
-    for one in (*fit.parameters, *fit.constants, *getattr(fit, "nuisance", ())):
+    for one in (*fit.parameters, *fit.constants, *fit.nuisance):
         if one.name in CHANGEOVER.values():
             found[one.name] = one.value
     return found

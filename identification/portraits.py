@@ -29,6 +29,7 @@ SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself
 HYSTERESIS = 0.25  # of the half range, that the angle must fall below the middle before it counts as rising through it
 LEAST_CYCLES = 2
 RESTING = 1e-3  # rad, half range below which there is no cycle
+ZERO = 0.25  # of the threshold of slip speed, below which a disc sticks: ten times the noise of the smoothed speed
 DYING = 0.8  # second half of a motion without stick over its first half: below that the motion is no cycle
 IRREGULAR = 0.2  # of the mean period, spread of the periods of a motion without stick from which on it is no cycle
 
@@ -44,12 +45,14 @@ MEANING = (
 @dataclass(frozen=True, eq=False)
 class Stick:
     """Stick on one disc. fraction: share of time with |slip| below the threshold; strip: (PHASES,) share of the cycles
-    that stick at each phase; times: (n,) s, how long each stick stays below the threshold; held: (PHASES,) as strip, by
-    the model's own contact states (None where measured)."""
+    that stick at each phase; squares: (n,) s^2, square of the time of each stick with the threshold's part taken off;
+    real: whether the slip speed comes to zero rather than near it; held: (PHASES,) as strip, by the model's own contact
+    states (None where measured)."""
 
     fraction: float
     strip: np.ndarray
-    times: np.ndarray
+    squares: np.ndarray
+    real: bool
     held: np.ndarray | None = None
 
 
@@ -71,7 +74,7 @@ class Portrait:
     def sequence(self) -> tuple[tuple[str, ...], ...]:
         """Which discs stick, one after the other within a cycle, from the first stick on after the angle has risen
         through the middle of its range. What is shorter than the acceptance level of a stick fraction is left out."""
-        together = np.stack([stick.strip > 0.5 for stick in self.sticks.values()], axis=1)
+        together = np.stack([(stick.strip > 0.5) & stick.real for stick in self.sticks.values()], axis=1)
         sets = [tuple(name for name, on in zip(self.sticks, row, strict=True) if on) for row in together]
         runs = [(one, len(list(same))) for one, same in groupby(sets)]
         if len(runs) > 1 and runs[0][0] == runs[-1][0]:  # a stick that lasts over the beginning
@@ -199,10 +202,8 @@ class Processing:
         window = SMOOTHING * self.natural_period
         smooth, speed = (savitzky_golay(angle, step, window, 2, derivative) for derivative in (0, 1))
         low, high = np.quantile(smooth, [0.002, 0.998])
-        masks = {
-            contact: (np.abs(self.r * drive - self.R * speed) < self.threshold) & self.touches(contact, smooth)
-            for contact, drive in drives.items()
-        }
+        slips = {contact: np.abs(self.r * drive - self.R * speed) for contact, drive in drives.items()}
+        masks = {name: (slip < self.threshold) & self.touches(name, smooth) for name, slip in slips.items()}
         rest = Rest(float(np.mean(smooth)), float(high - low) / 2)
         if rest.swing < RESTING:
             return rest
@@ -228,7 +229,8 @@ class Processing:
             contact: Stick(
                 float(np.mean(mask[whole])),
                 np.interp(phase, time, mask.astype(float)).mean(axis=0),
-                _durations(mask, step, window),
+                self._squares(_durations(mask, step, window), float(np.mean(drives[contact]))),
+                _comes_to_zero(slips[contact], mask, step, window, ZERO * self.threshold),
                 None if states is None else np.interp(phase, time, (states[contact] == 0) * 1.0).mean(axis=0),
             )
             for contact, mask in masks.items()
@@ -243,17 +245,36 @@ class Processing:
             len(periods),
         )
 
+    def _squares(self, times: np.ndarray, drive_speed: float) -> np.ndarray:
+        """Squares (n,) s^2 of the times of sticks from those below the threshold (n,) s.
 
-def _durations(mask: np.ndarray, step: float, window: float) -> np.ndarray:
-    """How long (n,) s each stick lasts that begins and ends within the record; gaps shorter than the smoothing window
-    are its noise."""
+        The slip speed leaves stick as a = k r w/(2 J) t^2, and near the end of stick-slip comes to it so: a stick of t
+        stays below h for  t_h = sqrt(t^2 + b^2) + b,  b^2 = h/a,  hence  t^2 = t_h^2 - 2 b t_h.
+        """
+        rate = 0.5 * (2 * np.pi / self.natural_period) ** 2 * self.r * abs(drive_speed)
+        return times**2 - 2 * np.sqrt(self.threshold / rate) * times
+
+
+def _runs(mask: np.ndarray, step: float, window: float) -> np.ndarray:
+    """First and past-the-last sample (n, 2) of each stick; gaps shorter than the smoothing window are its noise."""
     runs = stretches(mask)
     if len(runs) == 0:
-        return np.array([])
+        return runs
     apart = (runs[1:, 0] - runs[:-1, 1]) * step > window
-    first, last = runs[np.append(True, apart), 0], runs[np.append(apart, True), 1]
-    inside = (first > 0) & (last < len(mask))
-    return (last - first)[inside] * step
+    return np.stack([runs[np.append(True, apart), 0], runs[np.append(apart, True), 1]], axis=1)
+
+
+def _durations(mask: np.ndarray, step: float, window: float) -> np.ndarray:
+    """How long (n,) s each stick lasts that begins and ends within the record."""
+    runs = _runs(mask, step, window)
+    inside = (runs[:, 0] > 0) & (runs[:, 1] < len(mask))
+    return (runs[:, 1] - runs[:, 0])[inside] * step
+
+
+def _comes_to_zero(slip: np.ndarray, mask: np.ndarray, step: float, window: float, limit: float) -> bool:
+    """Whether the least slip speed (n,) m/s of most sticks is below a limit, m/s."""
+    least = [float(slip[first:last].min()) for first, last in _runs(mask, step, window)]
+    return bool(least) and float(np.median(least)) < limit
 
 
 def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[Verdict, ...]:

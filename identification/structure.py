@@ -1,4 +1,4 @@
-"""Which law the logs ask for: laws compared by information criteria and by the prediction of logs that they have not seen.
+"""Which law the logs ask for: laws compared by information criteria, and by the prediction of logs not yet seen.
 
 Residuals are coloured, so that n of them say less than n independent ones. With C the covariance that allows for colour
 and C_w that of white residuals, both of the law with the most parameters,
@@ -6,8 +6,8 @@ and C_w that of white residuals, both of the law with the most parameters,
     AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
 (quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
 others (with one log alone: each half of it); S_h is the sum of squares over all. Laws are ordered by BIC. How sure that
-is, is told by its lead over the next law, and by the difference of S_h from cluster to cluster against its spread (given
-the fits: each serves all clusters of the log held out).
+is, is told by its lead over the next law, and by the difference of S_h from cluster to cluster against its spread
+(given the fits: each serves all clusters of the log held out).
 
 Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
 (1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
@@ -22,12 +22,17 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.conclusion import Options
+from identification.estimators import estimator_named
+from identification.laws import LAWS, find_law
+from identification.pooling import Pool
 from identification.problem import Problem, Solution, prior_precision, solve
 from identification.uncertainty import clustered_covariance, plain_covariance
 from identification.whiteness import whiteness
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
+SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
 FEWEST = 4  # clusters, of which halves can be made
 
 
@@ -85,6 +90,10 @@ class _Candidate:
         return float(self.found.evaluation.residual @ self.found.evaluation.residual)
 
     @property
+    def rows(self) -> int:
+        return len(self.found.evaluation.residual)
+
+    @property
     def count(self) -> int:
         return sum(unknown.prior is None for unknown in self.problem.unknowns)
 
@@ -93,11 +102,13 @@ def compare_laws(
     problems: Mapping[str, Problem],
     logs: Sequence[str],
     *,
+    solutions: Mapping[str, Solution] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
     """Compare laws by their problems, which hold the same residuals (the same logs, reduced in the same way).
 
-    logs: names by the numbers of the evaluations. ``progress`` is told the fraction done.
+    solutions: of the problems that are solved already; logs: names by the numbers of the evaluations. ``progress`` is
+    told the fraction done.
 
     Raises:
         StickslipError: no two laws, residuals that differ in number, or too few clusters to hold any out.
@@ -106,24 +117,41 @@ def compare_laws(
         raise StickslipError("A comparison needs two laws or more.")
     candidates = []
     for number, (name, problem) in enumerate(problems.items()):
-        found = solve(problem)
+        found = solutions[name] if solutions else solve(problem)
         candidates.append(_Candidate(name, problem, found, _held_out(problem, found)))
         if progress is not None:
             progress((number + 1) / len(problems))
-    sizes = {len(one.found.evaluation.residual) for one in candidates}
-    if len(sizes) > 1:
+    sizes = sorted({one.rows for one in candidates})
+    if sizes[-1] > SAME * sizes[0]:
         raise StickslipError(
-            f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sorted(sizes)))}): compare "
-            "them with an estimator that reduces the logs in the same way for every law (weak-form)."
+            f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sizes))}): compare them with "
+            "an estimator that reduces the logs in the same way for every law (weak-form)."
         )
     richest = max(candidates, key=lambda one: one.count)
-    effective = sizes.pop() / _inflation(richest)
+    effective = richest.rows / _inflation(richest)
     ranked = sorted(candidates, key=lambda one: _criteria(one, effective)[2])
     scores = tuple(_score(one, ranked[0], richest, effective) for one in ranked)
     white = whiteness(ranked[0].found.evaluation, logs)
-    return LawComparison(
-        scores, len(richest.found.evaluation.residual), float(effective), white.doubts, _verdict(scores, white.doubts)
-    )
+    return LawComparison(scores, richest.rows, float(effective), white.doubts, _verdict(scores, white.doubts))
+
+
+def compare_on(
+    ready: Pool,
+    laws: Sequence[str] = tuple(LAWS),
+    *,
+    estimator: str = "weak-form",
+    progress: Callable[[float], None] | None = None,
+) -> LawComparison:
+    """Compare friction laws on pooled logs.
+
+    estimator: one that reduces the logs in the same way for every law.
+
+    Raises:
+        StickslipError: as in `compare_laws`, or the logs cannot be fitted.
+    """
+    chosen = estimator_named(estimator)
+    problems = {name: chosen.estimate(ready, find_law(name), Options()).problem for name in laws}
+    return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 
 def _held_out(problem: Problem, found: Solution) -> np.ndarray:
@@ -158,7 +186,7 @@ def _inflation(one: _Candidate) -> float:
 def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
     """AIC, AICc and BIC; the variance of the residuals counts as a parameter."""
     count = one.count + 1
-    misfit = effective * float(np.log(one.sum / len(one.found.evaluation.residual)))
+    misfit = effective * float(np.log(one.sum / one.rows))
     aic = misfit + 2 * count
     spare = max(effective - count - 1, 1.0)
     return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(effective))
@@ -166,8 +194,6 @@ def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
 
 def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: float) -> LawScore:
     aic, aicc, bic = _criteria(one, effective)
-    difference = one.held_out - best.held_out
-    spread = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
     names = [unknown.name for unknown in one.problem.unknowns]
     return LawScore(
         law=one.name,
@@ -176,9 +202,18 @@ def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: fl
         aicc=aicc,
         bic=bic,
         held_out=float(np.sqrt(np.sum(one.held_out) / richest.sum)),
-        worse=float(np.mean(difference)) / spread if spread > 0 else 0.0,
+        worse=_worse(one.held_out, best.held_out),
         bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
     )
+
+
+def _worse(sums: np.ndarray, best: np.ndarray) -> float:
+    """Mean difference of held-out sums by cluster, (k,) and (k',), in standard errors; paired where k is k'."""
+    if len(sums) == len(best):
+        error = float(np.std(sums - best, ddof=1)) / np.sqrt(len(best))
+    else:
+        error = float(np.sqrt(np.var(sums, ddof=1) / len(sums) + np.var(best, ddof=1) / len(best)))
+    return float(np.mean(sums) - np.mean(best)) / error if error > 0 else 0.0
 
 
 def _verdict(scores: Sequence[LawScore], doubts: Sequence[str]) -> str:

@@ -45,9 +45,10 @@ class HandedValue:
             )
         try:
             factor, offset = conversion(self.unit, unit)
-        except ValueError as error:
+        except ValueError:
             raise StickslipError(
-                f"{where}: '{self.target}' is in {unit} there, the fit in {self.unit}: {error}"
+                f"{where}: '{self.target}' is in {unit} there, the fit in {self.unit}, which cannot be converted. Name "
+                "the right parameter with --name, or leave it out with --only."
             ) from None
         return factor * self.value + offset
 

@@ -114,7 +114,8 @@ def main() -> None:
             found = list(workers.map(partial(one, case=case, estimator=asked.estimator), seeds))
             said = sum(any(tests.values()) for tests in found)
             by = ", ".join(f"{name} {sum(tests[name] for tests in found)}" for name in TESTS)
-            print(f"  {case.name:38s} {'right' if case.right else 'wrong'}  {said:3d} of {len(found)}   ({by})", flush=True)
+            truth = "right" if case.right else "wrong"
+            print(f"  {case.name:38s} {truth}  {said:3d} of {len(found)}   ({by})", flush=True)
 
 
 if __name__ == "__main__":

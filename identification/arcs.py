@@ -39,8 +39,10 @@ MARGIN = 0.005  # s by which an arc begins before its first sample, so that the 
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
+SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+STUCK = 1e-9  # m/s, of rounding: slower is no slip
 REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
 STARTS = ("theta", "omega")
 
@@ -52,7 +54,7 @@ class Arc:
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
-    rad, rad/s.
+    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip.
     """
 
     start_time: float
@@ -65,6 +67,7 @@ class Arc:
     sign: int
     laser: bool
     guess: np.ndarray
+    bristles: float = 0.0
 
     def of(self, clusters: np.ndarray) -> Arc | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -195,15 +198,12 @@ class ArcProblem(FrictionProblem):
         theta, omega = self.starts[number].at(x)
         values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
         start = {"theta": float(theta), "omega": float(omega)}
-        for one, drive in zip(laws_of(self.law, contacts), arc.drives, strict=True):
+        for one in laws_of(self.law, contacts):
             q, N = x[one.place], rig.forces[one.force]
             law = {f"{name}{one.disc}": value for name, value in one.law.simulated(q, N).items()}
             values |= law | {f"N{one.disc}": N}
             if f"sigma0{one.disc}" in law:
-                # bristles at their steady deflection: they forget any other within 0.1 mm of slip
-                slip = abs(rig.r * float(np.interp(arc.start_time, drive.time, drive.value)) - rig.R * omega)
-                force = N * float(one.law.value(np.array([slip]), q)[0])
-                start[f"z{one.disc}"] = arc.sign * force / law[f"sigma0{one.disc}"]
+                start[f"z{one.disc}"] = arc.bristles
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         return self.runs[contacts].run.run(
@@ -214,16 +214,28 @@ class ArcProblem(FrictionProblem):
             inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, arc.drives, strict=True)},
         )
 
+    def follows(self, number: int, x: np.ndarray) -> bool:
+        """Whether the start of arc ``number`` can be found at x."""
+        try:
+            self._projected(number, x, [unknown.name for unknown in self.unknowns])
+        except StickslipError:
+            return False
+        return True
+
     def contacts(self, arc: Arc) -> tuple[str, ...]:
         """The driving discs in contact in the log of an arc."""
         return self.ready.motions[arc.log].log.contacts
 
     def slips(self, arc: Arc, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
-        known, q = self.known(x), x[: len(self.law.parameters)]
+        known = self.known(x)
         drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in arc.drives])
         slip = known["r"] * drives - known["R"] * motion["omega"]
-        return slip, touching(self.law, self.contacts(arc), q, motion["theta"])
+        return slip, self.touch(arc, x, motion["theta"])
+
+    def touch(self, arc: Arc, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
+        """Whether each disc in an arc's log touches (n_discs, n) at angles (n,) rad, give or take ``guard`` rad."""
+        return touching(self.law, self.contacts(arc), x[: len(self.law.parameters)], angle, guard)
 
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
@@ -234,12 +246,25 @@ class ArcProblem(FrictionProblem):
 
     def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
+        memory = self.starts[number]
+        before = replace(memory)
+        try:
+            return self._searched(number, x, names)
+        except StickslipError:
+            # where the disc sticks at once its first speed counts for nothing, and a step of it may lead anywhere
+            memory.states, memory.x, memory.slope = before.states, before.x, before.slope
+            raise
+
+    def _searched(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As `_projected`; leaves the last start states behind."""
         arc, memory = self.arcs[number], self.starts[number]
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
             residual = (seen - arc.measured) / arc.deviation
             columns = columns / arc.deviation
             basis, triangle = np.linalg.qr(by_start / arc.deviation)
+            if np.min(np.abs(np.diag(triangle))) < SEEN:
+                break
             along = basis.T @ np.column_stack([residual, columns])
             moved = -np.linalg.solve(triangle, along)
             memory.states = memory.at(x) + moved[:, 0]
@@ -275,8 +300,9 @@ class ArcProblem(FrictionProblem):
                 columns[:, place] += 1.0
             elif name == "R" and arc.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
-        slip, touch = self.slips(arc, x, motion)
-        return shown + known["zero"], by[:, inner:], columns, np.where(touch, np.abs(slip), np.inf).min(axis=0)
+        every, touch = self.slips(arc, x, motion)
+        slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
+        return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
 
 def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) -> tuple[str, ...]:

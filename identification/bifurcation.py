@@ -38,6 +38,7 @@ MICRO_SLIP = 1e-3  # m/s, slip speed of a law with bristles that counts as stick
 STEP = 1e-3  # relative, for derivatives by parameters
 NEAR_ENOUGH = 1e-6  # relative, of a transition of moved parameters: derivatives to 1e-3
 FORM = 0.1  # of the way from the last log with stick to where stick is to vanish: error of the parabola, assumed
+VAGUE = 0.25  # relative deviation from which on an extrapolation says nothing
 LEAST = 3  # logs with stick for an extrapolation
 COVER = 1.96  # standard deviations
 
@@ -328,7 +329,7 @@ def extrapolated(
     deviations: Sequence[float] | np.ndarray,
 ) -> tuple[float, float] | None:
     """Speed (rad/s) at which the square of the stick angle vanishes, from three logs or more, and its standard
-    deviation; None where it does not fall towards zero.
+    deviation; None where it does not fall towards zero, or not clearly.
 
     The parabola through the last three is held against A w (w_0 - w) through the last two: their difference, and a
     share of the way carried on, stand for what the form of the curve leaves open.
@@ -350,7 +351,8 @@ def extrapolated(
             moved[i] += sd[i]
             again = _parabola_root(w, moved)
             power += (again - root) ** 2 if again is not None else root**2
-    return root, float(np.sqrt(power))
+    deviation = float(np.sqrt(power))
+    return (root, deviation) if deviation < VAGUE * root else None
 
 
 def _parabola_root(w: np.ndarray, y: np.ndarray) -> float | None:

@@ -19,7 +19,9 @@ from identification.joint_law import laws_of
 from identification.laws.law import FittableLaw
 from identification.problem import Evaluation, Problem, Progress, Solution, solve
 
-BENT = 3  # parameters of a law with such a valley: two coefficients and the scale of speed between them
+BENT = ("mu_s", "mu_k")  # first parameters of a law with such a valley; the third is the scale of speed between them
+EDGE = 1e-3  # of a value, within which a bound may have been met
+LEAST_SCALE = 1e-4  # s/m or m/s
 AWAY = 1e3  # times the residuals, where the model cannot be run: a step that leads there is refused
 
 
@@ -32,27 +34,31 @@ class Bend:
     speeds: tuple[float, float]
 
     def coordinates(self, q: np.ndarray) -> np.ndarray:
-        """y (3,) of the law's parameters q (3,)."""
+        """y (m,) of the law's parameters q (m,)."""
         near, far = self.law.value(np.array(self.speeds), q)
-        return np.array([near, np.log(near - far), np.log(q[2])])
+        return np.array([near, np.log(near - far), np.log(q[2]), *q[3:]])
 
     def parameters(self, y: np.ndarray) -> np.ndarray:
-        """q (3,) of y (3,)."""
+        """q (m,) of y (m,)."""
         scale, speeds = float(np.exp(y[2])), np.array(self.speeds)
-        unit = np.stack([self.law.value(speeds, np.array([*one, scale])) for one in ((1.0, 0.0), (0.0, 1.0))], axis=1)
-        pair = np.linalg.solve(unit, [y[0], y[0] - np.exp(y[1])])
-        return np.array([*pair, scale])
+        none = np.zeros(len(y) - 3)
+        unit = [self.law.value(speeds, np.array([*one, scale, *none])) for one in ((1.0, 0.0), (0.0, 1.0))]
+        rest = self.law.value(speeds, np.array([0.0, 0.0, scale, *y[3:]]))
+        pair = np.linalg.solve(np.stack(unit, axis=1), np.array([y[0], y[0] - np.exp(y[1])]) - rest)
+        return np.array([*pair, scale, *y[3:]])
 
     def slope(self, q: np.ndarray) -> np.ndarray:
-        """dq/dy (3, 3)."""
+        """dq/dy (m, m)."""
         near, far = self.law.value(np.array(self.speeds), q)
         by = self.law.gradient(np.array(self.speeds), q)
-        return np.linalg.inv([by[:, 0], (by[:, 0] - by[:, 1]) / (near - far), [0.0, 0.0, 1 / q[2]]])
+        straight = np.eye(len(q))
+        straight[:3] = by[:, 0], (by[:, 0] - by[:, 1]) / (near - far), straight[2] / q[2]
+        return np.linalg.inv(straight)
 
     @property
     def places(self) -> slice:
         """Of the parameters among the unknowns."""
-        return slice(self.first, self.first + BENT)
+        return slice(self.first, self.first + len(self.law.parameters))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +69,12 @@ class Charted(Problem):
     bends: tuple[Bend, ...]
 
     def __post_init__(self) -> None:
-        bent = {place for bend in self.bends for place in range(bend.first, bend.first + BENT)}
-        free = [
-            replace(unknown, minimum=-np.inf, maximum=np.inf) if place in bent else unknown
-            for place, unknown in enumerate(self.problem.unknowns)
-        ]
+        free = list(self.problem.unknowns)
+        for bend in self.bends:
+            *pair, scale = free[bend.first : bend.first + 3]
+            pair = [replace(one, minimum=-np.inf, maximum=np.inf) for one in pair]
+            low, high = np.log([max(scale.minimum, LEAST_SCALE), scale.maximum])
+            free[bend.first : bend.first + 3] = [*pair, replace(scale, minimum=float(low), maximum=float(high))]
         object.__setattr__(self, "unknowns", tuple(free))
         object.__setattr__(self, "noise_known", self.problem.noise_known)
         object.__setattr__(self, "_last", [])
@@ -91,13 +98,9 @@ class Charted(Problem):
         return x
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """Residuals and gradient at y; large residuals where the parameters are out of bounds or the model refuses
-        them."""
+        """Residuals and gradient at y; large residuals where the model refuses the parameters."""
         at, memory = self.back(x), self._last  # type: ignore[attr-defined]
-        inside = all(u.minimum <= v <= u.maximum for u, v in zip(self.problem.unknowns, at, strict=True))
         try:
-            if not inside and memory:
-                raise StickslipError("A parameter left its bounds.")
             found = self.problem.evaluate(at)
         except StickslipError:
             if not memory:
@@ -124,7 +127,7 @@ def bends_of(
     found = []
     for number, part in enumerate(laws_of(law, contacts)):
         seen = speeds[place == number]
-        if len(part.law.parameters) != BENT or not len(seen):
+        if part.law.names[:2] != BENT or not len(seen):
             continue
         near, far = np.quantile(seen, [0.1, 0.9])
         values = q[part.place]
@@ -137,9 +140,15 @@ def bends_of(
 def solve_straight(
     problem: Problem, bends: tuple[Bend, ...], *, progress: Progress | None, tolerance: float
 ) -> Solution:
-    """`solve` in straight coordinates, then in the problem's own, where bounds and priors count."""
+    """`solve` in straight coordinates; the solution in the problem's own."""
     if not bends:
         return solve(problem, progress=progress, tolerance=tolerance)
     charted = Charted(problem, bends)
     found = solve(charted, progress=progress, tolerance=tolerance)
-    return solve(problem, charted.back(found.values), progress=progress, tolerance=tolerance)
+    x = charted.back(found.values)
+    limits = np.array([(unknown.minimum, unknown.maximum) for unknown in problem.unknowns])
+    edge = EDGE * np.maximum(np.abs(x), 1e-3)
+    if np.any((x < limits[:, 0] + edge) | (x > limits[:, 1] - edge)):
+        # bounds are straight in the problem's own coordinates
+        return solve(problem, np.clip(x, *limits.T), progress=progress, tolerance=tolerance)
+    return replace(found, values=x, evaluation=problem.evaluate(x))

@@ -97,7 +97,8 @@ def _kept(
     if result:
         write_text(result, found.to_json(), overwrite)
         files.append(str(result))
-    interrupted = any(warning.startswith("Interrupted") for warning in found.warnings)
+    # as the estimators and the bootstrap say it of themselves
+    interrupted = any(warning.startswith(("Interrupted", "The bootstrap was stopped")) for warning in found.warnings)
     if figure and not interrupted:
         try:
             draw_friction(found, ready, figure, overwrite)
@@ -113,13 +114,15 @@ def demo(
     seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
     json: Json = False,
 ) -> None:
-    """The whole road once: emulate a rig, fit its friction, compare portraits, export the fitted model.
+    """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
 
     Example: stickslip demo first_look
     """
     from fmu_models.codegen.package import export_built
     from identification.family import compare
     from identification.model import fmu_parameters
+    from identification.report.page import Findings, write_report
+    from identification.samples import samples_by_disc
     from rig_io.emulator import emulate_set, standard_set
     from rig_io.log import read_package
 
@@ -129,6 +132,7 @@ def demo(
         "fit": folder / "fit.json",
         "friction": folder / "friction.png",
         "family": folder / "family.png",
+        "report": folder / "report.html",
         "fmu": folder / "disc_rig_fitted.fmu",
     }
     with console.progress("demo") as advance:
@@ -141,7 +145,9 @@ def demo(
         draw_friction(found, ready, targets["friction"], False)
         families = compare(found, logs)
         draw_families(families, targets["family"], False)
-        advance(0.8)
+        advance(0.7)
+        write_report(Findings(found, logs, families, decay, samples_by_disc(found, ready)), targets["report"])
+        advance(0.9)
         export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=fmu_parameters(found))
     truth = next(log for log in logs if log.kind != "free-decay").experiment.emulation
     content = {
@@ -157,6 +163,7 @@ def demo(
         out.print("\nLook at")
         out.print(f"  {targets['friction']}   friction against slip speed, with the fitted law")
         out.print(f"  {targets['family']}     measured and modelled phase portraits, stick, and where it ends")
+        out.print(f"  {targets['report']}    all of it on one page, for a browser")
         out.print(f"  {targets['fmu']}  the fitted rig for other tools")
         out.print(f"  {targets['logs']}/datapackage.json  what the logs hold, and the truth behind them")
 

@@ -131,6 +131,7 @@ def _findings(
     found: FrictionFit, read: list[RigLog], residuals: bool, uncertainty: bool, advance: Callable[[float], None]
 ) -> Findings:
     """Everything that is in the report; what cannot be had is left out with a note."""
+    from identification.design import design
     from identification.family import compare as compare_families
     from identification.free_decay import fit_free_decay
     from identification.pooling import pool
@@ -156,4 +157,9 @@ def _findings(
         notes.append(f"Residuals could not be found again: {error}")
     advance(0.9)
     decay = fit_free_decay(decays[0]) if decays else None
-    return Findings(found, read, families, decay, samples, evaluation, notes)
+    try:
+        following = design(found)
+    except StickslipError as error:
+        following = None
+        notes.append(f"No next experiment is proposed: {error}")
+    return Findings(found, read, families, decay, samples, evaluation, following, notes)

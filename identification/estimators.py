@@ -9,13 +9,15 @@ from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference import Inference
 from identification.joint_law import sought_law
-from identification.laws import find_law
+from identification.laws import LUGRE, find_law
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 ESTIMATORS = {
     "shooting": "identification.shooting",
+    "whole-cycle": "identification.whole_cycle",
+    "lugre": "identification.lugre",
     "weak-form": "identification.weak_form",
     "savitzky-golay": "identification.inverse_dynamics",
 }
@@ -47,7 +49,8 @@ def fit_friction(
     """Friction law from stick-slip logs of one rig, all pooled.
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
-    `identification.pooling.pool` of them. inference: how its uncertainty is found, and ``progress`` the fraction of
+    `identification.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
+    uncertainty, and the fit says so. inference: how its uncertainty is found, and ``progress`` the fraction of
     that work done.
 
     Raises:
@@ -55,16 +58,16 @@ def fit_friction(
     """
     chosen = estimator_named(estimator)
     form = find_law(law)
+    if form is LUGRE and estimator != "lugre":
+        raise StickslipError(f"The law '{law}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip.")
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = sought_law(form, ready.contacts, ready.arrangement)
     made = chosen.estimate(ready, sought, options)
-    return conclude(
-        ready,
-        made.estimator,
-        made.problem,
-        made.solution,
-        sought,
-        inference,
-        progress=progress,
-        warnings=made.warnings,
-    )
+    solved = (ready, made.estimator, made.problem, made.solution, made.law)
+    try:
+        return conclude(*solved, inference, progress=progress, warnings=made.warnings)
+    except KeyboardInterrupt:
+        said = (
+            f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the jackknife's."
+        )
+        return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said))

@@ -246,7 +246,7 @@ def _matched(
         nearest = min(same, key=lambda p: abs(p.speed - middle), default=None)
         if nearest is not None:
             left.remove(nearest)
-        made.append(BifurcationComparison(one, nearest, alike, _overlap(one, nearest, hopf)))
+        made.append(BifurcationComparison(one, nearest, alike, _agrees(one, nearest, alike, hopf)))
     made += [BifurcationComparison(None, one, None, None) for one in left]
     return tuple(sorted(made, key=lambda one: one.predicted.speed if one.predicted else one.measured.low))  # type: ignore[union-attr]
 
@@ -267,11 +267,17 @@ def _joined(
     return made
 
 
-def _overlap(one: MeasuredBifurcation, predicted: Transition | None, hopf: float | None) -> bool:
-    """Whether the prediction can be within the bracket; a bench may leave the cycle from the Hopf speed on."""
+def _agrees(one: MeasuredBifurcation, predicted: Transition | None, alike: float | None, hopf: float | None) -> bool:
+    """Whether the prediction can be within the bracket (a bench may leave the cycle from the Hopf speed on), and the
+    estimate, if there is one, is as near to it or to what the model gives alike as both are known."""
     if predicted is None:
         return False
-    reach = bifurcations.COVER * (predicted.deviation if np.isfinite(predicted.deviation) else 0.0)
+    known = predicted.deviation if np.isfinite(predicted.deviation) else 0.0
+    if one.estimate is not None:
+        off = min(abs(one.estimate - value) for value in (predicted.speed, alike) if value is not None)
+        if off > bifurcations.COVER * float(np.hypot(known, one.deviation or 0.0)):
+            return False
+    reach = bifurcations.COVER * known
     least = predicted.speed if hopf is None or predicted.after else min(hopf, predicted.speed)
     return bool(one.low <= predicted.speed + reach and one.high >= least - reach)
 

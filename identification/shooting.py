@@ -29,6 +29,8 @@ from identification.two_discs import joint_rows, segments_at
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
+CLEAR = 0.002  # rad that an arc begins off a changeover, so that this one may move
+HEAD = 10  # samples, the least from which a motion is continued backward
 AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
 ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
 
@@ -53,7 +55,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         return replace(first, warnings=(f"Interrupted: this is the result of the {first.estimator.name} estimator.",))
     except Unmodelled as error:
         return replace(first, warnings=(f"{error} This is the result of the {first.estimator.name} estimator.",))
-    return Estimate(ESTIMATOR, problem, found)
+    return Estimate(ESTIMATOR, law, problem, found)
 
 
 class Unmodelled(StickslipError):
@@ -85,13 +87,18 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
-    bends: tuple[Bend, ...] = ()
-    if isinstance(law, JointLaw):
-        rows = joint_rows(ready, law, q)
-        bends = bends_of(law, ready.contacts, q, rows.speed, rows.place)
+    bends = straight(ready, law, q)
     found = solve_straight(problem, bends, progress=options.progress, tolerance=ROUGH)
     again = recut(problem, found)
     return again, solve_straight(again, bends, progress=options.progress, tolerance=TOLERANCE)
+
+
+def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
+    """Straight coordinates for the laws of two discs, of which one is often seen at few speeds; none for one disc."""
+    if not isinstance(law, JointLaw):
+        return ()
+    rows = joint_rows(ready, law, q)
+    return bends_of(law, ready.contacts, q, rows.speed, rows.place)
 
 
 def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
@@ -140,11 +147,13 @@ def _guess(segment: SlipSegment, window: float) -> np.ndarray:
 
 
 def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
-    """The arcs between the instants at which the solved motion passes the pool's threshold of slip speed."""
+    """The arcs between the instants at which the solved motion passes the pool's threshold of slip speed. One whose
+    start cannot be found then (a disc may have come to touch just there) stays as it was."""
     ready, x = problem.ready, found.values
     R = ready.values.R
     shown = [measured(motion, R)[0] for motion in ready.motions]
     arcs: list[Arc] = []
+    before: list[tuple[Arc, Start]] = []
     for number, arc in enumerate(problem.arcs):
         begin, end, start = _span(problem, number, x)
         motion = ready.motions[arc.log]
@@ -157,7 +166,11 @@ def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
             arc, start_time=start[0], time=time, measured=shown[arc.log][inside], cluster=label, guess=start[1]
         )
         arcs.append(moved)
-    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
+        before.append((replace(arc, cluster=np.full(len(arc.time), label[0])), Start(problem.starts[number].at(x))))
+    again = replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
+    pairs = zip(again.arcs, again.starts, strict=True)
+    kept = [new if again.follows(place, x) else old for place, (new, old) in enumerate(zip(pairs, before, strict=True))]
+    return replace(again, arcs=tuple(arc for arc, _ in kept), starts=tuple(start for _, start in kept))
 
 
 def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:
@@ -177,15 +190,19 @@ def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float
     slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
     after = np.flatnonzero((slip < limit) & (time > arc.time[0] + 0.5 * (arc.time[-1] - arc.time[0])))
     end = float(time[after[0] - 1]) if len(after) else late
-    head = time <= time[0] + 0.5 * ahead
+    same = np.all(touch == touch[:, :1], axis=0)  # another disc bends the motion
+    head = (time <= time[0] + 0.5 * ahead) & np.logical_and.accumulate(same)
+    if np.count_nonzero(head) < HEAD:
+        return float(arc.time[0]), end, (arc.start_time, np.array([motion["theta"][0], motion["omega"][0]]))
     past = time[0] - step * np.arange(round(ahead / step) + 1)[::-1]
     touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
     before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
-    low = np.flatnonzero(before < limit)
+    angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
+    away = np.any(problem.touch(arc, x, angle(past - MARGIN), CLEAR) != touch[:, :1], axis=0)
+    low = np.flatnonzero((before < limit) | away)
     begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
     if slip[0] < limit:
         begin = float(time[np.argmax(slip >= limit)])
-    angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
     start = begin - MARGIN
     return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
 

@@ -307,8 +307,8 @@ def _check_apart(these: Regression) -> None:
     if not against and both.all():
         raise StickslipError(
             "In every log both discs drag the body the same way. A constant friction may then belong to either disc: "
-            "only N0 mu0 + N1 mu1 shows, in slip and in stick. Add a log in which the discs turn against one another (drive "
-            "speeds of opposite sign), or one of a disc alone."
+            "only N0 mu0 + N1 mu1 shows, in slip and in stick. Add a log in which the discs turn against one another "
+            "(drive speeds of opposite sign), or one of a disc alone."
         )
 
 

@@ -41,8 +41,8 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     if isinstance(law, JointLaw):
         from identification.two_discs import estimate as estimate_both
 
-        return Estimate(ESTIMATOR, *estimate_both(ready, law, options))
-    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
+        return Estimate(ESTIMATOR, law, *estimate_both(ready, law, options))
+    return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:

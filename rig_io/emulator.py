@@ -60,9 +60,9 @@ MATERIALS: Mapping[str, Material] = {
 
 # drive speeds (rad/s) that tell the three parameters apart and still show stick at the standard normal force: the
 # largest brings the slip speed to 2/p and beyond (paper/rubber 2.7/p, liner/rubber 2.1/p; paper/paper, which loses
-# stick above 0.5 rad/s, gets no further than 0.75/p)
+# stick above 0.54 rad/s, gets no further than 0.95/p, and below 0.1 rad/s its slips are too short)
 STANDARD_SPEEDS: Mapping[str, tuple[float, ...]] = {
-    "paper/paper": (0.1, 0.2, 0.41),
+    "paper/paper": (0.13, 0.35, 0.52),
     "liner/rubber": (0.2, 0.41, 0.83),
     "paper/rubber": (0.41, 0.83, 1.4),
 }

@@ -210,7 +210,7 @@ def _check_library(fmu: Fmu, values: Mapping[str, float]) -> None:
 
 def library_starts(path: str, names: list[str], progress: Callable[[float], None] | None = None) -> Any:
     """Values of parameters as the library has them after instantiation; None if there is none for this machine."""
-    import fmpy
+    from fmpy import fmi2, fmi3
     from fmpy.fmi1 import FMICallException
 
     del progress
@@ -224,7 +224,7 @@ def library_starts(path: str, names: list[str], progress: Callable[[float], None
         library(fmu, str(interface.modelIdentifier))
     except StickslipError:
         return None
-    module = fmpy.fmi2 if fmu.fmi == 2 else fmpy.fmi3
+    module = fmi2 if fmu.fmi == 2 else fmi3
     kind = getattr(module, f"FMU{fmu.fmi}{'Model' if exchange else 'Slave'}")
     instance = kind(
         guid=description.guid,

@@ -20,6 +20,7 @@ from identification.report.inline import inline_svg
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from identification.design import Design
     from identification.family import FamilyComparison
     from identification.free_decay import FreeDecay
     from identification.inverse_dynamics import FrictionSamples
@@ -41,7 +42,8 @@ class Drawing:
 @dataclass(frozen=True, eq=False)
 class Findings:
     """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
-    residuals of the fit run again (None: not run); notes: what could not be shown, and why."""
+    residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and
+    why."""
 
     fit: FrictionFit
     logs: Sequence[RigLog]
@@ -49,6 +51,7 @@ class Findings:
     decay: FreeDecay | None = None
     samples: Mapping[str, FrictionSamples] | None = None
     evaluation: Evaluation | None = None
+    design: Design | None = None
     notes: Sequence[str] = ()
 
     def to_dict(self) -> dict[str, Any]:
@@ -57,6 +60,7 @@ class Findings:
             "fit": self.fit.to_dict(),
             "families": [family.to_dict() for family in self.families],
             "free_decay": None if self.decay is None else self.decay.to_dict(),
+            "design": None if self.design is None else self.design.to_dict(),
             "notes": list(self.notes),
         }
 
@@ -105,6 +109,8 @@ def page(findings: Findings) -> str:
         families=families,
         meaning=MEANING,
         tables=_tables(findings),
+        design=None if findings.design is None else tables.design_table(findings.design),
+        advice="" if findings.design is None else findings.design.advice,
         other=tables.other_fields(fit),
         notes=findings.notes,
         citations=citations(fit),

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Any
 from identification.comparison_table import metric_rows, sequence_rows
 
 if TYPE_CHECKING:
+    from identification.design import Design
     from identification.family import FamilyComparison
     from identification.free_decay import FreeDecay
     from identification.result import FittedParameter, FrictionFit
     from rig_io.log import RigLog
+
+SHOWN = 6  # experiments
 
 # fields of a fit that have a place of their own in the report; what else it holds is shown as it is
 PLACED = frozenset(
@@ -154,6 +157,17 @@ def sequence_table(family: FamilyComparison) -> Table:
     """Which disc sticks when."""
     heads = ("", "drive speeds", "measured", "model", "stick fraction, measured", "model")
     return Table("Stick by disc, in order within a cycle", heads, sequence_rows(family), text=True)
+
+
+def design_table(design: Design) -> Table:
+    """The best of the experiments that were tried, against what is known now."""
+    names = list(design.deviations)
+    rows = [["as it is", "", "", *(f"{design.deviations[name]:.2g}" for name in names), f"{design.index:.3g}"]]
+    for one in [one for one in design.candidates if one.refused is None][:SHOWN]:
+        deviations = (f"{one.deviations[name]:.2g}" for name in names)
+        rows.append([one.kind, f"{one.drive_speed:.3g}", f"{one.load:.3g}", *deviations, f"{one.index:.3g}"])
+    heads = ("", "drive speed, rad/s", "load, N", *(f"sd {name}" for name in names), "collinearity")
+    return Table(f"Predicted with one more log of {design.duration:g} s", heads, rows)
 
 
 def other_fields(fit: FrictionFit) -> dict[str, Any]:

@@ -60,13 +60,14 @@ class Case:
         return values | {name: self.changeover for key, name in CHANGEOVER.items() if key == self.arrangement}
 
 
+LINER = ("liner/rubber", "liner/rubber")
 CASES = {
     # stick on one disc or the other, and discs that turn against one another
     "together": Case(((0.83, 0.41), (0.41, 0.83), (1.5, -0.5))),
     "together-four": Case(((0.83, 0.2), (0.2, 0.83), (1.5, -0.5), (2.0, 0.41))),
     # one log of the disc_rig paper's class c that sticks on both discs
-    "sequential-paper": Case(((0.9, 1.15),), ("liner/rubber",) * 2, "sequential", 0.0, 3.0, 0.0055, 0.14),
-    "sequential": Case(((0.9, 1.15), (0.5, 1.15), (0.6, 0.9)), ("liner/rubber",) * 2, "sequential", 0.068914, 5.5),
+    "sequential-paper": Case(((0.9, 1.15),), LINER, "sequential", 0.0, 3.0, 0.0055, 0.14),
+    "sequential": Case(((0.9, 1.15), (0.5, 1.15), (0.6, 0.9)), LINER, "sequential", 0.068914, 5.5),
     "sequential-mixed": Case(
         ((0.9, 1.15), (0.5, 1.15), (0.6, 0.9)), ("liner/rubber", "paper/rubber"), "sequential", 0.07
     ),

@@ -117,6 +117,7 @@ def test_extrapolation_of_the_curve_itself_and_of_none() -> None:
     found = extrapolated(w, 0.01 * w * (2.5 - w), [0.0, 0.0, 0.0])
     assert found is not None and found[0] == pytest.approx(2.5, rel=1e-9)
     assert extrapolated(w, 0.01 * w, [0.0, 0.0, 0.0]) is None  # does not fall
+    assert extrapolated(w, 0.01 * w * (2.5 - w), [0.0, 0.0, 0.004]) is None  # as well known as not at all
     assert extrapolated(w[:2], [0.02, 0.01], [0.0, 0.0]) is None
     assert extrapolated(w, [0.02, float("nan"), 0.01], [0.0, 0.0, 0.0]) is None
 

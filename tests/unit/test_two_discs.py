@@ -195,19 +195,24 @@ def test_discs_that_drag_the_same_way_in_every_log_are_not_told_apart(together: 
     np.testing.assert_allclose(these.model(law, moved), these.model(law, TRUTH), rtol=1e-13)
 
 
-def test_straight_coordinates_lead_to_the_same_law_and_back() -> None:
-    law = joint_law(LAWS["Conti"], "sequential")
+@pytest.mark.parametrize(
+    ("name", "q"),
+    [("Conti", [0.65, 0.35, 15.0]), ("Stribeck", [0.6, 0.3, 0.05]), ("Conti+viscous", [0.65, 0.35, 15.0, 0.2])],
+)
+def test_straight_coordinates_lead_to_the_law_and_back(name: str, q: list[float]) -> None:
+    law, count = joint_law(LAWS[name], "sequential"), len(q)
     speeds, place = np.tile(np.linspace(0.02, 0.12, 50), 2), np.repeat([0, 1], 50)
-    x = np.append(TRUTH, 0.07)
+    x = np.array([*q, *q, 0.07])
     bends = bends_of(law, ("disc0", "disc1"), x, speeds, place)
-    assert [bend.first for bend in bends] == [0, 3]
+    assert [bend.first for bend in bends] == [0, count]
     for bend in bends:
-        q = x[bend.places]
-        y = bend.coordinates(q)
-        assert y[0] == pytest.approx((q[0] - q[1]) / (1 + q[2] * bend.speeds[0]) + q[1], rel=1e-14)
-        assert bend.parameters(y) == pytest.approx(q, rel=1e-12)
-        steps = 1e-6 * np.eye(3)
+        here = x[bend.places]
+        y = bend.coordinates(here)
+        assert y[0] == pytest.approx(float(LAWS[name].value(np.array(bend.speeds[0]), here)), rel=1e-14)
+        assert bend.parameters(y) == pytest.approx(here, rel=1e-12)
+        steps = 1e-6 * np.eye(count)
         slope = [(bend.parameters(y + step) - bend.parameters(y - step)) / 2e-6 for step in steps]
-        np.testing.assert_allclose(bend.slope(q), np.transpose(slope), rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(bend.slope(here), np.transpose(slope), rtol=1e-6, atol=1e-8)
     # a law that rises has no such coordinates
-    assert [b.first for b in bends_of(law, ("disc0", "disc1"), x[[1, 0, 2, 3, 4, 5, 6]], speeds, place)] == [3]
+    x[:2] = x[1::-1]
+    assert [bend.first for bend in bends_of(law, ("disc0", "disc1"), x, speeds, place)] == [count]

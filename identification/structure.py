@@ -154,6 +154,28 @@ def compare_on(
     return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 
+def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = None) -> LawComparison:
+    """Compare a rigid contact with bristles (LuGre) before the same law (Conti's), by the output error of whole cycles,
+    in which alone the two differ.
+
+    Raises:
+        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_laws`.
+    """
+    made = {}
+    for number, (name, estimator) in enumerate({"Conti, rigid": "whole-cycle", "LuGre": "lugre"}.items()):
+        made[name] = estimator_named(estimator).estimate(ready, find_law("Conti"), Options())
+        if made[name].estimator.name != estimator:
+            raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(made[name].warnings)}")
+        if progress is not None:
+            progress(0.3 * (number + 1))
+    return compare_laws(
+        {name: one.problem for name, one in made.items()},
+        [motion.log.name for motion in ready.motions],
+        solutions={name: one.solution for name, one in made.items()},
+        progress=None if progress is None else lambda done: progress(0.6 + 0.4 * done),
+    )
+
+
 def _held_out(problem: Problem, found: Solution) -> np.ndarray:
     """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds."""
     cluster, log = found.evaluation.cluster, found.evaluation.log

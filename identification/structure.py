@@ -32,6 +32,7 @@ from identification.whiteness import whiteness
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
+RIGID, BRISTLES = "Conti, rigid", "LuGre"
 SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
 FEWEST = 4  # clusters, of which halves can be made
 
@@ -161,19 +162,31 @@ def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = 
     Raises:
         StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_laws`.
     """
+    names = [motion.log.name for motion in ready.motions]
     made = {}
-    for number, (name, estimator) in enumerate({"Conti, rigid": "whole-cycle", "LuGre": "lugre"}.items()):
+    for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
         made[name] = estimator_named(estimator).estimate(ready, find_law("Conti"), Options())
-        if made[name].estimator.name != estimator:
-            raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(made[name].warnings)}")
         if progress is not None:
             progress(0.3 * (number + 1))
+    rigid, elastic = made[RIGID], made[BRISTLES]
+    if rigid.estimator.name != "whole-cycle":
+        raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(rigid.warnings)}")
+    if elastic.estimator.name != "lugre":
+        return _alone(RIGID, rigid.problem, rigid.solution, names, " ".join(elastic.warnings))
     return compare_laws(
         {name: one.problem for name, one in made.items()},
-        [motion.log.name for motion in ready.motions],
+        names,
         solutions={name: one.solution for name, one in made.items()},
         progress=None if progress is None else lambda done: progress(0.6 + 0.4 * done),
     )
+
+
+def _alone(name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str) -> LawComparison:
+    """What there is to say of a law that no other comes near."""
+    one = _Candidate(name, problem, found, _held_out(problem, found))
+    effective = one.rows / _inflation(one)
+    doubts = whiteness(found.evaluation, logs).doubts
+    return LawComparison((_score(one, one, one, effective),), one.rows, float(effective), doubts, verdict)
 
 
 def _held_out(problem: Problem, found: Solution) -> np.ndarray:

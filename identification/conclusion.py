@@ -92,9 +92,10 @@ class Estimator:
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """A solved problem, the estimator that it is of (one that was to give first values only, if the later stages could
-    not be finished), and what to warn of."""
+    not be finished), the law that was fitted, and what to warn of."""
 
     estimator: Estimator
+    law: FittableLaw
     problem: FrictionProblem
     solution: Solution
     warnings: tuple[str, ...] = ()

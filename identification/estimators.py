@@ -8,13 +8,15 @@ from importlib import import_module
 from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference import Inference
-from identification.laws import find_law
+from identification.laws import LUGRE, find_law
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 ESTIMATORS = {
     "shooting": "identification.shooting",
+    "whole-cycle": "identification.whole_cycle",
+    "lugre": "identification.lugre",
     "weak-form": "identification.weak_form",
     "savitzky-golay": "identification.inverse_dynamics",
 }
@@ -54,6 +56,8 @@ def fit_friction(
     """
     chosen = estimator_named(estimator)
     form = find_law(law)
+    if form is LUGRE and estimator != "lugre":
+        raise StickslipError(f"The law '{law}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip.")
     ready = logs if isinstance(logs, Pool) else pool(logs)
     made = chosen.estimate(ready, form, options)
     return conclude(
@@ -61,7 +65,7 @@ def fit_friction(
         made.estimator,
         made.problem,
         made.solution,
-        form,
+        made.law,
         inference,
         progress=progress,
         warnings=made.warnings,

@@ -23,7 +23,7 @@ from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 SMOOTHING = (
     0.045  # of the natural period: the window of the smoothing that serves only to find edges, gains and segments
 )
-DRIVE_KNOTS = 0.3  # s between knots of the drive's speed: follows its eighth harmonic, averages its line errors
+DRIVE_EDGES = (6, 9, 13, 19, 28, 42, 64)  # of the drive's encoder between knots of its speed, to be chosen from
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
 UNEVEN = 0.02  # of the sample interval: jitter above this is refused
@@ -147,7 +147,10 @@ def disc_motion(log: RigLog, disc: int = 0) -> DiscMotion:
 
 
 def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
-    """Speed (n,) in rad/s of a driving disc at the times (n,): a cubic spline fitted to the edges of its encoder.
+    """Speed (n,) in rad/s of a driving disc at the times (n,): a cubic spline fitted to the edges of its encoder,
+    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness.
+
+    Source: Craven & Wahba (1979), Numer. Math. 31, 377.
 
     Raises:
         StickslipError: the log does not say how the drive turned, or the drive stood still.
@@ -164,12 +167,18 @@ def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
             "A fit needs a driven disc; check the column and pulses_per_revolution."
         )
     first, last = float(found.time[0]), float(found.time[-1])
-    # never more knots than a third of the edges: a slow drive is averaged over longer times
-    pieces = max(min(int((last - first) / DRIVE_KNOTS), len(found.time) // 3), 1)
-    inner = np.quantile(found.time, np.linspace(0, 1, pieces + 1)[1:-1])
-    knots = np.concatenate([[first] * 4, inner, [last] * 4])
-    spline = make_lsq_spline(found.time, found.angle, knots, 3).derivative()
-    return spline(np.clip(time, first, last))
+    best, least = None, np.inf
+    for between in DRIVE_EDGES:
+        pieces = max(len(found.time) // between, 1)
+        inner = np.quantile(found.time, np.linspace(0, 1, pieces + 1)[1:-1])
+        knots = np.concatenate([[first] * 4, inner, [last] * 4])
+        spline = make_lsq_spline(found.time, found.angle, knots, 3)
+        share = (pieces + 3) / len(found.time)
+        score = float(np.mean((spline(found.time) - found.angle) ** 2)) / (1 - share) ** 2
+        if score < least:
+            best, least = spline, score
+    assert best is not None
+    return best.derivative()(np.clip(time, first, last))
 
 
 def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:

@@ -50,7 +50,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         return replace(first, warnings=(f"Interrupted: this is the result of the {first.estimator.name} estimator.",))
     except Unmodelled as error:
         return replace(first, warnings=(f"{error} This is the result of the {first.estimator.name} estimator.",))
-    return Estimate(ESTIMATOR, problem, found)
+    return Estimate(ESTIMATOR, law, problem, found)
 
 
 class Unmodelled(StickslipError):

@@ -37,7 +37,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     Raises:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
-    return Estimate(ESTIMATOR, *regress(ready, law, _equations, WINDOW, options.progress))
+    return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -116,7 +117,9 @@ def test_projection_equals_the_joint_solve_with_starts_as_unknowns(ready: Pool) 
         return np.concatenate(residual), np.vstack(gradient)
 
     z = np.concatenate([TRUTH, *(start.at(problem.first) for start in arcs_of(ready).starts[:3])])
-    other = least_squares(lambda z: joint(z)[0], z, lambda z: joint(z)[1], x_scale="jac", ftol=1e-14, xtol=1e-14)
+
+    options: Any = {"jac": lambda z: joint(z)[1]}
+    other = least_squares(lambda z: joint(z)[0], z, **options, x_scale="jac", ftol=1e-14, xtol=1e-14)
     np.testing.assert_allclose(found.values, other.x[:3], rtol=1e-6)
     residual, gradient = joint(other.x)
     assert found.evaluation.residual @ found.evaluation.residual == pytest.approx(residual @ residual, rel=1e-9)

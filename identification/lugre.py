@@ -1,0 +1,102 @@
+"""LuGre output error: five parameters from whole cycles, micro-slip included.
+
+    1  law and motion in slip by slip shooting, which micro-slip hardly touches
+    2  stiffness of the bristles from the sticks (presliding.py); where these show none, the rigid model over whole
+       cycles: if its residuals are the noise, that is the result; otherwise, of a scan, the stiffness that fits best
+    3  one arc per cycle under the LuGre model, as in whole_cycle.py; solve
+
+The runs of the model take time in proportion to the stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification import laws, shooting, whole_cycle
+from identification.arcs import ArcProblem
+from identification.conclusion import Estimate, Estimator, Options
+from identification.laws import FittableLaw
+from identification.pooling import Pool
+from identification.presliding import presliding
+from identification.problem import solve
+
+SCAN = (1e4, 3e4, 1e5, 3e5)  # N/m
+AS_RIGID = 1.05  # of the noise: rms residuals of the rigid model below leave nothing for bristles to explain
+DAMPING = 0.25  # of sqrt(sigma0 J)/R: bristles at first neither ring nor creep
+
+STRUCTURE = (
+    "bristles before sliding (LuGre), friction in steady slip by Conti's law",
+    "the drive turns as its encoder says",
+    "J, k, c, N, R, r known but for those estimated beside the law",
+)
+
+
+def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
+    """LuGre's law from pooled logs; ``law``: Conti's or LuGre's own. If this stage is interrupted or fails, slip
+    shooting's result is returned with a warning.
+
+    Raises:
+        StickslipError: another law, or as for slip shooting.
+    """
+    conti = laws.find_law("Conti")
+    if law.name not in (conti.name, laws.LUGRE.name):
+        raise StickslipError(
+            f"The estimator 'lugre' has bristles before Conti's law, not before '{law.name}'. Leave --law out, or take "
+            "slip shooting."
+        )
+    first = shooting.estimate(ready, conti, options)
+    if not isinstance(first.problem, ArcProblem):
+        return first
+    try:
+        return _bristles(first.problem, first.solution.values, options)
+    except KeyboardInterrupt:
+        return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
+    except StickslipError as error:
+        said = f"The LuGre model cannot be run through whole cycles: {error} This is the result of slip shooting."
+        return replace(first, warnings=(said,))
+
+
+def _bristles(slips: ArcProblem, x: np.ndarray, options: Options) -> Estimate:
+    """Stages 2 and 3. slips: slip shooting under Conti's law, solved at x.
+
+    Raises:
+        StickslipError: the model cannot be run, or does not follow a log even roughly.
+    """
+    elastic = presliding(slips.ready, float(x[0]))
+    if elastic is not None and elastic.stiffness is not None:
+        problem = _problem(slips, x, elastic.stiffness, options)
+    else:
+        rigid, found = whole_cycle.follow(slips, x, options)
+        if whole_cycle.misfit(found) < AS_RIGID:
+            said = (
+                "The logs show no micro-slip: neither do sticks give way, nor are the residuals of the rigid model over "
+                "whole cycles larger than the noise. No stiffness of bristles can be told; this is the result of the "
+                "whole-cycle estimator."
+            )
+            return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, found, (said,))
+        problem = min((_problem(slips, x, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
+    problem.evaluate(problem.first)
+    found = solve(problem, progress=options.progress, tolerance=shooting.TOLERANCE)
+    return Estimate(ESTIMATOR, laws.LUGRE, problem, found, whole_cycle.excess(found))
+
+
+def _problem(slips: ArcProblem, x: np.ndarray, stiffness: float, options: Options) -> ArcProblem:
+    damping = DAMPING * float(np.sqrt(stiffness * slips.ready.values.J)) / slips.ready.values.R
+    return whole_cycle.cycle_problem(slips, x, laws.LUGRE, np.array([*x[:3], stiffness, damping]), options)
+
+
+def _sum_of_squares(problem: ArcProblem) -> float:
+    """Sum of squares of the first cycle of each log at the first values."""
+    logs = [arc.log for arc in problem.arcs]
+    kept = [logs.index(log) for log in dict.fromkeys(logs)]
+    arcs, starts = tuple(problem.arcs[i] for i in kept), tuple(problem.starts[i] for i in kept)
+    try:
+        return float(np.sum(replace(problem, arcs=arcs, starts=starts).evaluate(problem.first).residual ** 2))
+    except StickslipError:
+        return np.inf
+
+
+ESTIMATOR = Estimator("lugre", STRUCTURE, estimate, rigid=False)

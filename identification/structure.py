@@ -33,6 +33,7 @@ from identification.whiteness import whiteness
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
 RIGID, BRISTLES = "Conti, rigid", "LuGre"
+SEARCH = 1e-6  # relative, of a fit to some of the logs
 SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
 FEWEST = 4  # clusters, of which halves can be made
 
@@ -203,7 +204,7 @@ def _held_out(problem: Problem, found: Solution) -> np.ndarray:
         fold = (np.arange(len(labels)) >= len(labels) // 2).astype(int)
     sums = np.zeros(len(labels))
     for number in np.unique(fold):
-        others = solve(problem.resampled(labels[fold != number]), found.values)
+        others = solve(problem.resampled(labels[fold != number]), found.values, tolerance=SEARCH)
         for place in np.flatnonzero(fold == number):
             seen = problem.resampled(labels[place : place + 1]).evaluate(others.values)
             sums[place] = seen.residual @ seen.residual

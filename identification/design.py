@@ -83,8 +83,8 @@ def design(
     twice it if None).
 
     Raises:
-        StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model does not stick and
-            slip at any of the fitted drive speeds.
+        StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model
+            does not stick and slip at any of the fitted drive speeds.
     """
     if fit.law not in LAWS:
         raise StickslipError(

@@ -88,8 +88,8 @@ def design(
     """
     if fit.law not in LAWS:
         raise StickslipError(
-            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do shows "
-            "in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
+            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do "
+            "shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
         )
     law, rig = find_law(fit.law), fitted_rig(fit)
     driven = [abs(log.drive_speed) for log in fit.logs]

@@ -38,6 +38,7 @@ LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, w
 LOCAL_STEPS = 12
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+STUCK = 1e-9  # m/s, of rounding: slower is no slip
 REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
 STARTS = ("theta", "omega")
 
@@ -48,7 +49,8 @@ class Arc:
 
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
     the noise, as measured; log: number of the log; drive: rad/s; sign: direction of the slip at the start; laser:
-    whether a laser measured; guess: (2,) angle and speed at ``start_time``, rad, rad/s.
+    whether a laser measured; guess: (2,) angle and speed at ``start_time``, rad, rad/s; bristles: m, their deflection
+    there (LuGre), of which an error is forgotten within 0.1 mm of slip.
     """
 
     start_time: float
@@ -61,6 +63,7 @@ class Arc:
     sign: int
     laser: bool
     guess: np.ndarray
+    bristles: float = 0.0
 
     def of(self, clusters: np.ndarray) -> Arc | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -191,10 +194,7 @@ class ArcProblem(FrictionProblem):
         law = {f"{name}{disc}": value for name, value in self.law.simulated(q, rig.N).items()}
         start = {"theta": float(theta), "omega": float(omega)}
         if f"sigma0{disc}" in law:
-            # bristles at their steady deflection: they forget any other within 0.1 mm of slip
-            slip = abs(rig.r * float(np.interp(arc.start_time, arc.drive.time, arc.drive.value)) - rig.R * omega)
-            force = rig.N * float(self.law.value(np.array([slip]), q)[0])
-            start[f"z{disc}"] = arc.sign * force / law[f"sigma0{disc}"]
+            start[f"z{disc}"] = arc.bristles
         return self.runs.run.run(
             time,
             start_time=arc.start_time,
@@ -254,7 +254,8 @@ class ArcProblem(FrictionProblem):
             elif name == "R" and arc.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
         drive = np.interp(motion.time, arc.drive.time, arc.drive.value)
-        return shown + known["zero"], by[:, inner:], columns, np.abs(known["r"] * drive - known["R"] * omega)
+        slip = np.abs(known["r"] * drive - known["R"] * omega)
+        return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
 
 def directions(law: FittableLaw, names: Sequence[str], contact: str) -> tuple[str, ...]:

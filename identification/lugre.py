@@ -72,9 +72,9 @@ def _bristles(slips: ArcProblem, x: np.ndarray, options: Options) -> Estimate:
         rigid, found = whole_cycle.follow(slips, x, options)
         if whole_cycle.misfit(found) < AS_RIGID:
             said = (
-                "The logs show no micro-slip: neither do sticks give way, nor are the residuals of the rigid model over "
-                "whole cycles larger than the noise. No stiffness of bristles can be told; this is the result of the "
-                "whole-cycle estimator."
+                "The logs show no micro-slip: sticks do not give way, and the residuals of the rigid model over whole "
+                "cycles are the noise. No stiffness of bristles can be told; this is the result of the whole-cycle "
+                "estimator."
             )
             return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, found, (said,))
         problem = min((_problem(slips, x, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)

@@ -22,7 +22,7 @@ from identification import shooting
 from identification.arcs import MARGIN, Arc, ArcProblem, arc_problem, measured
 from identification.conclusion import Estimate, Estimator, Options
 from identification.laws import FittableLaw
-from identification.pooling import Pool
+from identification.pooling import Pool, RigValues
 from identification.problem import Solution, solve
 
 SPLIT = (
@@ -89,8 +89,19 @@ def follow(slips: ArcProblem, x: np.ndarray, options: Options) -> tuple[ArcProbl
 
 def cycle_problem(slips: ArcProblem, x: np.ndarray, law: FittableLaw, q: np.ndarray, options: Options) -> ArcProblem:
     """Cycles under a law from slip shooting solved at x. q: (m,) first values of the law's parameters."""
-    problem = arc_problem(slips.ready, law, cycle_arcs(slips, x), q, options.nuisance, slips.noise_known)
+    ready = slips.ready
+    arcs = [replace(arc, bristles=_deflection(arc, ready.values, law, q)) for arc in cycle_arcs(slips, x)]
+    problem = arc_problem(ready, law, arcs, q, options.nuisance, slips.noise_known)
     return replace(problem, first=np.concatenate([q, x[len(slips.law.parameters) :]]))
+
+
+def _deflection(arc: Arc, rig: RigValues, law: FittableLaw, q: np.ndarray) -> float:
+    """Of the bristles in steady slip at the start of an arc, m; 0 for a law without any."""
+    stiffness = law.simulated(q, rig.N).get("sigma0")
+    if stiffness is None:
+        return 0.0
+    slip = rig.r * float(np.interp(arc.start_time, arc.drive.time, arc.drive.value)) - rig.R * float(arc.guess[1])
+    return arc.sign * rig.N * float(law.value(np.array([abs(slip)]), q)[0]) / stiffness
 
 
 def cycle_arcs(slips: ArcProblem, x: np.ndarray) -> list[Arc]:

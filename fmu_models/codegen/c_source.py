@@ -112,21 +112,32 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
 
     free_rates: dict[sympy.Basic, str] = {names.free_rates[a]: name for a, name in names.accelerations.items()}
 
-    def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
-        recurrences = names.recurrences(*series)
+    def recurrences(
+        assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str], after: Iterable[Recurrences] = ()
+    ) -> Recurrences:
+        result = names.recurrences(*series)
+        for earlier in after:
+            result.share(earlier)
         for target, expression in assignments.items():
-            recurrences.assign(target, expression)
-        return recurrences.lines
+            result.assign(target, expression)
+        return result
+
+    def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
+        return recurrences(assignments, *series).lines
+
+    laws = [recurrences(force, *met) for force in forces]
+    # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
+    always = [laws[i] for i, c in contacts if c.kind == "friction" and not c.sticks and c.depth is None]
 
     return [
         _function("model_slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
         _function("model_depth", body(depths)),
         _function("model_acceleration", body(accelerations)),
         _function("model_inertia", body(inertia)),
-        _by_contact("law", [body(force, *met) for force in forces]),
+        _by_contact("law", [law.lines for law in laws]),
         _by_contact("release", [body(release, *met) for release in releases]),
         _by_contact("stick", [body(stick, *moving) for stick in sticks]),
-        _function("model_internal", body(internal, *met)),
+        _function("model_internal", recurrences(internal, *met, after=always).lines),
         _function("model_outputs", body(_outputs(system, names), *met, names.forces, free_rates)),
     ]
 

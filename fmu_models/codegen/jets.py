@@ -105,6 +105,10 @@ class Recurrences:
         """Add the line that sets coefficient k of the series ``target`` to that of the expression."""
         self.lines.append(f"{target}[k] = {self._coefficient(self._affine(sympy.sympify(expression)))};")
 
+    def share(self, earlier: Recurrences) -> None:
+        """Read what another function of the model has computed by then, to the same order, instead of computing it."""
+        self._nodes |= earlier._nodes
+
     def _affine(self, expression: Expr) -> Affine:
         if expression not in self._forms:
             self._forms[expression] = self._derive(expression)

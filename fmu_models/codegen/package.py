@@ -46,6 +46,7 @@ ENGINE = (
     "exchange",
     "run",
     "tangent",
+    "look",
     "instance",
     "variables",
     "frozen",

@@ -2,6 +2,9 @@
 #include <complex.h>
 #include <tgmath.h>
 
+/* an infinite number is the end of a run, whatever a product makes of it: no checks for it in every one */
+#pragma STDC CX_LIMITED_RANGE ON
+
 #include "kinds.h"
 #undef KIND
 #undef Real

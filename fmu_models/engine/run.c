@@ -24,6 +24,7 @@ const Tolerances run_default_tolerances = {
     .drift = 0.0,
     .chatter = 1e-8,
     .crowd = 1e-9,
+    .graze = 1e-7,
     .max_iterations = 1000,
     .lap = 1000000,
     .patience = 1000.0,

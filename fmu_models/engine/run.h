@@ -19,6 +19,8 @@ typedef struct {
     double chatter;     /* a bounce off a rigid contact slower than this fraction of its fastest impact since it was last closed is the
                            tail of a chatter, which is completed in closed form: heights are its square, below rounding */
     double crowd;       /* so many events as max_iterations allows within this fraction of the longest time without any: none will end it */
+    double graze;       /* derivatives only: an indicator that falls more slowly than this fraction of its terms per step has a double
+                           root to rounding, and nothing is left of the digits of a derivative */
     int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
     long lap;           /* steps after which the pace of a run is looked at: some seconds of work */
     double patience;    /* a run that at the pace of its last lap would need so many laps more is refused: hours of work */

@@ -14,6 +14,7 @@
  * Its time has an imaginary part after an event: the event comes later or earlier for a neighbour. So what saltation
  * matrices say of transitions is derived, for every kind of contact, by evaluating the same series at a complex time.
  * Undefined where an indicator falls without speed (grazing, corners): a neighbour may have another sequence of events.
+ * To rounding that is where its slope is below the tolerance `graze`.
  *
  * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7 (saltation);
  * Squire and Trapp, SIAM Review 40 (1998) (derivatives by complex arithmetic).
@@ -29,22 +30,7 @@
 #include "contact.c"
 #include "flow.c"
 
-typedef struct {
-    Point at;
-    Jets jets;
-    int order;    /* to which jets holds the series in time from the point; 0: it does not */
-    int untimed;  /* the last event has no indicator that says when it is */
-    Real x[MODEL_ROOM(MODEL_NX)], y[MODEL_ROOM(MODEL_NY)]; /* at the time looked at */
-} Tangent;
-
-struct Tangents {
-    int count;
-    Jets scratch;
-    Tangent list[];
-};
-
-/* so small that its square vanishes, so large that nothing underflows */
-#define EPS 1e-100
+#include "tangent_kind.h"
 
 /* the tangent's own derivative on the run's value: both have moved by the same arithmetic, up to rounding */
 static void rejoin(const Run *r, Tangent *t)
@@ -69,7 +55,7 @@ static void rejoin(const Run *r, Tangent *t)
 
 size_t tangents_room(int n)
 {
-    return sizeof(Tangents) + (size_t)n * sizeof(Tangent);
+    return sizeof(Tangents) + (size_t)n * (sizeof(Tangent) + MODEL_NX * (MODEL_TERMS + 1) * sizeof(double));
 }
 
 Tangents *tangents_start(void *room, const Run *r, int n)
@@ -112,6 +98,16 @@ static Real value_at(const Real *c, int n, Real s, Real *slope)
         *slope = derivative;
     }
     return value;
+}
+
+/* the first contact with a falling indicator */
+static const char *falling_contact(const Run *r)
+{
+    int c = 0;
+    while (c < MODEL_NC - 1 && !r->falling[c][SLOT_NORMAL] && !r->falling[c][SLOT_TANGENTIAL]) {
+        c++;
+    }
+    return model_contact_names[c];
 }
 
 /* the falling indicator of the step, up to its sign, and the order to which it is known; -1 if there is none */
@@ -159,10 +155,14 @@ static double shortest_length(const Run *r, Tangents *tangents)
     return shortest;
 }
 
-/* time since the start of the step, for a tangent, at a time that is the same for all */
-static Real since_start(const Tangent *t, double length)
+/* whether a series falls to zero at s with a speed: not within rounding of a double root */
+static int falls_with_speed(const Run *r, const Real *series, int order, double s, double slope)
 {
-    return length - cimag(t->at.time) * _Complex_I;
+    double size = 0.0;
+    for (int k = order; k > 0; k--) {
+        size = size * s + fabs(creal(series[k]));
+    }
+    return fabs(slope) > r->tolerances.graze * size;
 }
 
 /* to the end of the step; 0 where that has no derivative */
@@ -180,6 +180,9 @@ static int follow(const Run *r, Tangent *t, double length, int at_event)
         t->untimed = order < 0;
         if (order >= 0) {
             const Real value = value_at(series, order, here, &slope);
+            if (!falls_with_speed(r, series, order, here, creal(slope))) {
+                return 0;
+            }
             s = here - cimag(value) / creal(slope) * _Complex_I;
             since = r->segment_rooted ? s * s : s;
         }
@@ -191,7 +194,7 @@ static int follow(const Run *r, Tangent *t, double length, int at_event)
         t->at.u[i] += t->at.du[i] * since;
     }
     t->at.time += since;
-    return isfinite(cimag(s));
+    return 1;
 }
 
 /* the impact with the impulses that the run has found to fit */
@@ -291,6 +294,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
             }
         }
     }
+    tangents->gathered = 0;
     *until = fmin(end, segment_end(r, &rest));
     return RUN_OK;
 }
@@ -303,8 +307,9 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
     const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
     for (int k = 0; k < tangents->count; k++) {
         if (!follow(r, &tangents->list[k], length, at_event)) {
-            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of a contact there without "
-                               "crossing it, and neighbours may or may not", r->segment_start + length);
+            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of contact '%s' there without "
+                               "crossing it, and neighbours may or may not. Start elsewhere, or change a parameter a little",
+                            r->segment_start + length, falling_contact(r));
         }
     }
     if (inside) {
@@ -332,53 +337,6 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
         }
     }
     return run_check_finite(r, "state", r->at.x, MODEL_NX);
-}
-
-/* outputs at a point of the motion, from its states, inputs and time */
-static void look_at_outputs(Jets *j, Tangent *t, Real since)
-{
-    Point at = t->at;
-    memcpy(at.x, t->x, sizeof at.x);
-    for (int i = 0; i < MODEL_NU; i++) {
-        at.u[i] += at.du[i] * since;
-    }
-    at.time += since;
-    flow_load(&at, j, 0);
-    model_inertia(at.p, at.d, j, 0);
-    flow_field(&at, j, 0, 0);
-    model_outputs(at.p, at.d, j, 0);
-    for (int i = 0; i < MODEL_NY; i++) {
-        t->y[i] = j->y[i][0];
-    }
-}
-
-void tangents_look(const Run *r, Tangents *tangents, double time, int outputs)
-{
-    const int inside = time > r->at.time;
-    const double length = inside ? (time - r->segment_start) - r->jets.time_rest : 0.0;
-    for (int k = 0; k < tangents->count; k++) {
-        Tangent *t = &tangents->list[k];
-        const Real since = since_start(t, length);
-        const Real s = r->segment_rooted ? sqrt(since) : since;
-        for (int i = 0; i < MODEL_NX; i++) {
-            t->x[i] = inside ? value_at(t->jets.x[i], t->order, s, NULL) : t->at.x[i];
-        }
-        if (outputs) {
-            look_at_outputs(&tangents->scratch, t, since);
-        }
-    }
-}
-
-double tangents_value(const Tangents *tangents, int output, int index)
-{
-    const Tangent *t = &tangents->list[0];
-    return creal(output ? t->y[index] : t->x[index]);
-}
-
-double tangents_derivative(const Tangents *tangents, int k, int output, int index)
-{
-    const Tangent *t = &tangents->list[k];
-    return cimag(output ? t->y[index] : t->x[index]) / EPS;
 }
 
 #include "kind_real.h"

@@ -27,7 +27,7 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
 void tangents_look(const Run *r, Tangents *tangents, double time, int outputs);
 /* of what was looked at: a state or an output, and its derivative along tangent k */
 double tangents_value(const Tangents *tangents, int output, int index);
-double tangents_derivative(const Tangents *tangents, int k, int output, int index);
+double tangents_derivative(Tangents *tangents, int k, int output, int index);
 /* derivative of the time of the last event, s per unit; NAN if it has no indicator (the end of a chatter) */
 double tangents_event(const Tangents *tangents, int k);
 

@@ -204,8 +204,10 @@ class Differentiator:
         derivatives = np.empty((*values.shape, m))
         references = np.fromiter(initial, np.uint32, len(initial))
         start = np.fromiter(initial.values(), float, len(initial))
+        structure = _structure(request, values, self._events)  # keeps alive what the copy of it points into
+        structure.allowance = self._allowance
         c = _NativeSensitivity(
-            run=_structure(request, values, self._events),
+            run=structure,
             n_initial=start.size,
             initial=references.ctypes.data,
             initial_values=start.ctypes.data,
@@ -217,7 +219,6 @@ class Differentiator:
             event_derivatives=self._event_derivatives.ctypes.data,
             room=self._room.ctypes.data,
         )
-        c.run.allowance = self._allowance
         events, changes = [], []
         status, seconds = MORE, 0.0
         while status == MORE:

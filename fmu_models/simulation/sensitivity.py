@@ -1,8 +1,8 @@
 """Whole runs with exact derivatives by parameters, start states and inputs, through all their events.
 
 The engine carries the derivatives along with the motion (engine/tangent.c): variational equation and saltation in one,
-derived from the model's own arithmetic; no finite differences. Its instance is kept, so that many short runs cost little
-more than their steps.
+derived from the model's own arithmetic; no finite differences. Its instance is kept, so that many short runs cost
+little more than their steps.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class Sensitivity:
         by: names of the m directions: parameters, start states, constants added to inputs.
         derivative: (n, n_names, m) d value / d direction at a fixed time.
         events: every change of contact state and every impact, in order of time.
-        event_derivative: (k, m) d event time / d direction, s per unit; nan for the end of a chatter, of whose time none
-            is known.
+        event_derivative: (k, m) d event time / d direction, s per unit; nan for the end of a chatter, of whose time
+            none is known.
         steps: that the engine made.
         seconds: wall time of the engine, s.
     """

@@ -13,6 +13,7 @@ import pytest
 from fmu_models.codegen.package import built
 from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.system import simulate
 
 
@@ -39,7 +40,7 @@ def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
     platform, _, _, suffix = this_platform()
     # the same FMU without the native face
     sources = {Path(n).name: data.decode() for n, data in contents.items() if n.endswith((".c", ".h"))}
-    sources["all.c"] = sources["all.c"].replace('#include "native.c"\n', "")
+    sources["all.c"] = sources["all.c"].replace('#include "native.c"\n#include "sensitivity.c"\n', "")
     library = compile_shared(sources, tmp_path / "library")
     assert fmi_headers().is_dir()
     contents[f"binaries/{platform}/block_on_belt{suffix}"] = library.read_bytes()
@@ -48,6 +49,8 @@ def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
             target.writestr(name, data)
     with pytest.raises(StickslipError, match="not exported by stickslip"):
         simulate(Fmu.open(path), 1.0)
+    with pytest.raises(StickslipError, match="not exported by stickslip"):
+        SensitiveRun(Fmu.open(path), by=["k"])
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])

@@ -289,5 +289,6 @@ def _verdict(scores: Sequence[LawScore], doubts: Sequence[str]) -> str:
     elif second.worse > SURE:
         sure = "Likely: the held-out logs decide."
     else:
-        sure = f"Undecided: a lead below {POSITIVE:g} says nothing; {simple.law} has fewer parameters."
+        fewer = f"; {simple.law} has fewer parameters" if len(best.values) != len(second.values) else ""
+        sure = f"Undecided: a lead below {POSITIVE:g} says nothing{fewer}."
     return f"{words} {sure}" + (f" But even {best.law} is not the whole truth, see below." if doubts else "")

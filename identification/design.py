@@ -25,7 +25,7 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification.arcs import STARTS, ZERO_UNCERTAINTY
 from identification.identifiability import HIGHEST
-from identification.laws import FittableLaw, find_law
+from identification.laws import LAWS, FittableLaw, find_law
 from identification.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.pooling import RigValues
 from identification.result import FrictionFit
@@ -83,9 +83,14 @@ def design(
     twice it if None).
 
     Raises:
-        StickslipError: a speed, load or duration that is not positive, or a fitted law whose model does not stick and
-            slip at any of the fitted drive speeds.
+        StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model
+            does not stick and slip at any of the fitted drive speeds.
     """
+    if fit.law not in LAWS:
+        raise StickslipError(
+            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do "
+            "shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
+        )
     law, rig = find_law(fit.law), fitted_rig(fit)
     if len(fit.contacts) > 1:
         raise StickslipError(

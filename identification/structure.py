@@ -6,8 +6,8 @@ and C_w that of white residuals, both of the law with the most parameters,
     AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
 (quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
 others (with one log alone: each half of it); S_h is the sum of squares over all. Laws are ordered by BIC. How sure that
-is, is told by its lead over the next law, and by the difference of S_h from cluster to cluster against its spread
-(given the fits: each serves all clusters of the log held out).
+is, is told by its lead over the next law, and by the difference of S_h against its chance (scatter from cluster to
+cluster, and the spread of the fits that predict).
 
 Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
 (1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
@@ -32,6 +32,8 @@ from identification.whiteness import whiteness
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
+RIGID, BRISTLES = "Conti, rigid", "LuGre"
+SEARCH = 1e-6  # relative, of a fit to some of the logs
 SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
 FEWEST = 4  # clusters, of which halves can be made
 
@@ -78,12 +80,14 @@ class LawComparison:
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """A law's problem with its solution, and the held-out sum of squares of each cluster (k,)."""
+    """A law's problem with its solution, the held-out sum of squares of each cluster (k,), and the variance of their
+    sum that comes from the fits to the other logs."""
 
     name: str
     problem: Problem
     found: Solution
     held_out: np.ndarray
+    chance: float
 
     @property
     def sum(self) -> float:
@@ -118,7 +122,7 @@ def compare_laws(
     candidates = []
     for number, (name, problem) in enumerate(problems.items()):
         found = solutions[name] if solutions else solve(problem)
-        candidates.append(_Candidate(name, problem, found, _held_out(problem, found)))
+        candidates.append(_Candidate(name, problem, found, *_held_out(problem, found)))
         if progress is not None:
             progress((number + 1) / len(problems))
     sizes = sorted({one.rows for one in candidates})
@@ -154,8 +158,44 @@ def compare_on(
     return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 
-def _held_out(problem: Problem, found: Solution) -> np.ndarray:
-    """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds."""
+def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = None) -> LawComparison:
+    """Compare a rigid contact with bristles (LuGre) before the same law (Conti's), by the output error of whole cycles,
+    in which alone the two differ.
+
+    Raises:
+        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_laws`.
+    """
+    names = [motion.log.name for motion in ready.motions]
+    made = {}
+    for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
+        made[name] = estimator_named(estimator).estimate(ready, find_law("Conti"), Options())
+        if progress is not None:
+            progress(0.3 * (number + 1))
+    rigid, elastic = made[RIGID], made[BRISTLES]
+    if rigid.estimator.name != "whole-cycle":
+        raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(rigid.warnings)}")
+    if elastic.estimator.name != "lugre":
+        return _alone(RIGID, rigid.problem, rigid.solution, names, " ".join(elastic.warnings))
+    return compare_laws(
+        {name: one.problem for name, one in made.items()},
+        names,
+        solutions={name: one.solution for name, one in made.items()},
+        progress=None if progress is None else lambda done: progress(0.6 + 0.4 * done),
+    )
+
+
+def _alone(name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str) -> LawComparison:
+    """What there is to say of a law that no other comes near."""
+    one = _Candidate(name, problem, found, *_held_out(problem, found))
+    effective = one.rows / _inflation(one)
+    doubts = whiteness(found.evaluation, logs).doubts
+    return LawComparison((_score(one, one, one, effective),), one.rows, float(effective), doubts, verdict)
+
+
+def _held_out(problem: Problem, found: Solution) -> tuple[np.ndarray, float]:
+    """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds; and the
+    variance of their sum by chance of these fits: with covariance C of a fit and H = G'G of what it predicts, the
+    variance 2 tr (C H)^2 of the prediction's own square."""
     cluster, log = found.evaluation.cluster, found.evaluation.log
     labels, first = np.unique(cluster, return_index=True)
     fold = log[first]
@@ -166,21 +206,29 @@ def _held_out(problem: Problem, found: Solution) -> np.ndarray:
                 "more drive speeds."
             )
         fold = (np.arange(len(labels)) >= len(labels) // 2).astype(int)
-    sums = np.zeros(len(labels))
+    sums, chance = np.zeros(len(labels)), 0.0
     for number in np.unique(fold):
-        others = solve(problem.resampled(labels[fold != number]), found.values)
+        others = solve(problem.resampled(labels[fold != number]), found.values, tolerance=SEARCH)
+        predicted = np.zeros((len(problem.unknowns),) * 2)
         for place in np.flatnonzero(fold == number):
             seen = problem.resampled(labels[place : place + 1]).evaluate(others.values)
             sums[place] = seen.residual @ seen.residual
-    return sums
+            predicted = predicted + seen.gradient.T @ seen.gradient
+        spread = _covariance(problem, others) @ predicted
+        chance += 2 * float(np.sum(spread * spread.T))
+    return sums, chance
 
 
 def _inflation(one: _Candidate) -> float:
     """By how much colour inflates the covariance, on average over the parameters; 1 or more."""
     here = one.found.evaluation
-    coloured = clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior_precision(one.problem))
-    white = plain_covariance(here.gradient, here.residual)
+    coloured, white = _covariance(one.problem, one.found), plain_covariance(here.gradient, here.residual)
     return max(float(np.trace(np.linalg.lstsq(white, coloured, rcond=None)[0])) / len(white), 1.0)
+
+
+def _covariance(problem: Problem, found: Solution) -> np.ndarray:
+    here = found.evaluation
+    return clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior_precision(problem))
 
 
 def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
@@ -202,18 +250,20 @@ def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: fl
         aicc=aicc,
         bic=bic,
         held_out=float(np.sqrt(np.sum(one.held_out) / richest.sum)),
-        worse=_worse(one.held_out, best.held_out),
+        worse=_worse(one, best) if one is not best else 0.0,
         bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
     )
 
 
-def _worse(sums: np.ndarray, best: np.ndarray) -> float:
-    """Mean difference of held-out sums by cluster, (k,) and (k',), in standard errors; paired where k is k'."""
-    if len(sums) == len(best):
-        error = float(np.std(sums - best, ddof=1)) / np.sqrt(len(best))
+def _worse(one: _Candidate, best: _Candidate) -> float:
+    """Difference of held-out sums in standard errors: their scatter from cluster to cluster, and the chance of fits."""
+    sums, least = one.held_out, best.held_out
+    if len(sums) == len(least):
+        scatter = len(sums) * float(np.var(sums - least, ddof=1))
     else:
-        error = float(np.sqrt(np.var(sums, ddof=1) / len(sums) + np.var(best, ddof=1) / len(best)))
-    return float(np.mean(sums) - np.mean(best)) / error if error > 0 else 0.0
+        scatter = len(sums) * float(np.var(sums, ddof=1)) + len(least) * float(np.var(least, ddof=1))
+    error = float(np.sqrt(scatter + one.chance + best.chance))
+    return float(np.sum(sums) - np.sum(least)) / error if error > 0 else 0.0
 
 
 def _verdict(scores: Sequence[LawScore], doubts: Sequence[str]) -> str:
@@ -239,5 +289,6 @@ def _verdict(scores: Sequence[LawScore], doubts: Sequence[str]) -> str:
     elif second.worse > SURE:
         sure = "Likely: the held-out logs decide."
     else:
-        sure = f"Undecided: a lead below {POSITIVE:g} says nothing; {simple.law} has fewer parameters."
+        fewer = f"; {simple.law} has fewer parameters" if len(best.values) != len(second.values) else ""
+        sure = f"Undecided: a lead below {POSITIVE:g} says nothing{fewer}."
     return f"{words} {sure}" + (f" But even {best.law} is not the whole truth, see below." if doubts else "")

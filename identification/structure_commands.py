@@ -29,6 +29,9 @@ SHOWN = 12  # candidates of a design; all are in --json
 def laws(
     logs: Logs,
     estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
+    contact: Annotated[
+        bool, typer.Option("--contact", help="Rigid contact against bristles (LuGre) too, over whole cycles.")
+    ] = False,
     settings: Settings = None,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     json: Json = False,
@@ -38,13 +41,23 @@ def laws(
     Example: stickslip laws data/rigs/paper_rubber
     """
     from identification.pooling import pool
-    from identification.structure import compare_on
+    from identification.structure import compare_contacts, compare_on
 
     with console.progress("comparing laws") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"))
         ready = pool(read, allow_no_stick=allow_no_stick)
-        found = compare_on(ready, estimator=estimator, progress=advance)
-    console.say(json, found.to_dict(), lambda out: print_laws(found, out))
+        share = 0.1 if contact else 1.0
+        found = compare_on(ready, estimator=estimator, progress=lambda done: advance(share * done))
+        contacts = None
+        if contact:
+            contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))
+
+    def show(out: Console) -> None:
+        print_laws(found, out)
+        if contacts is not None:
+            print_laws(contacts, out)
+
+    console.say(json, {**found.to_dict(), "contacts": contacts.to_dict() if contacts else None}, show)
 
 
 @app.command()

@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from identification.estimators import fit_friction
+from identification.estimators import ESTIMATORS, fit_friction
 from identification.laws import LAWS
-from identification.model import fmu_simulator
+from identification.model import fitted_model
 from identification.pooling import pool
 from identification.result import FrictionFit
-from identification.structure import compare_on
+from identification.structure import compare_contacts, compare_on
 from identification.structure_commands import print_laws
+from rig_io.emulator import MicroSlip, emulate, standard_set
 from rig_io.log import RigLog, read_package
 
 ROOT = Path(__file__).parents[2]
@@ -73,7 +74,7 @@ def test_every_law_is_fitted_written_read_and_simulated(name: str, logs: list[Ri
     fit = fit_friction(pool(logs), estimator="weak-form", law=name)
     again = FrictionFit.from_json(fit.to_json())
     assert again == fit and again.law == name
-    motion = fmu_simulator(again)(0.41, 5.0, 1e-3)
+    motion = fitted_model(again).run({"disc0": 0.41}, 5.0, 1e-3)
     slip = 0.06 * 0.41 - 0.125 * motion.speed
     if name in ("Conti", "Conti+viscous", "Stribeck"):
         # it sticks and slips, and the spring is released at the friction at rest of this law
@@ -114,3 +115,16 @@ def test_the_default_fit_is_near_the_bound(logs: list[RigLog]) -> None:
         assert parameter.efficiency is not None and parameter.efficiency > 0.6
     assert fit.collinearity is not None and 4 < fit.collinearity.index < 8
     assert fit.warnings == ()
+
+
+@pytest.mark.skipif("lugre" not in ESTIMATORS, reason="no estimator of bristles")
+@pytest.mark.parametrize("stiffness", [0.0, 5e4])
+def test_bristles_come_first_where_they_are_and_only_there(stiffness: float) -> None:
+    micro = MicroSlip(stiffness) if stiffness else None
+    settings = standard_set("paper/rubber", (0.41, 0.83), micro_slip=micro, duration=4.0)[:2]
+    found = compare_contacts(pool([emulate(one, 2, number) for number, one in enumerate(settings)]))
+    if not stiffness:
+        assert [one.law for one in found.scores] == ["Conti, rigid"] and "no micro-slip" in found.verdict
+        return
+    assert [one.law for one in found.scores] == ["LuGre", "Conti, rigid"]
+    assert found.verdict.endswith("Sure.") and found.best.values["sigma0"] == pytest.approx(5e4, rel=0.05)

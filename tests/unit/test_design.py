@@ -95,6 +95,8 @@ def test_what_cannot_be_designed(fit: FrictionFit) -> None:
         design(fit, speeds=[-1.0])
     with pytest.raises(StickslipError, match="Every load of a design"):
         design(fit, loads=[0.0])
+    with pytest.raises(StickslipError, match="law of slip speed alone"):
+        design(replace(fit, law="LuGre"))
     calm = replace(fit, parameters=tuple(replace(q, value=0.36) if q.name == "mu_s" else q for q in fit.parameters))
     with pytest.raises(StickslipError, match="does not stick and slip"):
         design(calm)

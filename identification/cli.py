@@ -9,11 +9,12 @@ from fmu_models import map_cli as map_commands
 from fmu_models import scene_cli as scene_commands
 from fmu_models.stress import cli as stress_commands
 from identification import commands as friction_commands
+from identification import structure_commands
 from rig_io import cli as rig_commands
 
 app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
 MODELS = (model_commands, scene_commands, bench_commands, stress_commands, map_commands)
-for part in (*MODELS, rig_commands, friction_commands):
+for part in (*MODELS, rig_commands, friction_commands, structure_commands):
     app.registered_commands += part.app.registered_commands
 
 

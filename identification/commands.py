@@ -106,7 +106,7 @@ def compare(
     from identification.result import FrictionFit
 
     refuse_existing(figure, overwrite=overwrite)
-    found = FrictionFit.from_json(_read_text(fitted))
+    found = FrictionFit.from_json(read_text(fitted))
     simulate = None
     if scene:
         from fmu_models.scene.read import read_scene
@@ -244,7 +244,12 @@ def _write_text(path: Path, text: str, overwrite: bool) -> None:
         temporary.write_text(text + "\n", encoding="utf-8")
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """A result of `stickslip fit`.
+
+    Raises:
+        StickslipError: it cannot be read.
+    """
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -254,7 +254,8 @@ def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
             (float(rows.least[mine].min()), float(rows.greatest[mine].max())) if mine.any() else (0.0, 0.0)
         )
         segments = len(np.unique(rows.cluster[mine]))
-        summaries.append(LogSummary(motion.log.name, float(np.mean(motion.drive)), segments, least, greatest))
+        speed, duration = float(np.mean(motion.drive)), float(motion.time[-1] - motion.time[0])
+        summaries.append(LogSummary(motion.log.name, speed, segments, least, greatest, duration))
     return tuple(summaries)
 
 
@@ -305,8 +306,8 @@ def _doubts(
         if parameter.at_bound:
             doubts.append(
                 f"{parameter.name} = {parameter.value:g} {parameter.unit} lies on a bound of the search "
-                f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for more, and its standard deviation "
-                "says nothing."
+                f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for a value beyond "
+                "it, and its standard deviation says nothing."
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
             doubts.append(

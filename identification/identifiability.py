@@ -18,20 +18,20 @@ import numpy as np
 from identification.problem import Problem, Solution, prior_precision
 
 POOR = 15.0  # collinearity index above which parameters are nearly collinear (Brun et al.: 10 to 15)
-BLURRED = 10.0  # per cent, of one standard deviation along the direction: then parameters are not told apart
+BLURRED = 10.0  # per cent, of a parameter, over one standard deviation: then parameters are not told apart
 TAKES_PART = 0.1  # share of the largest component below which a parameter has no part in the direction
 HIGHEST = 1e12  # index of a direction without any effect
 
 
 @dataclass(frozen=True)
 class Collinearity:
-    """index: 1 for independent effects, more the more nearly collinear; direction: change in per cent of each parameter
-    that has a part in the direction of least effect, the largest 1 %; deviation: one standard deviation along it, in
-    per cent of the largest."""
+    """index: 1 for independent effects, more the more nearly collinear; direction: change of each parameter that has a
+    part in the direction of least effect, in its unit, for a move of one standard deviation, the relatively largest
+    first; percent: the same relative to the values."""
 
     index: float
     direction: dict[str, float]
-    deviation: float
+    percent: dict[str, float]
 
     @property
     def poor(self) -> bool:
@@ -39,21 +39,34 @@ class Collinearity:
         return self.index > POOR
 
     @property
+    def blurred(self) -> bool:
+        """Whether the logs leave the direction open."""
+        return self.poor and max(abs(by) for by in self.percent.values()) > BLURRED
+
+    @property
     def words(self) -> str:
-        """The direction in a sentence, such as "mu_k up 1 % with p down 0.33 % is what the logs see least"."""
-        moves = [f"{name} {'up' if by > 0 else 'down'} {abs(by):.2g} %" for name, by in self.direction.items()]
-        together = moves[0] + (f" with {' and '.join(moves[1:])}" if moves[1:] else "")
-        if self.deviation > BLURRED:
-            return f"{together} cannot be told apart from no change (one standard deviation is {self.deviation:.2g} %)"
-        return f"{together} is what the logs see least (one standard deviation is {self.deviation:.2g} %)"
+        """The direction in a sentence, such as "mu_k up 1 % with p down 3 % cannot be told apart from no change"."""
+        together = " with ".join(self._moves[:2]) + "".join(f" and {move}" for move in self._moves[2:])
+        judged = "cannot be told apart from no change" if self.blurred else "is what the logs see least"
+        return f"{together} {judged} (one standard deviation)"
+
+    @property
+    def _moves(self) -> list[str]:
+        moves = []
+        for name, by in self.direction.items():
+            # of a parameter that may as well be zero a share says nothing
+            size = f"{abs(self.percent[name]):.2g} %" if abs(self.percent[name]) < 100 else f"by {abs(by):.2g}"
+            moves.append(f"{name} {'up' if by > 0 else 'down'} {size}")
+        return moves
 
     @property
     def doubts(self) -> tuple[str, ...]:
         """What to say where the logs leave a direction open."""
-        if self.deviation <= BLURRED:
+        if not self.blurred:
             return ()
         return (
-            f"The logs leave a direction open: {self.words}. `stickslip design` names the experiment that helps most.",
+            f"Nearly collinear parameters (index {self.index:.0f}): {self.words}. `stickslip design` names the "
+            "experiment that helps most.",
         )
 
 
@@ -74,15 +87,17 @@ def of_gradient(columns: np.ndarray, names: Sequence[str], values: np.ndarray, c
     norms = np.linalg.norm(columns, axis=0)
     norms = np.where(norms > 0, norms, np.finfo(float).tiny)
     _, singular, right = np.linalg.svd(columns / norms, full_matrices=False)
-    # a step of the scaled problem, back in parameters and relative to them
-    scale = np.where(values != 0, np.abs(values), 1.0)
+    # a step of the scaled problem, back in parameters
     part = np.abs(right[-1]) >= TAKES_PART * np.max(np.abs(right[-1]))
-    step = np.where(part, right[-1] * np.min(norms) / norms / scale, 0.0)
-    step = step / step[np.argmax(np.abs(step))]
-    move = 0.01 * step * scale
-    seen = float(move @ np.linalg.lstsq(covariance, move, rcond=None)[0])
+    step = np.where(part, right[-1] * np.min(norms) / norms, 0.0)
+    seen = float(step @ np.linalg.lstsq(covariance, step, rcond=None)[0])
+    step = step / np.sqrt(seen) if seen > 0 else step * HIGHEST
+    percent = np.clip(100 * step / np.maximum(np.abs(values), 1 / HIGHEST), -HIGHEST, HIGHEST)
+    first = int(np.argmax(np.abs(percent)))
+    step, percent = step * np.sign(percent[first]), percent * np.sign(percent[first])
+    order = [int(i) for i in np.argsort(-np.abs(percent)) if part[i]]
     return Collinearity(
         index=float(min(1 / max(singular[-1], 1 / HIGHEST), HIGHEST)),
-        direction={names[int(i)]: float(step[i]) for i in np.argsort(-np.abs(step)) if part[i]},
-        deviation=float(min(1 / np.sqrt(seen), HIGHEST)) if seen > 0 else HIGHEST,
+        direction={names[i]: float(step[i]) for i in order},
+        percent={names[i]: float(percent[i]) for i in order},
     )

@@ -3,9 +3,9 @@
 A rigid contact in stick keeps  x = r integral(w) - R theta  constant. Bristles (LuGre) let it grow with its force F:
     dx = dF/(sigma0 (1 - F/F_s)),  that is   x = offset + C L(F),   L = -F_s ln(1 - F/F_s),   F = (c theta' + k theta)/R
 with F_s = N mu_s the breakaway force and 1/C = sigma0 the pre-sliding stiffness (one offset for each stick; C by least
-squares over all sticks, its deviation by jackknife over them). An error of the scale of the angle or of r against R
-looks much the same: at most it moves C by R^2/k times the relative error, which joins its deviation. Sticks are taken
-without their begin, where the contact still rings, and up to 0.93 F_s, so that no slip enters.
+squares over all sticks, its deviation by jackknife over them). An error of the scale of the angle, or of r against R,
+leaves a share of R theta in x: the slope of R theta by L times what is not known of these scales joins the deviation.
+Sticks are taken without their begin, where the contact still rings, and up to 0.93 F_s, so that no slip enters.
 
 Source: disc_rig paper, section 3.3 (the small protuberance before sticking); Canudas de Wit, Olsson, Astrom,
 Lischinsky, IEEE Trans. Autom. Control 40 (1995), equations (2), (3) for a slip of one sign, inertia left out.
@@ -29,7 +29,7 @@ CREEP = 0.25  # of the speed of the drive: slip above it is no stick, however sl
 TRIM = 1.0  # smoothing windows at the begin of a stick
 LEAST = 2.0  # smoothing windows that must be left of it
 FEWEST = 5  # sticks, below which their spread is not known
-SIGNIFICANT = 2.6  # standard deviations: a half per cent of rigid contacts
+SIGNIFICANT = 3.0  # standard deviations: one of a thousand rigid contacts
 UNKNOWN_GAIN = 2e-3  # relative, of a laser that no encoder has checked
 
 
@@ -83,15 +83,14 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
     rows = [part for motion in ready.motions for part in _sticks(ready, motion, coefficient * ready.values.N)]
     if len(rows) < FEWEST:
         return None
-    values = ready.values
-    cluster = np.repeat(np.arange(len(rows)), [len(force) for force, _ in rows])
-    force, place = (np.concatenate([part[i] for part in rows]) for i in range(2))
-    power = float(force @ force)
+    cluster = np.repeat(np.arange(len(rows)), [len(part[0]) for part in rows])
+    load, place, border = (np.concatenate([part[i] for part in rows]) for i in range(3))
+    power = float(load @ load)
     if not power > 0:
         return None
-    compliance = float(force @ place) / power
-    noise = float(np.sqrt(clustered_covariance(force[:, None], compliance * force - place, cluster)[0, 0]))
-    scale = values.R**2 / values.k * _scale_deviation(ready)
+    compliance = float(load @ place) / power
+    noise = float(np.sqrt(clustered_covariance(load[:, None], compliance * load - place, cluster)[0, 0]))
+    scale = abs(float(load @ border)) / power * _scale_deviation(ready)
     return PreSliding(compliance, noise, scale, len(rows))
 
 
@@ -103,8 +102,8 @@ def _scale_deviation(ready: Pool) -> float:
     return float(np.sqrt(known.get("r", 0.0) ** 2 + known.get("R", 0.0) ** 2 + gain**2))
 
 
-def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """L(F) (n,) N and relative place (n,) m in each stick, both without their means. breakaway: N."""
+def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple[np.ndarray, ...]]:
+    """L(F) (n,) N, relative place (n,) m and R theta (n,) m in each stick, without their means. breakaway: N."""
     values = ready.values
     window = SMOOTHING * ready.natural_period
     creep = np.minimum(ready.threshold, CREEP * values.r * np.abs(motion.drive))
@@ -113,16 +112,20 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
     drive = _drive_angle(motion, int(ready.contact[-1]))
     place = values.r * drive - values.R * motion.angle
     force = (values.c * values.r * motion.drive / values.R + values.k * motion.smoothed(window)) / values.R
-    for start, end in stretches(sticking):
-        if start == 0 or end == len(sticking):
-            continue
-        first = int(start) + trim
-        beyond = np.abs(force[first : int(end)]) > BREAKAWAY * breakaway
-        inside = slice(first, first + int(np.argmax(beyond)) if beyond.any() else int(end))
+    whole = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]
+    if not whole:
+        return
+    # a law of the wrong form may be far off at rest: no stick carries more than the sticks are seen to carry
+    breakaway = min(breakaway, float(np.median([np.max(np.abs(force[start:end])) for start, end in whole])))
+    for start, end in whole:
+        first = start + trim
+        beyond = np.abs(force[first:end]) > BREAKAWAY * breakaway
+        inside = slice(first, first + int(np.argmax(beyond)) if beyond.any() else end)
         if inside.stop - inside.start < LEAST * window / motion.step or motion.filled[inside].any():
             continue
         load = -breakaway * np.sign(force[inside]) * np.log1p(-np.abs(force[inside]) / breakaway)
-        yield load - load.mean(), place[inside] - place[inside].mean()
+        border = values.R * motion.angle[inside]
+        yield load - load.mean(), place[inside] - place[inside].mean(), border - border.mean()
 
 
 def _drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:

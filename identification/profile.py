@@ -23,7 +23,9 @@ from identification.problem import Problem, Solution, information, solve
 
 DOUBLINGS = 12  # of the first step, before the bound of the search itself is tried
 ACCURACY = 0.01  # of the half-width, of an end: far below what an interval means
+ROUNDS = 30  # of the search for an end
 SEARCH = 1e-8  # relative, of a fit with one unknown held
+REFUSED = 1e3  # half-widths: what counts as the distance of a value with which there is no fit
 RIDGE = 1e-12  # relative, added to M: an exactly flat direction has no inverse
 
 
@@ -111,49 +113,60 @@ class _Profile:
         naive = np.linalg.inv(normal + RIDGE * np.diag(np.diag(normal)))[self.place, self.place]
         variance = covariance[self.place, self.place]
         usable = np.isfinite(variance) and variance > 0
-        self.limit = quantile**2 * (variance / naive if usable else self.least / len(found.evaluation.residual))
+        white = 1.0 if problem.noise_known else self.least / len(found.evaluation.residual)
+        self.limit = quantile**2 * max(variance / naive if usable else white, np.finfo(float).tiny)
         self.step = quantile * float(np.sqrt(variance)) if usable else 0.1 * max(abs(found.values[self.place]), 1e-3)
         self.near = found.values  # all unknowns at the last fit, where the next begins
 
     def end(self, side: int) -> float | None:
         """The end of the interval below (-1) or above (+1) the estimate; None if it is open."""
-        from scipy.optimize import root_scalar
-
         unknown, value = self.problem.unknowns[self.place], float(self.found.values[self.place])
         bound = unknown.minimum if side < 0 else unknown.maximum
         self.near = self.found.values
-        inside = value
+        # the root of the excess is nearly linear in x, and known at the estimate without a fit
+        inside, below = value, -1.0
         for doubling in range(DOUBLINGS + 1):
             outside = value + side * self.step * 2**doubling
             if side * (outside - bound) >= 0 or doubling == DOUBLINGS:
                 outside = bound
             if not np.isfinite(outside) or outside == inside:
                 return None
-            if self.excess(outside) > 0:
-                break
+            above = self.excess(outside)
+            if abs(above) < ACCURACY and outside != bound:
+                return outside
+            if above > 0:
+                return self._between(inside, below, outside, above)
             if outside == bound:
                 return None
-            inside = outside
-        else:
-            return None
-        if inside == value:
-            # the excess is -limit at the estimate by definition, and needs no fit
-            def excess(x: float) -> float:
-                return -self.limit if x == value else self.excess(x)
-        else:
-            excess = self.excess
-        return float(root_scalar(excess, bracket=(inside, outside), method="brentq", xtol=ACCURACY * self.step).root)
+            inside, below = outside, above
+        return None
+
+    def _between(self, inside: float, below: float, outside: float, above: float) -> float:
+        """Where the excess vanishes between two values with these excesses: false position, of Illinois' kind."""
+        middle, last = inside, 0
+        for _ in range(ROUNDS):
+            middle = (inside * above - outside * below) / (above - below)
+            here = self.excess(middle)
+            if abs(here) < ACCURACY:
+                break
+            if here > 0:
+                outside, above, below = middle, here, below / 2 if last > 0 else below
+            else:
+                inside, below, above = middle, here, above / 2 if last < 0 else above
+            last = 1 if here > 0 else -1
+        return float(middle)
 
     def excess(self, x: float) -> float:
-        """Sum of squares with the unknown at x, less the least, less the limit; infinite where no fit is possible."""
+        """Root of what the sum of squares with the unknown at x has above the least, relative to that of the limit,
+        less one; large where no fit is possible."""
         begin = self.near.copy()
         begin[self.place] = x
         try:
             held = solve(self.problem, begin, fixed={self.name: x}, tolerance=SEARCH)
         except StickslipError:
-            return 1e6 * self.limit
+            return REFUSED
         total = _sum(self.problem, held)
         if not np.isfinite(total):
-            return 1e6 * self.limit
+            return REFUSED
         self.near, self.lowest = held.values, min(self.lowest, total)
-        return total - self.least - self.limit
+        return min(float(np.sqrt(max(total - self.least, 0.0) / self.limit)) - 1, REFUSED)

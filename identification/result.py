@@ -44,11 +44,11 @@ class FittedParameter:
 
     @property
     def efficiency(self) -> float | None:
-        """Variance of the Cramer-Rao bound over the stated one: 1 is the best that the sensors allow; None where their
-        noise is not known."""
+        """Variance of the Cramer-Rao bound over the stated one: 1 is the best that the sensors allow (a stated one
+        below the bound is chance, and counts as 1); None where their noise is not known."""
         if self.bound is None or not self.standard_deviation > 0:
             return None
-        return (self.bound / self.standard_deviation) ** 2
+        return min((self.bound / self.standard_deviation) ** 2, 1.0)
 
     @property
     def total_deviation(self) -> float:
@@ -71,13 +71,15 @@ class Constant:
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What one log gave: mean drive speed rad/s, number of slip segments used, least and greatest slip speed m/s."""
+    """What one log gave: mean drive speed rad/s, number of slip segments used, least and greatest slip speed m/s,
+    duration s."""
 
     name: str
     drive_speed: float
     segments: int
     least_slip: float
     greatest_slip: float
+    duration: float
 
 
 @dataclass(frozen=True)

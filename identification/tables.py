@@ -31,28 +31,25 @@ def parameter_table(fit: FrictionFit) -> Table:
     """Parameters with the two kinds of uncertainty, 95 % interval, and how near the sensors' bound they come."""
     where = f"{fit.law} law of {fit.contact}" + (f", {' and '.join(fit.materials)}" if fit.materials else "")
     named = {one.name: one for one in fit.intervals}
-    kinds = dict.fromkeys(one.kind for one in fit.intervals)
+    kinds = dict.fromkeys(one.kind for one in fit.intervals) or ["noise"]
     table = _table(
         f"{where} ({fit.estimator}, {fit.segments} slip segments of {len(fit.logs)} logs, {fit.covariance})",
         ("parameter", "left"),
         ("value", "right"),
         ("sd (noise)", "right"),
         ("sd (rig constants)", "right"),
-        ("95 % (noise)", "right"),
         *((f"95 % ({kind})", "right") for kind in kinds),
         *([("sd (bound)", "right"), ("efficiency", "right")] if fit.parameters[0].bound is not None else ()),
         ("unit", "left"),
     )
     for parameter in fit.parameters:
         low, high = fit.interval(parameter.name)
-        found = named.get(parameter.name)
         table.add_row(
             parameter.name,
             f"{parameter.value:.5g}",
             f"{parameter.standard_deviation:.2g}",
             f"{parameter.scale_deviation:.2g}",
-            f"{low:.5g} .. {high:.5g}",
-            *([_ends(found)] if found else ["" for _ in kinds]),
+            _ends(named[parameter.name]) if parameter.name in named else f"{low:.5g} .. {high:.5g}",
             *([] if parameter.bound is None else [f"{parameter.bound:.2g}", f"{parameter.efficiency or 0:.0%}"]),
             parameter.unit,
         )

@@ -27,7 +27,7 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
     models = ("models", "show", "scene", "export", "simulate", "inspect", "couple", "bench", "maps", "map", "stress")
-    for command in (*models, "emulate", "fit", "compare", "demo"):
+    for command in (*models, "emulate", "fit", "laws", "design", "compare", "demo"):
         assert command in listed.out
         assert f"Example: stickslip {command}" in stickslip(command, "--help").out
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -56,10 +57,8 @@ def test_the_law_of_the_fmu_is_the_fitted_one(name: str) -> None:
     contact = rig.contacts[0]
     assert isinstance(contact, Friction) and isinstance(contact.law, DryFriction)
     given = {f"{key}0": value for key, value in law.simulated(q, normal).items()} | {"N0": normal}
-    force = [
-        float(contact.law.magnitude(v).subs({s: given[s.name] for s in contact.symbols if s.name in given}))
-        for v in SLIP
-    ]
+    values = [(s, sympy.Float(given[str(s)])) for s in contact.symbols if str(s) in given]
+    force = [float(contact.law.magnitude(sympy.Float(v)).subs(values)) for v in SLIP]
     np.testing.assert_allclose(force, normal * law.value(SLIP, q), rtol=1e-12)
 
 

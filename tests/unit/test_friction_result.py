@@ -9,14 +9,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
 from fmu_models.report.figures import save_figure
+from identification.identifiability import Collinearity
 from identification.inverse_dynamics import FrictionSamples
 from identification.laws import LAWS
 from identification.portraits import Portrait, PortraitComparison, compare_portraits
+from identification.presliding import PreSliding
+from identification.profile import Interval
 from identification.report import friction_figure, portrait_figure
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
+from identification.whiteness import LogResiduals, SpeedResidual, Whiteness
 
 CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])
@@ -36,7 +42,7 @@ def result() -> FrictionFit:
         parameters=parameters,
         correlation=((1.0, 0.5, 0.4), (0.5, 1.0, 0.3), (0.4, 0.3, 1.0)),
         constants=(Constant("J", 0.0548, "kg*m^2", 3e-4, "log", {"mu_s": 1.0, "mu_k": 1.0, "p": None}),),
-        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1), LogSummary("fast", 0.83, 21, 0.02, 0.2)),
+        logs=(LogSummary("slow", 0.41, 20, 0.02, 0.1, 20.0), LogSummary("fast", 0.83, 21, 0.02, 0.2, 20.0)),
         bins=(SpeedBin(0.05, 0.52, 0.001, 0.521, 40), SpeedBin(0.1, 0.47, None, 0.47, 3)),
         sensors={
             "laser_gain_correction": 0.001,
@@ -51,6 +57,14 @@ def result() -> FrictionFit:
         converged=True,
         message="ok",
         warnings=("one",),
+        covariance="bootstrap",
+        intervals=(Interval("mu_s", 0.95, 0.64, 0.66, "profile"), Interval("p", 0.95, 13.0, None, "profile")),
+        collinearity=Collinearity(47.0, {"p": 0.15, "mu_s": 0.001}, {"p": 1.0, "mu_s": 0.16}),
+        whiteness=Whiteness(
+            (LogResiduals("slow", 400, 0.1, 0.2, 0.3), LogResiduals("fast", 400, 0.4, 1e-9, None)),
+            (SpeedResidual(0.05, 0.1, 0.7), SpeedResidual(0.1, -0.3, -4.2)),
+        ),
+        presliding=PreSliding(2e-5, 5e-7, 1e-6, 40),
     )
 
 
@@ -70,6 +84,55 @@ def comparison(name: str = "slow", scale: float = 1.0) -> PortraitComparison:
 def test_json_gives_the_result_back() -> None:
     assert FrictionFit.from_json(result().to_json()) == result()
     json.loads(result().to_json(), parse_constant=pytest.fail)
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+POSITIVE = st.floats(1e-12, 1e12)
+NAMES = st.text(max_size=8)
+CHANGES = st.dictionaries(NAMES, FINITE, max_size=3)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    intervals=st.lists(
+        st.builds(Interval, NAMES, st.floats(0.5, 0.99), st.none() | FINITE, st.none() | FINITE, NAMES), max_size=3
+    ),
+    collinearity=st.none() | st.builds(Collinearity, POSITIVE, CHANGES, CHANGES),
+    whiteness=st.none()
+    | st.builds(
+        Whiteness,
+        st.lists(st.builds(LogResiduals, NAMES, st.integers(), FINITE, FINITE, st.none() | FINITE), max_size=3).map(
+            tuple
+        ),
+        st.lists(st.builds(SpeedResidual, FINITE, FINITE, FINITE), max_size=3).map(tuple),
+    ),
+    presliding=st.none() | st.builds(PreSliding, FINITE, POSITIVE, POSITIVE, st.integers(0, 99)),
+    bound=st.none() | POSITIVE,
+)
+def test_whatever_is_known_of_a_fit_comes_back(
+    intervals: list[Interval],
+    collinearity: Collinearity | None,
+    whiteness: Whiteness | None,
+    presliding: PreSliding | None,
+    bound: float | None,
+) -> None:
+    made = replace(
+        result(),
+        intervals=tuple(intervals),
+        collinearity=collinearity,
+        whiteness=whiteness,
+        presliding=presliding,
+        parameters=tuple(replace(q, bound=bound) for q in result().parameters),
+    )
+    assert FrictionFit.from_json(made.to_json()) == made
+
+
+def test_efficiency_is_the_bound_against_the_stated() -> None:
+    q = result()["mu_s"]
+    assert q.efficiency is None
+    assert replace(q, bound=0.5 * q.standard_deviation).efficiency == pytest.approx(0.25)
+    assert replace(q, bound=2 * q.standard_deviation).efficiency == 1
+    assert replace(q, bound=1.0, standard_deviation=0.0).efficiency is None
 
 
 @pytest.mark.parametrize(
@@ -136,6 +199,33 @@ def test_figures_are_written_whole(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="no known format"):
         save_figure(portrait_figure([comparison()]), tmp_path / "p.xyz")
     assert [path.name for path in tmp_path.iterdir()] == ["p.svg"]
+
+
+def test_tables_show_what_is_known_of_a_fit() -> None:
+    from rich.console import Console
+
+    from identification.tables import fit_report
+
+    def shown(fit: FrictionFit) -> str:
+        console = Console(width=200, record=True, file=io.StringIO())
+        console.print(fit_report(fit))
+        return " ".join(console.export_text().split())
+
+    text = shown(replace(result(), parameters=tuple(replace(q, bound=0.008 * q.value) for q in result().parameters)))
+    for said in (
+        "95 % (profile)",
+        "13 .. open",
+        "efficiency",
+        "64%",
+        "Collinearity index 47 (nearly collinear): p up 1 % with mu_s up 0.16 %",
+        "coloured in fast (the deviations allow for it)",
+        "beyond 3 standard errors in 1 of 2 ranges",
+        "bootstrap)",
+    ):
+        assert said in text, said
+    assert "efficiency" not in shown(result()) and "as good as rigid" not in text
+    stiff = shown(replace(result(), presliding=PreSliding(1e-7, 5e-7, 1e-6, 40)))
+    assert "its stiffness is above 4e+05 N/m" in stiff
 
 
 def test_tables_show_values_verdicts_and_what_a_pass_means() -> None:

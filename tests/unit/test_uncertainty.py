@@ -7,6 +7,7 @@ import pytest
 
 from identification.uncertainty import (
     autocorrelation,
+    automatic_lags,
     clustered_covariance,
     correlation,
     newey_west,
@@ -39,6 +40,27 @@ def test_newey_west_leaves_white_residuals_alone() -> None:
     np.testing.assert_allclose(
         np.diag(newey_west(gradient, residual, lags=10)), np.diag(plain_covariance(gradient, residual)), rtol=0.1
     )
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_lags_chosen_by_the_colour_find_its_inflation(memory: float) -> None:
+    count = 40_000
+    residual = coloured(np.random.default_rng(3), count, memory)
+    column = np.ones((count, 1))
+    inflation = newey_west(column, residual)[0, 0] / plain_covariance(column, residual)[0, 0]
+    # Bartlett's weights at the best bandwidth are 5 to 10 % low
+    assert inflation == pytest.approx((1 + memory) / (1 - memory), rel=0.2)
+    # Andrews (1991), (6.2) and (6.4), for a first-order autoregression
+    expected = 1.1447 * (4 * memory**2 * count / ((1 - memory) ** 2 * (1 + memory) ** 2)) ** (1 / 3)
+    assert automatic_lags(residual[:, None], np.zeros(count)) == pytest.approx(expected, abs=0.1 * expected + 12)
+
+
+def test_no_correlation_reaches_from_log_to_log() -> None:
+    residual = np.array([1.0, 2.0, 3.0, 4.0])
+    apart = newey_west(np.ones((4, 1)), residual, lags=1, log=np.array([0, 0, 1, 1]))[0, 0]
+    # 1 + 4 + 9 + 16 and half of twice (1*2 + 3*4), of four values less one
+    assert apart == pytest.approx((30 + 14) / 16 * 4 / 3)
+    assert newey_west(np.ones((4, 1)), residual, lags=1)[0, 0] == pytest.approx((30 + 20) / 16 * 4 / 3)
 
 
 def clustered_problem(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,266 @@
+"""The next experiment: which drive speed and load would tell the parameters apart best.
+
+A candidate (drive speed w, normal force N) is simulated with the fitted law. Its slip arcs are what an estimator would
+see; with D the derivatives of the border's displacement R theta by the law's parameters, start states projected out,
+    I = a duration sum D'D,    sd' = sqrt(diag((C^-1 + I)^-1))
+a is the precision of one sample, found by asking that the fitted logs, predicted in the same way, have the determinant
+of the stated covariance C: it holds noise, colour and sampling rate without a model of them. Candidates without
+stick-slip are refused with the reason. Steady sliding at a slip speed v is offered where it is stable,
+    k theta = R N mu(v),    c + R^2 N mu'(v) > 0,    I = (R^2 N/k)^2 g g'/(zero^2 + 1/(a n)),   g = d mu/d q,
+which reaches slip speeds that no cycle has; zero is what is not known of the laser's zero (a constant for the whole
+log, as the angle is).
+
+Candidates are ranked by the geometric mean of sd'/sd, which no unit enters. Source of the information of an experiment:
+Fedorov (1972), Theory of Optimal Experiments, chapter 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.errors import StickslipError
+from identification.arcs import STARTS, ZERO_UNCERTAINTY
+from identification.identifiability import HIGHEST
+from identification.laws import LAWS, FittableLaw, find_law
+from identification.model import SimulatedMotion, fitted_rig, fmu_laws, fmu_parameters, fmu_simulator
+from identification.pooling import RigValues
+from identification.result import FrictionFit
+from identification.slip_segments import THRESHOLD, stretches
+
+SPEEDS = 10  # candidates, from half the lowest drive speed of the logs to twice the highest
+LOADS = (0.5, 1.0, 2.0)  # of the normal force of the fit
+SLIDING, FASTEST = 5, 2.7  # candidates of steady sliding, from the highest drive speed of the logs to twice that, or
+# to what the drives of the rig reach, rad/s
+RATE = 1000.0  # Hz, at which candidates are sampled
+OBSERVED = 12.0  # natural periods of the simulated motion that are looked at
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An experiment. kind: "stick-slip" or "steady sliding"; drive_speed: rad/s; load: N; deviations: of each
+    parameter, with this log beside those fitted; gain: share by which they fall, geometric mean, 0 to 1; index:
+    collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one."""
+
+    kind: str
+    drive_speed: float
+    load: float
+    deviations: Mapping[str, float]
+    gain: float
+    index: float
+    greatest_slip: float
+    refused: str | None
+
+
+@dataclass(frozen=True)
+class Design:
+    """Candidates, the best first, those refused last; what is known now: deviations and collinearity index predicted
+    for the fitted logs; duration: s, of each candidate; advice: what to do."""
+
+    candidates: tuple[Candidate, ...]
+    deviations: Mapping[str, float]
+    index: float
+    duration: float
+    advice: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only."""
+        return asdict(self)
+
+
+def design(
+    fit: FrictionFit,
+    *,
+    speeds: Sequence[float] | None = None,
+    loads: Sequence[float] | None = None,
+    duration: float = 20.0,
+    progress: Callable[[float], None] | None = None,
+) -> Design:
+    """What one more log of ``duration`` s would add, by drive speed (rad/s) and load (N; those of the fit and half and
+    twice it if None).
+
+    Raises:
+        StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model
+            does not stick and slip at any of the fitted drive speeds.
+    """
+    if fit.law not in LAWS:
+        raise StickslipError(
+            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do "
+            "shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
+        )
+    law, rig = find_law(fit.law), fitted_rig(fit)
+    driven = [abs(log.drive_speed) for log in fit.logs]
+    tried = list(np.geomspace(0.5 * min(driven), 2 * max(driven), SPEEDS).tolist() if speeds is None else speeds)
+    loaded_by = [rig.N * share for share in LOADS] if loads is None else list(loads)
+    for name, values in (("drive speed", tried), ("load", loaded_by), ("duration", [duration])):
+        if not values or not all(np.isfinite(value) and value > 0 for value in values):
+            raise StickslipError(f"Every {name} of a design must be a positive number.")
+    now = np.linalg.inv(_covariance(fit))
+    with _Experiments(fit, law) as made:
+        logged = [made.stick_slip(w, rig.N).information * log.duration for w, log in zip(driven, fit.logs, strict=True)]
+        seen = sum(logged, np.zeros_like(now))
+        if np.linalg.matrix_rank(seen) < len(now):
+            raise StickslipError(
+                "The fitted model does not stick and slip at the drive speeds of the logs, so that it cannot say what "
+                "others would show. Compare it with the logs first: stickslip compare."
+            )
+        precision = float(np.exp((np.linalg.slogdet(now)[1] - np.linalg.slogdet(seen)[1]) / len(now)))
+        found, asked = [], [(w, N) for N in loaded_by for w in tried]
+        for number, (w, N) in enumerate(asked):
+            one = made.stick_slip(w, N)
+            found.append(_candidate(fit, "stick-slip", w, N, one, now, precision * duration * one.information))
+            if progress is not None:
+                progress((number + 1) / len(asked))
+        for v in _sliding_speeds(fit, law, rig):
+            one = _steady(law, fit, rig, v, precision * duration * RATE)
+            found.append(_candidate(fit, "steady sliding", v / rig.r, rig.N, one, now, one.information))
+    ranked = tuple(sorted(found, key=lambda c: (c.refused is not None, -c.gain)))
+    names = [parameter.name for parameter in fit.parameters]
+    known = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(now))).tolist(), strict=True))
+    return Design(ranked, known, _index(now), duration, _advice(ranked, known, _index(now), duration))
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Information (m, m) for unit precision, per second of log (steady: in all), greatest slip speed m/s."""
+
+    information: np.ndarray
+    greatest_slip: float
+    refused: str | None = None
+
+
+class _Experiments:
+    """Simulated stick-slip logs of the fitted law; one kept instance of the model for their derivatives."""
+
+    def __init__(self, fit: FrictionFit, law: FittableLaw) -> None:
+        from fmu_models.codegen.package import built
+        from fmu_models.simulation.fmu import Fmu
+        from fmu_models.simulation.sensitivity import SensitiveRun
+
+        self.fit, self.law, self.rig, self.disc = fit, law, fitted_rig(fit), fit.contact[-1]
+        self.named = tuple(law.simulated(fit.law_values, self.rig.N))
+        by = (*(f"{name}{self.disc}" for name in self.named), *STARTS)
+        fmu = Fmu.open(built("disc_rig", contacts=(fit.contact,), laws=fmu_laws(fit)))
+        self.run = SensitiveRun(fmu, by=by, recorded=STARTS)
+        self.kept: dict[tuple[float, float], _Seen] = {}
+
+    def __enter__(self) -> _Experiments:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.run.close()
+
+    def stick_slip(self, w: float, N: float) -> _Seen:
+        """What the slip arcs at this drive speed and load show."""
+        if (w, N) not in self.kept:
+            self.kept[w, N] = self._stick_slip(w, N)
+        return self.kept[w, N]
+
+    def _stick_slip(self, w: float, N: float) -> _Seen:
+        nothing, rig = np.zeros((len(self.law.parameters),) * 2), self.rig
+        fit = loaded(self.fit, N)
+        span = OBSERVED * 2 * np.pi * float(np.sqrt(rig.J / rig.k))
+        try:
+            motion = fmu_simulator(fit)(w, span, 1 / RATE)
+            slip = rig.r * w - rig.R * motion.speed
+            greatest = float(np.max(np.abs(slip)))
+            slipping = np.abs(slip) > THRESHOLD
+            if slipping.all():
+                return _Seen(nothing, greatest, "slides without sticking")
+            arcs = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > 10]
+            if not arcs:
+                return _Seen(nothing, greatest, f"no slip above {THRESHOLD:g} m/s")
+            shown = sum((self._arc(fit, motion, w, N, a, b) for a, b in arcs), nothing)
+        except StickslipError as error:
+            return _Seen(nothing, 0.0, str(error))
+        return _Seen(shown / (motion.time[arcs[-1][1]] - motion.time[arcs[0][0]]), greatest)
+
+    def _arc(self, fit: FrictionFit, motion: SimulatedMotion, w: float, N: float, first: int, last: int) -> np.ndarray:
+        """Information (m, m) of one arc, samples first..last-1."""
+        states = {"theta": float(motion.angle[first]), "omega": float(motion.speed[first])}
+        seen = self.run.run(
+            motion.time[first + 1 : last],
+            start_time=float(motion.time[first]),
+            parameters=fmu_parameters(fit),
+            start=states,
+            inputs={f"w{self.disc}": w},
+        )
+        slope = self.rig.R * seen.derivative[:, 0]
+        by_fmu, by_start = slope[:, : len(self.named)], slope[:, len(self.named) :]
+        unit = np.eye(len(self.law.parameters))
+        move = np.array([[self.law.simulated(row, N)[name] for row in unit] for name in self.named])
+        columns = by_fmu @ move
+        free = columns - by_start @ np.linalg.lstsq(by_start, columns, rcond=None)[0]
+        return free.T @ free
+
+
+def loaded(fit: FrictionFit, N: float) -> FrictionFit:
+    """The fit with another normal force, N."""
+    return replace(fit, constants=tuple(replace(c, value=N) if c.name == "N" else c for c in fit.constants))
+
+
+def _covariance(fit: FrictionFit) -> np.ndarray:
+    deviation = np.array([parameter.standard_deviation for parameter in fit.parameters])
+    covariance = np.array(fit.correlation) * np.outer(deviation, deviation)
+    if not np.all(np.isfinite(covariance)) or not np.all(np.linalg.eigvalsh(covariance) > 0):
+        raise StickslipError(
+            "The fit does not determine its parameters one by one, so that there is nothing to build a design on. Pool "
+            "logs at more drive speeds, or take a simpler law."
+        )
+    return covariance
+
+
+def _sliding_speeds(fit: FrictionFit, law: FittableLaw, rig: RigValues) -> Iterator[float]:
+    """Slip speeds (m/s) at which steady sliding is stable: c + R^2 N mu'(v) > 0."""
+    highest = max(abs(log.drive_speed) for log in fit.logs)
+    for v in rig.r * np.geomspace(highest, max(2 * highest, FASTEST), SLIDING):
+        slope = float(np.diff(law.value(v * np.array([1 - 1e-5, 1 + 1e-5]), fit.law_values))[0]) / (2e-5 * v)
+        if rig.c + rig.R**2 * rig.N * slope > 0:
+            yield float(v)
+
+
+def _steady(law: FittableLaw, fit: FrictionFit, rig: RigValues, v: float, precision: float) -> _Seen:
+    g = law.gradient(np.array([v]), fit.law_values)[:, 0]
+    scale = rig.R**2 * rig.N / rig.k
+    return _Seen(scale**2 * np.outer(g, g) / (ZERO_UNCERTAINTY**2 + 1 / precision), v)
+
+
+def _candidate(
+    fit: FrictionFit, kind: str, w: float, N: float, one: _Seen, now: np.ndarray, more: np.ndarray
+) -> Candidate:
+    then = now + more
+    deviations = np.sqrt(np.diag(np.linalg.inv(then)))
+    ratio = np.exp(np.mean(np.log(deviations / np.sqrt(np.diag(np.linalg.inv(now))))))
+    names = [parameter.name for parameter in fit.parameters]
+    named = dict(zip(names, deviations.tolist(), strict=True))
+    return Candidate(kind, float(w), float(N), named, float(1 - ratio), _index(then), one.greatest_slip, one.refused)
+
+
+def _index(information: np.ndarray) -> float:
+    """Collinearity index of parameters with this information (m, m)."""
+    norms = np.sqrt(np.diag(information))
+    least = float(np.linalg.eigvalsh(information / np.outer(norms, norms))[0])
+    return float(1 / np.sqrt(max(least, HIGHEST**-2)))
+
+
+def _advice(ranked: Sequence[Candidate], known: Mapping[str, float], index: float, duration: float) -> str:
+    useful = [one for one in ranked if one.refused is None]
+    if not useful:
+        return "No candidate sticks and slips: try lower drive speeds or higher loads (--speeds, --loads)."
+    best = useful[0]
+    falls = ", ".join(f"{name} {known[name]:.2g} -> {now:.2g}" for name, now in best.deviations.items())
+    said = (
+        f"{duration:g} s more of {best.kind} at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
+        f"most: standard deviations {falls}; collinearity index {index:.3g} -> {best.index:.3g}."
+    )
+    reached = max((one.greatest_slip for one in useful if one.kind == "stick-slip"), default=0.0)
+    steady = next((one for one in useful if one.kind == "steady sliding" and one.greatest_slip > reached), None)
+    if steady is not None and best.kind == "stick-slip":
+        said += (
+            f" No cycle reaches slip speeds above {reached:.2g} m/s; steady sliding at {steady.drive_speed:.3g} rad/s "
+            f"shows friction at {steady.greatest_slip:.2g} m/s."
+        )
+    return said

@@ -406,7 +406,7 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
             )
         reach = REACH * prior.standard_uncertainty
         low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
-        found.append(Unknown(name, prior.unit, low, prior.value + reach, "", prior))
+        found.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
     return tuple(found)
 
 

@@ -53,6 +53,16 @@ def parameter_table(fit: FrictionFit) -> Table:
     return table
 
 
+def nuisance_table(fit: FrictionFit) -> Table:
+    """What was estimated beside the law, from these logs and what was known of it."""
+    table = _table(
+        "Estimated beside the law", ("", "left"), ("value", "right"), ("sd", "right"), ("unit", "left"), ("", "left")
+    )
+    for one in fit.nuisance:
+        table.add_row(one.name, f"{one.value:.6g}", f"{one.standard_deviation:.2g}", one.unit, one.description)
+    return table
+
+
 def _ends(interval: Interval) -> str:
     """An interval as people read it; an end that the data leave open is called so."""
     low, high = ("open" if end is None else f"{end:.5g}" for end in (interval.low, interval.high))
@@ -109,7 +119,8 @@ def fit_report(fit: FrictionFit) -> Group:
         )
     lines += [Text(line) for line in _certainty(fit)]
     lines += [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
-    return Group(parameter_table(fit), correlation_table(fit), constants_table(fit), *lines)
+    beside = [nuisance_table(fit)] if fit.nuisance else []
+    return Group(parameter_table(fit), correlation_table(fit), *beside, constants_table(fit), *lines)
 
 
 def _certainty(fit: FrictionFit) -> list[str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.uncertainty import clustered_covariance
+from identification.inference.uncertainty import clustered_covariance
 from rig_io.log import EncoderCalibration, LaserCalibration, RigLog
 
 if TYPE_CHECKING:

@@ -9,9 +9,10 @@ from fmu_models import map_cli as map_commands
 from fmu_models import scene_cli as scene_commands
 from fmu_models.stress import cli as stress_commands
 from identification import commands as friction_commands
-from identification import comparison_commands, structure_commands
-from identification import one_dof_cli as machine_commands
+from identification.comparison import commands as comparison_commands
 from identification.handover import commands as handover_commands
+from identification.one_dof import commands as machine_commands
+from identification.structure import commands as structure_commands
 from rig_io import cli as rig_commands
 
 app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")

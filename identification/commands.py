@@ -16,7 +16,7 @@ from fmu_models.files import refuse_existing, write_whole
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from identification.family import FamilyComparison
+    from identification.comparison.family import FamilyComparison
     from identification.free_decay import FreeDecay
     from identification.pooling import Pool
     from identification.result import FrictionFit
@@ -64,7 +64,7 @@ def fit(
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
     from identification.conclusion import Options
-    from identification.inference import Inference
+    from identification.inference.choice import Inference
 
     refuse_existing(result, figure, overwrite=overwrite)
     inference = Inference(covariance, bootstrap, seed, profile)
@@ -119,7 +119,7 @@ def demo(
     Example: stickslip demo first_look
     """
     from fmu_models.codegen.package import export_built
-    from identification.family import compare
+    from identification.comparison.family import compare
     from identification.model import fmu_parameters
     from identification.report.page import Findings, write_report
     from identification.samples import samples_by_disc
@@ -208,9 +208,9 @@ def fit_logs(
 ) -> tuple[FreeDecay | None, Pool, FrictionFit]:
     """Free decay (if there is one among the logs), what was made ready for the fit, and the fit.
 
-    options: of `identification.estimators.fit_friction`.
+    options: of `identification.fit.fit_friction`.
     """
-    from identification.estimators import fit_friction
+    from identification.fit import fit_friction
     from identification.free_decay import fit_free_decay
     from identification.pooling import pool
 
@@ -280,7 +280,7 @@ def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str]
 
 def print_comparison(families: Sequence[FamilyComparison], files: Sequence[str], out: Console) -> None:
     """Families, and the files written."""
-    from identification.comparison_table import comparison_report
+    from identification.comparison.table import comparison_report
 
     out.print(comparison_report(families))
     print_files(files, out)

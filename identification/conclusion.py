@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.inference import Inference, Inferred, infer
+from identification.inference.choice import Inference, Inferred, infer
+from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.pooling import Pool
-from identification.presliding import presliding
 from identification.problem import Prior, Problem, Progress, Solution, information, prior_precision
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
-from identification.uncertainty import autocorrelation, correlation
+from identification.structure.presliding import presliding
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.uncertainty import newey_west
+from identification.inference.uncertainty import newey_west
 from rig_io.log import RigLog
 
 CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position

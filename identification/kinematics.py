@@ -17,7 +17,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.agreement import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
-from identification.uncertainty import clustered_covariance
+from identification.inference.uncertainty import clustered_covariance
 from rig_io.clock import UNEVEN
 from rig_io.log import RigLog
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped

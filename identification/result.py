@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError, nearest
-from identification.identifiability import Collinearity
-from identification.presliding import PreSliding
-from identification.profile import Interval
-from identification.uncertainty import student
-from identification.whiteness import Whiteness, whiteness_from
+from identification.inference.identifiability import Collinearity
+from identification.inference.profile import Interval
+from identification.inference.uncertainty import student
+from identification.inference.whiteness import Whiteness, whiteness_from
+from identification.structure.presliding import PreSliding
 
 VERSION = 2  # of the format of a fit
 

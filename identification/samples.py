@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.inverse_dynamics import FrictionSamples, friction_samples
+from identification.estimators.inverse_dynamics import FrictionSamples, friction_samples
 from identification.joint_law import JointLaw, sought_law
 from identification.laws import find_law
 from identification.pooling import Pool
@@ -23,7 +23,7 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
         return {ready.contacts[0]: friction_samples(ready)}
-    from identification.two_discs import joint_rows
+    from identification.estimators.two_discs import joint_rows
 
     rows = joint_rows(ready, law, fit.law_values)
     found = {}

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from identification.free_decay import FreeDecay
-    from identification.profile import Interval
+    from identification.inference.profile import Interval
     from identification.result import FrictionFit
 
 

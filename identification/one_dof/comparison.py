@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.inference.uncertainty import newey_west
 from identification.laws import LAWS
 from identification.laws.law import FittableLaw
 from identification.one_dof.estimate import INDISTINGUISHABLE, blocks, regressors
@@ -24,7 +25,6 @@ from identification.one_dof.memory import memory
 from identification.one_dof.recipe import VELOCITY, Recipe
 from identification.one_dof.signals import Prepared
 from identification.one_dof.terms import KINDS, LINEAR_LAWS, Term, sign_of
-from identification.uncertainty import newey_west
 
 BLOCKS = 8  # left out in turn
 LEAST_BLOCK = 2  # memories of the residual: shorter blocks are not independent of their neighbours

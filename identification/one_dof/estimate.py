@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.inference.uncertainty import newey_west, plain_covariance
 from identification.one_dof.memory import Memory, memory
 from identification.one_dof.recipe import EFFORT, Recipe
 from identification.one_dof.signals import Prepared
 from identification.one_dof.terms import KINDS, Term
-from identification.uncertainty import newey_west, plain_covariance
 
 INDISTINGUISHABLE = 1e8  # condition of the scaled regressors from which on terms cannot be told apart
 

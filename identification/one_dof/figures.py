@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from identification.one_dof.inverse import InverseRun
-    from identification.slip_model import SlipModel
-    from identification.slip_statistics import SlipEvents, SlipStatistics
+    from identification.one_dof.slip_model import SlipModel
+    from identification.one_dof.slip_statistics import SlipEvents, SlipStatistics
 
 BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
 MARKS = 4000  # more marks hide each other

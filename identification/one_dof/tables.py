@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from identification.one_dof.comparison import FrictionComparison
     from identification.one_dof.inverse import InverseResult
-    from identification.slip_model import SlipModel
-    from identification.slip_statistics import SlipStatistics
+    from identification.one_dof.slip_model import SlipModel
+    from identification.one_dof.slip_statistics import SlipStatistics
 
 
 def inverse_report(result: InverseResult) -> Group:

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.portraits import PHASES, Portrait, Rest
+from identification.comparison.portraits import PHASES, Portrait, Rest
 from identification.slip_segments import stretches
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.bifurcation import BifurcationComparison
-    from identification.family import FamilyComparison
-    from identification.portraits import PortraitComparison
+    from identification.comparison.bifurcation import BifurcationComparison
+    from identification.comparison.family import FamilyComparison
+    from identification.comparison.portraits import PortraitComparison
 
 MEASURED: dict[str, Any] = {"color": "#999999", "linewidth": 4.0}
 MODEL: dict[str, Any] = {

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.inverse_dynamics import FrictionSamples
+    from identification.estimators.inverse_dynamics import FrictionSamples
     from identification.result import FrictionFit
 
 # colours of Okabe and Ito, told apart by colour-blind readers

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.codegen.package import version
 from fmu_models.files import write_whole
-from identification.comparison_table import bifurcation_sentences
-from identification.portraits import MEANING
+from identification.comparison.portraits import MEANING
+from identification.comparison.table import bifurcation_sentences
 from identification.report import tables
 from identification.report.citations import citations
 from identification.report.inline import inline_svg
@@ -20,12 +20,12 @@ from identification.report.inline import inline_svg
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from identification.design import Design
-    from identification.family import FamilyComparison
+    from identification.comparison.family import FamilyComparison
+    from identification.estimators.inverse_dynamics import FrictionSamples
     from identification.free_decay import FreeDecay
-    from identification.inverse_dynamics import FrictionSamples
     from identification.problem import Evaluation
     from identification.result import FrictionFit
+    from identification.structure.design import Design
     from rig_io.log import RigLog
 
 TEMPLATE = "report.html.j2"

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identification.inference.whiteness import BEYOND
 from identification.report.friction_figure import COLOURS, MARKS
-from identification.whiteness import BEYOND
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

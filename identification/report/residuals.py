@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.conclusion import Options
-from identification.estimators import estimator_named
+from identification.fit import estimator_named
 from identification.joint_law import sought_law
 from identification.laws import find_law
 from identification.pooling import Pool

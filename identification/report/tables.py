@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from identification.comparison_table import metric_rows, sequence_rows
+from identification.comparison.table import metric_rows, sequence_rows
 
 if TYPE_CHECKING:
-    from identification.design import Design
-    from identification.family import FamilyComparison
+    from identification.comparison.family import FamilyComparison
     from identification.free_decay import FreeDecay
     from identification.result import FittedParameter, FrictionFit
+    from identification.structure.design import Design
     from rig_io.log import RigLog
 
 SHOWN = 6  # experiments

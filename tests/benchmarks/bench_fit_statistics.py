@@ -18,7 +18,7 @@ from functools import partial
 
 import numpy as np
 
-from identification.estimators import ESTIMATORS, fit_friction
+from identification.fit import ESTIMATORS, fit_friction
 from identification.pooling import pool
 from identification.result import FrictionFit
 from rig_io.emulator import MicroSlip, emulate, material, standard_set

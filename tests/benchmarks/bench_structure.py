@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.scene import Scene
-from identification.estimators import DEFAULT, fit_friction
+from identification.fit import DEFAULT, fit_friction
 from identification.result import FrictionFit
 from rig_io.emulator import STANDARD_SPEEDS, Disc, Emulation, MicroSlip, emulate, material
 from rig_io.log import RigLog

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from identification.estimators import fit_friction
+from identification.fit import fit_friction
 from identification.result import FrictionFit
 from rig_io.arrangement import CHANGEOVER, Arrangement
 from rig_io.emulator import RIG, Disc, Emulation, MicroSlip, emulate, material

@@ -239,8 +239,8 @@ def _spoil(text: str, fault: str) -> str:
         return ""
     if fault == "no laser, no encoder":
         return "\n".join(",".join([line.split(",")[0], *line.split(",")[4:]]) for line in lines)
-    if fault == "nan":
-        lines[50] = ",".join([cells[0], "nan", *cells[2:]])
+    if fault == "no count":
+        lines[50] = ",".join([*cells[:2], "nan", *cells[3:]])
     if fault == "unsorted":
         lines[50], lines[60] = lines[60], lines[50]
     if fault == "duplicate":
@@ -255,7 +255,7 @@ def _spoil(text: str, fault: str) -> str:
     [
         ("empty", "empty"),
         ("no laser, no encoder", "encoder"),
-        ("nan", "line 51"),
+        ("no count", "encoder_count"),
         ("unsorted", "line"),
         ("duplicate", "line"),
         ("short", "cycle"),

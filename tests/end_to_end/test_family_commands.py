@@ -12,7 +12,7 @@ import pytest
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 from identification import commands
-from identification.estimators import fit_friction
+from identification.fit import fit_friction
 from rig_io.emulator import emulate_set, standard_set
 from rig_io.log import read_package
 
@@ -149,7 +149,7 @@ def test_an_interrupted_fit_keeps_what_is_finished(stickslip, monkeypatch, tmp_p
 
 
 def test_a_fit_interrupted_on_its_way_to_intervals_says_what_it_is(stickslip, monkeypatch, tmp_path):
-    from identification import inference
+    from identification.inference import choice as inference
 
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt

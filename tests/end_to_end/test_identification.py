@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
-from identification.estimators import fit_friction
-from identification.family import compare
+from identification.comparison.family import compare
+from identification.fit import fit_friction
 from identification.free_decay import fit_free_decay
-from identification.inference import Inference
+from identification.inference.choice import Inference
 from identification.pooling import pool
 from identification.result import FrictionFit
 from rig_io.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
@@ -200,7 +200,7 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
     with pytest.raises(StickslipError, match="Compare like with like"):
         compare(replace(fit, materials=("liner/rubber",)), logs)
     heavier = replace(logs[0].rig, N0=Quantity(9.81, "N"))
-    with pytest.raises(StickslipError, match=r"N = 4\.905, the logs are of one with 9\.81"):
+    with pytest.raises(StickslipError, match=r"N0 = 4\.905, the logs are of one with 9\.81"):
         compare(fit, [replace(logs[0], rig=heavier)])
 
 
@@ -222,7 +222,7 @@ def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: l
     script = (
         "import sys, time; start = time.perf_counter()\n"
         "from rig_io.log import read_package\n"
-        "from identification.estimators import fit_friction\n"
+        "from identification.fit import fit_friction\n"
         f"fit = fit_friction(read_package({str(tmp_path / 'logs')!r}))\n"
         "assert abs(fit['mu_s'].value - 0.65) < 0.004\n"
         "left_out = {'matplotlib.figure', 'matplotlib.pyplot', 'sympy', 'rich', 'tomlkit', 'jinja2'}\n"

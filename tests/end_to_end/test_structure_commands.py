@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from identification.estimators import ESTIMATORS, fit_friction
+from identification.fit import ESTIMATORS, fit_friction
 from identification.laws import LAWS
 from identification.model import fitted_model
 from identification.pooling import pool
 from identification.result import FrictionFit
-from identification.structure import compare_contacts, compare_on
-from identification.structure_commands import print_laws
+from identification.structure.commands import print_laws
+from identification.structure.law_comparison import compare_contacts, compare_on
 from rig_io.emulator import MicroSlip, emulate, standard_set
 from rig_io.log import RigLog, read_package
 

@@ -12,8 +12,8 @@ import pytest
 
 from identification.one_dof.inverse import InverseResult, inverse_dynamics
 from identification.one_dof.recipe import read_recipe
-from identification.slip_model import fit_slip_model
-from identification.slip_statistics import slip_statistics
+from identification.one_dof.slip_model import fit_slip_model
+from identification.one_dof.slip_statistics import slip_statistics
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 EMPS = DATA / "emps" / "DATA_EMPS.mat"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
-from identification.estimators import fit_friction
+from identification.comparison.measured import measured_motions
+from identification.fit import fit_friction
 from identification.free_decay import fit_free_decay
 from identification.kinematics import disc_motion
-from identification.measured import measured_motions
 from identification.pooling import Pool, pool
 from rig_io.emulator import RIG
 from rig_io.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package

@@ -11,11 +11,11 @@ import pytest
 from scipy.optimize import least_squares
 
 from fmu_models.errors import StickslipError
-from identification import shooting
-from identification.arcs import ArcProblem, Start, noise
 from identification.conclusion import Options, conclude
-from identification.estimators import estimator_named, fit_friction
-from identification.inference import Inference
+from identification.estimators import shooting
+from identification.estimators.arcs import ArcProblem, Start, noise
+from identification.fit import estimator_named, fit_friction
+from identification.inference.choice import Inference
 from identification.laws import LAWS
 from identification.pooling import Pool, pool
 from identification.problem import solve

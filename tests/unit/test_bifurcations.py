@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from made_fit import MATERIALS, RIG, made_fit
 
-from identification import bifurcation
-from identification.bifurcation import Transition, extrapolated, hopf_speed, transitions
+from identification.comparison import bifurcation
+from identification.comparison.bifurcation import Transition, extrapolated, hopf_speed, transitions
+from identification.comparison.portraits import Portrait, Processing, Rest
 from identification.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
-from identification.portraits import Portrait, Processing, Rest
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from linear_problem import Curve, linear
 
 from fmu_models.errors import StickslipError
-from identification.bootstrap import bootstrap
+from identification.inference.bootstrap import bootstrap
 from identification.problem import Prior, Unknown, solve
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
-from identification.design import Candidate, design
-from identification.estimators import fit_friction
+from identification.fit import fit_friction
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
+from identification.structure.design import Candidate, design
 from rig_io.emulator import emulate, standard_set
 from rig_io.log import RigLog
 

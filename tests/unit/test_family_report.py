@@ -14,16 +14,16 @@ import pytest
 from made_fit import made_fit
 
 from fmu_models.errors import StickslipError
-from identification.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
-from identification.comparison_table import bifurcation_sentences, comparison_report
-from identification.family import FamilyComparison
-from identification.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions
+from identification.comparison.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
+from identification.comparison.family import FamilyComparison
+from identification.comparison.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions
+from identification.comparison.table import bifurcation_sentences, comparison_report
+from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
 from identification.report.family_figure import family_figure
 from identification.report.inline import inline_svg
 from identification.report.page import Findings, page, write_report
 from identification.report.residual_figure import correlations
 from identification.result import LogSummary
-from identification.whiteness import LogResiduals, SpeedResidual, Whiteness
 
 TURN = 2 * np.pi * np.arange(PHASES) / PHASES
 VOID = {"meta", "br", "img", "hr", "link", "input"}

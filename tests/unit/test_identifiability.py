@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linear_problem import linear
 
-from identification.identifiability import collinearity, of_gradient
+from identification.inference.identifiability import collinearity, of_gradient
 from identification.problem import Prior, Unknown, information, solve
 
 

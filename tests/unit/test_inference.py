@@ -9,7 +9,7 @@ import pytest
 from linear_problem import Curve, line, linear
 
 from fmu_models.errors import StickslipError
-from identification.inference import Inference, infer
+from identification.inference.choice import Inference, infer
 from identification.problem import Prior, Unknown, solve
 
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
+from identification.estimators.regression import Regression, RegressionProblem
 from identification.laws.conti import LAW as CONTI
 from identification.problem import solve
-from identification.regression import Regression, RegressionProblem
 
 
 def points(slip: np.ndarray, measured: np.ndarray) -> RegressionProblem:

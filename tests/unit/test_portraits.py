@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.errors import StickslipError
-from identification.portraits import (
+from identification.comparison.portraits import (
     LIMITS,
     MEANING,
     PHASES,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from identification.pooling import Pool, pool
-from identification.presliding import PreSliding, presliding
+from identification.structure.presliding import PreSliding, presliding
 from rig_io.emulator import MicroSlip, emulate, standard_set
 from rig_io.log import EncoderCalibration
 

@@ -7,8 +7,8 @@ import pytest
 from linear_problem import Curve, line, linear
 
 from fmu_models.errors import StickslipError
+from identification.inference.profile import Interval, profile
 from identification.problem import Prior, Unknown, information, solve
-from identification.profile import Interval, profile
 
 
 @pytest.mark.parametrize("colour", [1.0, 4.0])

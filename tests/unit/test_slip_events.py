@@ -13,9 +13,9 @@ from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 from identification.one_dof.recipe import read_recipe
+from identification.one_dof.slip_model import fit_slip_model
+from identification.one_dof.slip_statistics import find_slips, slip_statistics, statistic
 from identification.one_dof.terms import GRAVITY
-from identification.slip_model import fit_slip_model
-from identification.slip_statistics import find_slips, slip_statistics, statistic
 from rig_io.readers.csv_log import write
 
 M, K, V = 0.5, 50.0, 0.01  # kg, N/m, m/s

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
-from identification import two_discs
-from identification.chart import bends_of
 from identification.conclusion import Options
+from identification.estimators import two_discs
+from identification.estimators.chart import bends_of
 from identification.joint_law import joint_law
 from identification.laws import LAWS
 from identification.pooling import pool

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.uncertainty import (
+from identification.inference.uncertainty import (
     autocorrelation,
     automatic_lags,
     clustered_covariance,

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fmu_models.errors import StickslipError
-from identification import lugre, shooting, whole_cycle
-from identification.arcs import ArcProblem, Start
 from identification.conclusion import Options
-from identification.estimators import fit_friction
+from identification.estimators import lugre, shooting, whole_cycle
+from identification.estimators.arcs import ArcProblem, Start
+from identification.fit import fit_friction
 from identification.laws import LAWS, LUGRE
 from identification.pooling import Pool, pool
 from rig_io.emulator import MicroSlip, emulate, standard_set

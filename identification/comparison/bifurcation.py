@@ -7,7 +7,7 @@ sticking discs changes, the speed is halved in between. With one disc there are 
 Measured: a bracket, from the last speed with stick to the first without. At the fold the cycle grazes the stick line,
 so that the angle turned through in stick vanishes as the square root of the distance: its square, a parabola through
 the three fastest logs with stick, is carried on to zero. How long a disc sticks, from the time its slip speed is below
-a threshold: `identification.portraits.Stick`.
+a threshold: `identification.comparison.portraits.Stick`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.comparison.portraits import Stick
 from identification.model import FittedModel, fmu_parameters
-from identification.portraits import Stick
 from identification.result import FrictionFit
 
 if TYPE_CHECKING:

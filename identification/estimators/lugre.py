@@ -15,14 +15,15 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification import laws, shooting, whole_cycle
-from identification.arcs import ArcProblem
+from identification import laws
 from identification.conclusion import Estimate, Estimator, Options
+from identification.estimators import shooting, whole_cycle
+from identification.estimators.arcs import ArcProblem
 from identification.joint_law import JointLaw
 from identification.laws import FittableLaw
 from identification.pooling import Pool
-from identification.presliding import presliding
 from identification.problem import solve
+from identification.structure.presliding import presliding
 
 SCAN = (1e4, 3e4, 1e5, 3e5)  # N/m
 AS_RIGID = 1.05  # of the noise: rms residuals of the rigid model below leave nothing for bristles to explain

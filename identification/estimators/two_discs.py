@@ -23,16 +23,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.chart import bends_of, solve_straight
 from identification.conclusion import FrictionRows, Options
+from identification.estimators.chart import bends_of, solve_straight
+from identification.estimators.regression import Regression, RegressionProblem
+from identification.estimators.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.joint_law import DISCS, JointLaw, touching
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool, RigValues, rig_values
 from identification.problem import TOLERANCE, Progress, Solution
-from identification.regression import Regression, RegressionProblem
 from identification.slip_segments import SlipSegment, long_enough, slip_segments
-from identification.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from rig_io.log import RigLog
 
 COLUMNS = ("slip", "measured", "force", "angle", "turn", "always")  # with a row for each window

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
+from identification.one_dof.slip_statistics import SMOOTHING, SlipStatistics, find_slips
 from identification.one_dof.terms import GRAVITY
-from identification.slip_statistics import SMOOTHING, SlipStatistics, find_slips
 
 STEEP = 200.0  # slip speeds 1/p in v_max
 CYCLES = 6

@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification.arcs import STARTS, ZERO_UNCERTAINTY
-from identification.identifiability import HIGHEST
+from identification.estimators.arcs import STARTS, ZERO_UNCERTAINTY
+from identification.inference.identifiability import HIGHEST
 from identification.laws import LAWS, FittableLaw, find_law
 from identification.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.pooling import RigValues

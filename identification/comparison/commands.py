@@ -58,7 +58,7 @@ def compare(
 
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
     """
-    from identification.family import compare as compare_families
+    from identification.comparison.family import compare as compare_families
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
@@ -131,13 +131,13 @@ def _findings(
     found: FrictionFit, read: list[RigLog], residuals: bool, uncertainty: bool, advance: Callable[[float], None]
 ) -> Findings:
     """Everything that is in the report; what cannot be had is left out with a note."""
-    from identification.design import design
-    from identification.family import compare as compare_families
+    from identification.comparison.family import compare as compare_families
     from identification.free_decay import fit_free_decay
     from identification.pooling import pool
     from identification.report.page import Findings
     from identification.report.residuals import refitted
     from identification.samples import samples_by_disc
+    from identification.structure.design import design
 
     families = compare_families(found, read, uncertainty=uncertainty, progress=lambda share: advance(0.5 * share))
     decays = [log for log in read if log.kind == "free-decay"]

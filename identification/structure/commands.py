@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from identification.design import Design
-    from identification.structure import LawComparison, LawScore
+    from identification.structure.design import Design
+    from identification.structure.law_comparison import LawComparison, LawScore
 
 app = console.app("Which friction law, and which experiment next.")
 
@@ -41,7 +41,7 @@ def laws(
     Example: stickslip laws data/rigs/paper_rubber
     """
     from identification.pooling import pool
-    from identification.structure import compare_contacts, compare_on
+    from identification.structure.law_comparison import compare_contacts, compare_on
 
     with console.progress("comparing laws") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"))
@@ -72,7 +72,7 @@ def design(
 
     Example: stickslip design fit.json
     """
-    from identification.design import design as designed
+    from identification.structure.design import design as designed
 
     fit = read_fit(fitted)
     asked = {"speeds": _numbers(speeds, "--speeds"), "loads": _numbers(loads, "--loads")}

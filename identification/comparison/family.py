@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification import bifurcation as bifurcations
-from identification.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
-from identification.kinematics import DiscMotion
-from identification.measured import measured_motions
-from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
-from identification.portraits import (
+from identification.comparison import bifurcation as bifurcations
+from identification.comparison.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
+from identification.comparison.measured import measured_motions
+from identification.comparison.portraits import (
     MEANING,
     Portrait,
     PortraitComparison,
@@ -28,6 +26,8 @@ from identification.portraits import (
     compare_motions,
     sequence_of,
 )
+from identification.kinematics import DiscMotion
+from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
 from identification.result import FrictionFit
 from rig_io.log import RigLog
 

@@ -16,16 +16,16 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification import inverse_dynamics, weak_form
-from identification.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
-from identification.chart import Bend, bends_of, solve_straight
 from identification.conclusion import Estimate, Estimator, Options
+from identification.estimators import inverse_dynamics, weak_form
+from identification.estimators.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
+from identification.estimators.chart import Bend, bends_of, solve_straight
+from identification.estimators.two_discs import joint_rows, segments_at
 from identification.joint_law import JointLaw
 from identification.laws.law import FittableLaw
 from identification.pooling import Pool
 from identification.problem import Solution
 from identification.slip_segments import SlipSegment
-from identification.two_discs import joint_rows, segments_at
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read

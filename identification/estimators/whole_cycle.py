@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.errors import StickslipError
-from identification import shooting
-from identification.arcs import MARGIN, Arc, ArcProblem, arc_problem, measured
-from identification.chart import solve_straight
 from identification.conclusion import Estimate, Estimator, Options
+from identification.estimators import shooting
+from identification.estimators.arcs import MARGIN, Arc, ArcProblem, arc_problem, measured
+from identification.estimators.chart import solve_straight
 from identification.joint_law import JointLaw
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues

@@ -17,11 +17,11 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
+from identification.estimators.regression import Regression, regress
 from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
-from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment, long_enough
 
 ORDER = 5

@@ -22,13 +22,13 @@ import numpy as np
 from fmu_models.errors import StickslipError, nearest
 from fmu_models.simulation.signal import Signal
 from identification.conclusion import FrictionProblem, FrictionRows
-from identification.inverse_dynamics import friction_samples
+from identification.estimators.inverse_dynamics import friction_samples
+from identification.estimators.two_discs import joint_rows
 from identification.joint_law import JointLaw, laws_of, touching
 from identification.kinematics import DiscMotion
 from identification.laws.law import FittableLaw, unknowns
 from identification.pooling import Pool, rig_values
 from identification.problem import Evaluation, Prior, Unknown
-from identification.two_discs import joint_rows
 from rig_io.arrangement import MODELS
 
 if TYPE_CHECKING:

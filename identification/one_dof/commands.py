@@ -80,8 +80,8 @@ def slips(
     Example: stickslip slips lyon_stick_slip k168Nm_v42.mat --set stiffness=168 --set speed=42e-6
     """
     from identification.one_dof.recipe import read_recipe
-    from identification.slip_model import fit_slip_model
-    from identification.slip_statistics import slip_statistics
+    from identification.one_dof.slip_model import fit_slip_model
+    from identification.one_dof.slip_statistics import slip_statistics
 
     _check(result, figure, overwrite)
     with console.progress("looking for slips") as advance:

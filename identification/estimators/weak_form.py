@@ -17,12 +17,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.conclusion import Estimate, Estimator, Options
-from identification.inverse_dynamics import STRUCTURE
+from identification.estimators.inverse_dynamics import STRUCTURE
+from identification.estimators.regression import Regression, regress
 from identification.joint_law import JointLaw
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
-from identification.regression import Regression, regress
 from identification.slip_segments import SlipSegment
 
 WINDOW = 0.264  # natural periods
@@ -33,13 +33,13 @@ UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then t
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """Friction law from pooled logs; of two discs by `identification.two_discs`.
+    """Friction law from pooled logs; of two discs by `identification.estimators.two_discs`.
 
     Raises:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
     if isinstance(law, JointLaw):
-        from identification.two_discs import estimate as estimate_both
+        from identification.estimators.two_discs import estimate as estimate_both
 
         return Estimate(ESTIMATOR, law, *estimate_both(ready, law, options))
     return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options.progress))

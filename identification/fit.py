@@ -7,7 +7,7 @@ from importlib import import_module
 
 from fmu_models.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
-from identification.inference import Inference
+from identification.inference.choice import Inference
 from identification.joint_law import sought_law
 from identification.laws import LUGRE, find_law
 from identification.pooling import Pool, pool
@@ -15,11 +15,11 @@ from identification.result import FrictionFit
 from rig_io.log import RigLog
 
 ESTIMATORS = {
-    "shooting": "identification.shooting",
-    "whole-cycle": "identification.whole_cycle",
-    "lugre": "identification.lugre",
-    "weak-form": "identification.weak_form",
-    "savitzky-golay": "identification.inverse_dynamics",
+    "shooting": "identification.estimators.shooting",
+    "whole-cycle": "identification.estimators.whole_cycle",
+    "lugre": "identification.estimators.lugre",
+    "weak-form": "identification.estimators.weak_form",
+    "savitzky-golay": "identification.estimators.inverse_dynamics",
 }
 DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()

@@ -23,12 +23,12 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from identification.conclusion import Options
-from identification.estimators import estimator_named
+from identification.fit import estimator_named
+from identification.inference.uncertainty import clustered_covariance, plain_covariance
+from identification.inference.whiteness import whiteness
 from identification.laws import LAWS, find_law
 from identification.pooling import Pool
 from identification.problem import Problem, Solution, prior_precision, solve
-from identification.uncertainty import clustered_covariance, plain_covariance
-from identification.whiteness import whiteness
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction

@@ -1,0 +1,1 @@
+"""The fitted model held against measurements: portraits, families of drive speeds, bifurcations."""

@@ -1,0 +1,1 @@
+"""How well a solution is known, from its `Problem` and `Solution` alone."""

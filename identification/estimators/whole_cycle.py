@@ -1,14 +1,15 @@
-"""Whole-cycle output error: the rigid model through every stick and release, each cycle an initial-value problem.
+"""Whole-cycle output error: the rigid model through slip, stick and release, each cycle an initial-value problem.
 
     1  law and motion in slip by slip shooting
-    2  one arc per cycle, from within one slip, through stick and release, to within the next
+    2  one arc per cycle, from where one slip passes the threshold, through stick, to the release before the next
     3  solve: the law, and the start of each cycle projected out (arcs.py)
 
-The instants of release and of sticking, and the way that the drive carries the disc between them, tell more of the
-law than the motion in slip does: the deviations are several times smaller. Arcs longer than a cycle would tell more
-still if the drive were known exactly; as it is, its errors add up along an arc, and they are worse (with arcs of a
-whole log 7 times for mu_k). The price is the structure: micro-slip shows in every cycle and biases the rigid model (a
-contact of 5e4 N/m: p by some -20 %). Residuals beyond the noise say so.
+The instants of sticking and release, and the way that the drive carries the disc between them, tell more of the law
+than the motion in slip does. The drive limits what can be had: longer arcs would tell more if it were known exactly,
+but its errors add up along an arc (with arcs of a whole log the error of mu_k is 7 times as large); and unevenness too
+fast for its encoder makes contacts let go early, so that cycles that see much of a release bias p by -0.1 %. The price
+is the structure: micro-slip shows in every cycle and biases the rigid model (a contact of 5e4 N/m: p by some -20 %).
+Residuals beyond the noise say so.
 """
 
 from __future__ import annotations
@@ -20,16 +21,14 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import shooting
-from identification.estimators.arcs import MARGIN, Arc, ArcProblem, arc_problem, measured
+from identification.estimators.arcs import Arc, ArcProblem, arc_problem, measured
 from identification.estimators.chart import solve_straight
 from identification.joint_law import JointLaw
 from identification.laws import FittableLaw
 from identification.pooling import Pool, RigValues
 from identification.problem import Solution
 
-# of a slip, where one cycle ends and the next begins. Later, a cycle would see more of the slip that its release leads
-# to; but unevenness of the drive that its encoder cannot show makes contacts let go early, which biases p by -0.1 %
-SPLIT = 0.04
+ONSET = 0.04  # natural periods before a slip passes the threshold, where the cycle before it ends
 EXCESS = 1.5  # of the noise: residuals beyond are those of a wrong model
 
 STRUCTURE = (
@@ -109,24 +108,22 @@ def _deflection(arc: Arc, rig: RigValues, law: FittableLaw, q: np.ndarray) -> fl
 
 
 def cycle_arcs(slips: ArcProblem, x: np.ndarray) -> list[Arc]:
-    """One arc per cycle, and one from the last slip of a log to its end."""
+    """One arc per cycle, and one from the last slip of a log to its end. slips: slip shooting, solved at x."""
     ready, arcs = slips.ready, []
     for log, motion in enumerate(ready.motions):
         mine = [number for number, arc in enumerate(slips.arcs) if arc.log == log]
-        begins = [float(slips.arcs[number].time[int(SPLIT * len(slips.arcs[number].time))]) for number in mine]
+        begins = [float(slips.arcs[number].time[0]) for number in mine]
         shown = measured(motion, ready.values.R)[0]
-        for number, begin, end in zip(mine, begins, [*begins[1:], np.inf], strict=True):
+        ends = [begin - ONSET * ready.natural_period for begin in begins[1:]]
+        for number, begin, end in zip(mine, begins, [*ends, np.inf], strict=True):
             inside = (motion.time >= begin) & (motion.time < end) & ~motion.filled
-            start = begin - MARGIN
-            states = slips.run(number, x, np.array([start])).values[0]
             arcs.append(
                 replace(
                     slips.arcs[number],
-                    start_time=start,
                     time=motion.time[inside],
                     measured=shown[inside],
                     cluster=np.full(np.count_nonzero(inside), len(arcs)),
-                    guess=states,
+                    guess=slips.starts[number].at(x),
                 )
             )
     return arcs

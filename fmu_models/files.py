@@ -4,11 +4,27 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fmu_models.errors import StickslipError
+from fmu_models.errors import StickslipError, nearest
+
+
+def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -> Path:
+    """A file given by its path, or by the name (with or without ending) of one of those that come along.
+
+    Raises:
+        StickslipError: there is none; ``what`` is the word for such a file.
+    """
+    given = Path(path)
+    if given.is_file():
+        return given
+    by_name = {file.stem: file for file in known}
+    stem = given.stem if given.suffix in {file.suffix for file in by_name.values()} else str(given)
+    if given.parent == Path() and stem in by_name:
+        return by_name[stem]
+    raise StickslipError(f"There is no {what} '{path}'.{nearest(stem, by_name)}")
 
 
 def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = False) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,23 @@ from rig_io.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
 from rig_io.plausible import check_sizes
 
 AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped by another clock
+
+
+def content(path: Path, expected: str) -> bytes:
+    """The bytes of a log's file.
+
+    Raises:
+        StickslipError: there is none, it cannot be read or is empty (``expected`` says what it should hold).
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        raise StickslipError(f"There is no log '{path}'. Check the name and the folder.") from error
+    except OSError as error:
+        raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
+    if not data.strip():
+        raise StickslipError(f"The log '{path}' is empty. Expected {expected}.")
+    return data
 
 
 @dataclass(frozen=True)

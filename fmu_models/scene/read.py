@@ -7,8 +7,8 @@ from pathlib import Path
 
 from fmu_models.codegen.package import kept_folder
 from fmu_models.engine.toolchain import digest
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
+from fmu_models.errors import StickslipError
+from fmu_models.files import named_file, write_whole
 from fmu_models.scene.scene import Scene
 from fmu_models.scene.toml_reader import read_document
 
@@ -46,14 +46,7 @@ def find(path: str | os.PathLike[str]) -> Path:
     Raises:
         StickslipError: there is none.
     """
-    given = Path(path)
-    if given.is_file():
-        return given
-    known = {file.stem: file for file in files()}
-    stem = given.stem if given.suffix == SUFFIX else str(given)
-    if given.parent == Path() and stem in known:
-        return known[stem]
-    raise StickslipError(f"There is no scene '{path}'.{nearest(stem, known)}")
+    return named_file(path, files(), "scene")
 
 
 def files() -> list[Path]:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.errors import nearest
+from fmu_models.files import named_file
 from fmu_models.scene.toml_reader import Document, read_document
 from identification.laws import LAWS
 from identification.one_dof.terms import KINDS, LINEAR_LAWS, Speed, Term
@@ -116,7 +117,7 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
     Raises:
         StickslipError: no such file, or what is wrong in it, with its line.
     """
-    document = read_document(_find(path))
+    document = read_document(named_file(path, recipes(), "recipe"))
     document.check_keys(("title", "source", "signals", "sampling", "terms", "friction", "slips"))
     names = document.table("signals")
     signals = {name: _signal(document, name, names) for name in names}
@@ -148,17 +149,6 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
 def recipes() -> list[Path]:
     """The recipes that come along, in ``data/recipes`` beside the packages."""
     return sorted((Path(__file__).parents[2] / "data" / "recipes").glob(f"*{SUFFIX}"))
-
-
-def _find(path: str | os.PathLike[str]) -> Path:
-    given = Path(path)
-    if given.is_file():
-        return given
-    known = {file.stem: file for file in recipes()}
-    stem = given.stem if given.suffix == SUFFIX else str(given)
-    if given.parent == Path() and stem in known:
-        return known[stem]
-    raise StickslipError(f"There is no recipe '{path}'.{nearest(stem, known)}")
 
 
 def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:

@@ -18,7 +18,7 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from rig_io.columns import COLUMNS, TIME
 from rig_io.log import StickslipWarning
-from rig_io.table import Table
+from rig_io.table import Table, content
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -79,14 +79,7 @@ def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 def _lines(path: Path) -> tuple[list[str], bool]:
     """Lines of the file without trailing blank ones, and whether the last one was ended by a line break."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise StickslipError(f"There is no log '{path}'. Check the name and the folder.") from error
-    except OSError as error:
-        raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
-    if not data.strip():
-        raise StickslipError(f"The log '{path}' is empty. Expected a header row with 'time' and rows of numbers.")
+    data = content(path, "a header row with 'time' and rows of numbers")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

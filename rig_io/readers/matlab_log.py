@@ -13,7 +13,7 @@ import numpy as np
 
 from fmu_models.errors import StickslipError
 from rig_io.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
-from rig_io.table import Table
+from rig_io.table import Table, content
 
 SUFFIXES = (".mat",)
 
@@ -55,14 +55,7 @@ def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 def _bytes(path: Path) -> bytes:
     """Content of a file that begins as one of version 5 does."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise StickslipError(f"There is no log '{path}'. Check the name and the folder.") from error
-    except OSError as error:
-        raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
-    if not data:
-        raise StickslipError(f"The log '{path}' is empty. Expected a MATLAB file with vectors of numbers.")
+    data = content(path, "a MATLAB file with vectors of numbers")
     if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512 : 512 + len(_HDF5)] == _HDF5:
         raise StickslipError(
             f"'{path}' is a MATLAB file of version 7.3 (HDF5), which is not read. Save it again in MATLAB with "

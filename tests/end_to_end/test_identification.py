@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,6 +10,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from benchmark_scripts import benchmark_script
 
 from fmu_models.errors import StickslipError
 from identification.comparison.family import compare
@@ -40,13 +40,7 @@ def fit(logs: list[RigLog]) -> FrictionFit:
 
 @pytest.fixture(scope="module")
 def benchmark() -> ModuleType:
-    path = ROOT / "tests" / "benchmarks" / "bench_fit_statistics.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
-    spec.loader.exec_module(module)
-    return module
+    return benchmark_script("bench_fit_statistics")
 
 
 def test_statistics_over_ten_benches(benchmark: ModuleType) -> None:

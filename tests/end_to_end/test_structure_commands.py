@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import json
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from benchmark_scripts import benchmark_script
 from rich.console import Console
 
 from identification.fit import ESTIMATORS, fit_friction
@@ -34,13 +33,7 @@ def logs() -> list[RigLog]:
 
 @pytest.fixture(scope="module")
 def benchmark() -> ModuleType:
-    path = ROOT / "tests" / "benchmarks" / "bench_structure.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
-    spec.loader.exec_module(module)
-    return module
+    return benchmark_script("bench_structure")
 
 
 def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):

@@ -25,8 +25,8 @@ from identification.structure.presliding import presliding
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
-# condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed, and
-# rounding hides all beyond 1e15
+# condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed,
+# and rounding hides all beyond 1e15
 SINGULAR = 1e7
 GAIN_STEP, DELAY_STEP, CONSTANT_STEP = 1e-4, 1e-5, 1e-4  # relative, s, relative: for differences of smooth functions
 

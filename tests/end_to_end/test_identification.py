@@ -21,6 +21,7 @@ from identification.pooling import pool
 from identification.result import FrictionFit
 from rig_io.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
 from rig_io.log import Quantity, RigLog, read_package, write_package
+from rig_io.sensors.laser import Laser
 
 ROOT = Path(__file__).parents[2]
 SLIP = ("shooting", "weak-form", "savitzky-golay")  # estimators from slip alone
@@ -203,6 +204,14 @@ def test_the_logs_of_the_project_give_their_truth_back() -> None:
     for name, value in TRUTH.items():
         low, high = found.interval(name, 0.999)
         assert low < value < high
+
+
+def test_steady_sliding_at_one_speed_determines_no_law() -> None:
+    pair = (Disc(drive_speed=3.0),)
+    ideal = {"laser": Laser(noise=0.0, resolution=0.0), "encoder": None, "ripple": None, "transient": 60.0}
+    logs = [emulate(Emulation(f"steady-{t:g}", pair, duration=t, **ideal), 1) for t in (5.0, 6.0, 7.0)]
+    with pytest.raises(StickslipError, match=r"do not determine mu_s, mu_k, p .* one by one"):
+        fit_friction(pool(logs, allow_no_stick=True))
 
 
 def test_one_log_alone_is_fitted_with_a_warning(logs: list[RigLog]) -> None:

@@ -6,7 +6,7 @@ path.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TypeVar
@@ -18,7 +18,7 @@ from identification.agreement import check_stick_speed, drive_doubts
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
 from identification.problem import Prior
-from identification.slip_segments import THRESHOLD, SlipSegment, slip_segments
+from identification.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
 from rig_io.arrangement import Arrangement
 from rig_io.log import RIG_UNITS, RigLog
 
@@ -83,6 +83,16 @@ class Pool:
         """2 pi sqrt(J/k), s."""
         values = self.values
         return float(2 * np.pi * np.sqrt(values.J / values.k))
+
+    def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
+        """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
+        moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s)."""
+        known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
+        segments = self.segments
+        if "gain" in moved or "delay" in moved:
+            segments = self.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
+        kept = long_enough(segments, window)
+        return kept, [self.log_number(segment) for segment in kept], rig_values(known)
 
     def with_sensors(self, gain: float, delay: float) -> tuple[SlipSegment, ...]:
         """The same segments with the angle's scale and date moved further by gain (relative) and delay (s)."""

@@ -16,7 +16,7 @@ import numpy as np
 from fmu_models.errors import StickslipError
 from identification.conclusion import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
 from identification.laws.law import FittableLaw, unknowns
-from identification.pooling import Pool, RigValues, rig_values
+from identification.pooling import Pool, RigValues
 from identification.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
 from identification.slip_segments import SlipSegment, long_enough
 
@@ -162,12 +162,7 @@ def regress(
     period = ready.natural_period
 
     def again(moved: Mapping[str, float]) -> Regression:
-        known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in ready.priors}
-        segments = ready.segments
-        if "gain" in moved or "delay" in moved:
-            segments = ready.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
-        segments = long_enough(segments, window * period)
-        return equations(segments, [ready.log_number(s) for s in segments], rig_values(known), period)
+        return equations(*ready.moved(moved, window * period), period)
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")

@@ -30,7 +30,7 @@ from identification.estimators.weak_form import SPACING, SPEED_ORDER, SPEED_WIND
 from identification.joint_law import DISCS, JointLaw, touching
 from identification.kinematics import odd_count, savitzky_golay
 from identification.laws.law import FittableLaw
-from identification.pooling import Pool, RigValues, rig_values
+from identification.pooling import Pool, RigValues
 from identification.problem import TOLERANCE, Progress, Solution
 from identification.slip_segments import SlipSegment, long_enough, slip_segments
 from rig_io.log import RigLog
@@ -332,12 +332,7 @@ def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> Joi
     period = ready.natural_period
 
     def again(moved: Mapping[str, float]) -> JointRegression:
-        known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in ready.priors}
-        segments = ready.segments
-        if "gain" in moved or "delay" in moved:
-            segments = ready.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
-        segments = long_enough(segments, WINDOW * period)
-        return joint_equations(segments, [ready.log_number(s) for s in segments], rig_values(known), period)
+        return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
     these = again({})
     return JointProblem(law, these, ready.priors, again, guess=first_guess(these, law) if guess is None else guess)

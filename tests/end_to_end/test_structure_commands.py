@@ -12,7 +12,7 @@ import pytest
 from benchmark_scripts import benchmark_script
 from rich.console import Console
 
-from identification.fit import ESTIMATORS, fit_friction
+from identification.fit import fit_friction
 from identification.laws import LAWS
 from identification.model import fitted_model
 from identification.pooling import pool
@@ -110,7 +110,6 @@ def test_the_default_fit_is_near_the_bound(logs: list[RigLog]) -> None:
     assert fit.warnings == ()
 
 
-@pytest.mark.skipif("lugre" not in ESTIMATORS, reason="no estimator of bristles")
 @pytest.mark.parametrize("stiffness", [0.0, 5e4])
 def test_bristles_come_first_where_they_are_and_only_there(stiffness: float) -> None:
     micro = MicroSlip(stiffness) if stiffness else None

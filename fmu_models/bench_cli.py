@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Overwrite
-from fmu_models.files import refuse_existing
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.files import refuse_existing
 
 app = console.app("Comparisons of methods.")
 
@@ -38,10 +38,10 @@ def bench(
 
     Example: stickslip bench discontinuous_support_table_1 --page bench.html
     """
+    from fmu_models.base.errors import StickslipError
     from fmu_models.bench.output import as_json, print_table, write_csv, write_page
     from fmu_models.bench.problems import problem
     from fmu_models.bench.run import Comparison, compare
-    from fmu_models.errors import StickslipError
     from fmu_models.methods.catalogue import chosen
 
     names = scenes or DEFAULT

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Settings
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base import console
+from fmu_models.base.console import Json, Settings
+from fmu_models.base.errors import StickslipError, nearest
 
 if TYPE_CHECKING:
     from rich.console import Console

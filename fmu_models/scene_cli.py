@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Overwrite
-from fmu_models.files import refuse_existing, write_whole
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.files import refuse_existing, write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -86,8 +86,8 @@ def scene(
 
 
 def _list(as_json: bool) -> None:
+    from fmu_models.base.toml_document import read_document
     from fmu_models.scene.read import files
-    from fmu_models.scene.toml_reader import read_document
 
     documents = {file.stem: read_document(file) for file in files()}
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]

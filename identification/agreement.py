@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from rig_io.log import EncoderCalibration, LaserCalibration, RigLog
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Overwrite, Settings
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import refuse_existing, write_whole
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import refuse_existing, write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console

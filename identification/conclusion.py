@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.choice import Inference, Inferred, infer
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw

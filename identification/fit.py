@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference.choice import Inference
 from identification.joint_law import sought_law

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import newey_west
 from rig_io.log import RigLog
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.agreement import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
 from identification.inference.uncertainty import clustered_covariance
 from rig_io.clock import UNEVEN

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.laws import find_law
 from identification.pooling import RigValues, rig_values
 from identification.result import FrictionFit

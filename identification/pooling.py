@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.agreement import check_stick_speed, drive_doubts
 from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed

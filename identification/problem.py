@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 
 Progress = Callable[[int, float], None]
 """Called with the number of evaluations so far and the sum of squares; what it raises ends the search."""

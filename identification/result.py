@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student

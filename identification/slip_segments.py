@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.kinematics import SMOOTHING, DiscMotion
 
 THRESHOLD = 0.01  # m/s

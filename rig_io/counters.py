@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.columns import TIME
 from rig_io.log import Calibration
 

@@ -11,8 +11,8 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import write_whole
 from rig_io import sidecar
 from rig_io.columns import COLUMNS, TIME
 from rig_io.counters import counted

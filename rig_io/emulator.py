@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.columns import COLUMNS, TIME
 from rig_io.datapackage import check_target

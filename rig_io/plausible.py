@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.columns import TIME
 from rig_io.counters import FASTEST
 

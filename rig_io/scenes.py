@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.scene.scene import Drive, Scene
 from rig_io.arrangement import MODELS, Arrangement
 from rig_io.drive import Ripple
@@ -121,7 +121,7 @@ def _sensors(scene: Scene) -> dict[str, Any]:
 
 def _quantity(raw: Any, unit: str, what: str) -> float:
     """A number in ``unit``, or a text of number and unit."""
-    from fmu_models.scene.toml_reader import converted
+    from fmu_models.base.toml_document import converted
 
     if isinstance(raw, bool) or not isinstance(raw, int | float | str):
         raise StickslipError(f"{what} must be a number in {unit} or a text with a unit, found {raw!r}.")

@@ -16,7 +16,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, get_args
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from rig_io.arrangement import Arrangement
 from rig_io.columns import COLUMNS, TIME
 from rig_io.log import (

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from rig_io.clock import SHORTEST, check_repairs, mended
 from rig_io.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
 from rig_io.plausible import check_sizes
@@ -177,7 +177,7 @@ def conversion(unit: str, expected: str, where: str) -> float:
         return 1.0
     import pint
 
-    from fmu_models.language.unit_names import parse_unit
+    from fmu_models.base.unit_names import parse_unit
 
     try:
         return float(parse_unit(unit).to(parse_unit(expected).units).magnitude)

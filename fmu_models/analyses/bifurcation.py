@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import brentq, root
 
 from fmu_models.analyses.maps import Iteration, PeriodicMotion, Vector, find_periodic, motion_at, newton
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.maps import Map
 
 # a point that moves by more than this share of the box in one step of the parameter may be of another branch

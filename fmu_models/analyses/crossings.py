@@ -24,7 +24,7 @@ import numpy as np
 from scipy.differentiate import derivative
 from scipy.optimize import brentq, minimize_scalar
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 Function = Callable[[float], float]
 

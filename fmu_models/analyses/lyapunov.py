@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.maps import Iteration
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 Vector = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.crossings import Crossings, find_crossings
 from fmu_models.analyses.stability import Stability
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_values
 

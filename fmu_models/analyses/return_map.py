@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.sections import Crossing, Follower, Section
 from fmu_models.simulation.system import check_names

@@ -11,9 +11,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu_models import console
+from fmu_models.base import console
+from fmu_models.base.files import write_whole
 from fmu_models.bench.run import Comparison, Row
-from fmu_models.files import write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.methods.result import Problem
 from fmu_models.scene.compute import arguments, period
 from fmu_models.scene.read import SUFFIX, files, read_scene
@@ -39,7 +39,7 @@ def _scene(name: str) -> Scene:
     if not name.endswith(SUFFIX) and name not in {file.stem for file in files()} and name in oscillators.names():
         return of_model(name)
     if not name.endswith(SUFFIX) and name not in {file.stem for file in files()}:
-        from fmu_models.errors import nearest
+        from fmu_models.base.errors import nearest
 
         known = [*(file.stem for file in files()), *oscillators.names()]
         raise StickslipError(f"There is no scene or model '{name}'.{nearest(name, known)}")

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.bench.limit import limit
-from fmu_models.errors import StickslipError
 from fmu_models.methods.event_taylor import EventTaylor
 from fmu_models.methods.linear_flow import LinearFlow
 from fmu_models.methods.peers.fmpy_cvode import FmpyCvode

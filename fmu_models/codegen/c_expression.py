@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 Expr = Any  # SymPy annotates the arguments of every expression as Basic, which has no arithmetic
 

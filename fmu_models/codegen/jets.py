@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_expression import Expr, c_factor, divisor_of, is_negative, unsupported
-from fmu_models.errors import StickslipError
 from fmu_models.language.quantities import TIME
 
 _ONE = sympy.S.One

@@ -21,9 +21,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.engine.toolchain import cache_folder, compile_shared, digest, engine_sources, this_platform
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import refuse_existing, write_whole
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism

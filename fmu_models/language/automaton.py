@@ -17,7 +17,7 @@ from typing import NoReturn
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.checks import check_names, quantity_names, stranger
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 from fmu_models.language.mechanism import Output, quantities_of_type

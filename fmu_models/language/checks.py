@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol
 from fmu_models.language.impacts import MAX_IMPACTS, Impact
 from fmu_models.language.inertia import check_definite, mass_matrix

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 from fmu_models.language.quantities import Parameter
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.checks import check_names, quantity_names
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.mechanism import quantities_of_type

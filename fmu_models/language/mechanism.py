@@ -16,7 +16,7 @@ from typing import TypeVar
 
 import sympy
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
 from fmu_models.language.impacts import Impact

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 
 _RELEASES = ("gap", "force")

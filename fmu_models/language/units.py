@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.unit_names import parse_unit
 from fmu_models.language.contacts import ContactSymbol, Friction
 from fmu_models.language.impacts import Impact
 from fmu_models.language.quantities import Quantity
-from fmu_models.language.unit_names import parse_unit
 
 if TYPE_CHECKING:
     from fmu_models.language.automaton import Automaton

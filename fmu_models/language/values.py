@@ -9,7 +9,7 @@ from typing import Protocol
 
 import sympy
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.quantities import Parameter
 

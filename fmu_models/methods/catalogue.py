@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.methods.event_runge_kutta import EventRungeKutta
 from fmu_models.methods.event_taylor import EventTaylor
 from fmu_models.methods.moreau import Moreau

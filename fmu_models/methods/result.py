@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
 # contact states, numbered as in the FMU's variables "<contact>_state"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models import console
+from fmu_models.base import console
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmu_models.errors import StickslipError
-from fmu_models.files import write_whole
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from fmu_models import console
+from fmu_models.base import console
 from fmu_models.simulation.binary import platforms, sources, this_folder
 
 if TYPE_CHECKING:

@@ -163,7 +163,7 @@ def _coupled(mechanism: Mechanism, system: HybridSystem, forces: Any) -> list[st
 
 def print_sheet(content: dict[str, Any], out: Console) -> None:
     """The page for people."""
-    from fmu_models.console import table
+    from fmu_models.base.console import table
 
     out.print(f"[bold]{content['name']}[/bold]  {content['title']}")
     out.print(f"source: {content['source']}\n")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models import console
+from fmu_models.base import console
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES, Event
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
 
 if TYPE_CHECKING:

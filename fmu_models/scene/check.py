@@ -27,9 +27,9 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.toml_document import Document
 from fmu_models.scene.scene import Compute, Drive, Reference, Scene
-from fmu_models.scene.toml_reader import Document
 
 if TYPE_CHECKING:
     from fmu_models.language.automaton import Automaton

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal

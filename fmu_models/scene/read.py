@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import named_file, write_whole
+from fmu_models.base.toml_document import read_document
 from fmu_models.codegen.package import kept_folder
-from fmu_models.engine.toolchain import digest
-from fmu_models.errors import StickslipError
-from fmu_models.files import named_file, write_whole
 from fmu_models.scene.scene import Scene
-from fmu_models.scene.toml_reader import read_document
+from fmu_models.toolchain.compiler import digest
 
 SUFFIX = ".toml"
 

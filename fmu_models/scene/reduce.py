@@ -9,8 +9,8 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import checked, kept_folder, variant, write
-from fmu_models.files import write_whole
 from fmu_models.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.system import simulate

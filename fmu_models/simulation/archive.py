@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path, PurePosixPath
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 # the largest FMUs (a tool's run-time system inside) hold some thousand files and some hundred MB
 MAX_FILES = 10_000

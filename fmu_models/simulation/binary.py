@@ -6,8 +6,8 @@ import re
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from fmu_models.engine.toolchain import CPP, compile_shared, this_platform
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
+from fmu_models.toolchain.compiler import CPP, compile_shared, this_platform
 
 if TYPE_CHECKING:
     from fmpy.model_description import SourceFileSet

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.parsers import expat
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription

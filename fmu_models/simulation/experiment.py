@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation import binary
 from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.results import Provenance, Recording

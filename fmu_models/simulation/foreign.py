@@ -14,10 +14,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from fmu_models.engine import toolchain
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.binary import library as library_file
 from fmu_models.simulation.fmu import Fmu
+from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelVariable
@@ -122,7 +122,7 @@ def master_library() -> ctypes.CDLL:
     Raises:
         StickslipError: the compiler is missing.
     """
-    folder = Path(toolchain.__file__).parent
+    folder = Path(compiler.__file__).parent
     parts = sorted(path for path in (folder / "master").iterdir() if path.suffix in (".c", ".h"))
     sources = {f"master/{path.name}": path.read_text("utf-8") for path in parts}
     sources |= {name: (folder / name).read_text("utf-8") for name in ("roots.c", "roots.h")}
@@ -130,7 +130,7 @@ def master_library() -> ctypes.CDLL:
     names = [name for name in sources if name.endswith(".c")]
     sources["all.c"] = "".join(f'#include "{name}"\n' for name in names)
     with tempfile.TemporaryDirectory(prefix="stickslip-master-", ignore_cleanup_errors=True) as name:
-        file = toolchain.compile_shared(sources, Path(name) / f"master{toolchain.this_platform()[3]}")
+        file = compiler.compile_shared(sources, Path(name) / f"master{compiler.this_platform()[3]}")
         made = ctypes.CDLL(str(file))
     made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(Face), c_int64, c_int64)
     made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)

@@ -29,7 +29,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import IO, Any, TypeVar
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 Value = TypeVar("Value")
 

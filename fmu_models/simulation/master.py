@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.simulation import foreign, request
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.motion_error import DONE, MORE, TERMINATED, indicator_name, motion_error

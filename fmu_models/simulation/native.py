@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 VERSION = 4
 DONE, MORE = 0, 1

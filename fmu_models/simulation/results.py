@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
-from fmu_models.errors import StickslipError
-from fmu_models.files import write_whole
 from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation import native
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import begin, check_names, check_value, new_instance

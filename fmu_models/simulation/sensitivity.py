@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.simulation import native
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal, knots

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import write_whole
 from fmu_models.simulation.binary import LIBRARIES, library, this_folder
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated

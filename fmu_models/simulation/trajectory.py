@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import write_whole
 
 if TYPE_CHECKING:
     import pandas

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.stress import balance

@@ -54,7 +54,7 @@ def group(cell: Cell) -> str:
 
 def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool = False) -> None:
     """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
-    from fmu_models.console import table
+    from fmu_models.base.console import table
 
     for model in dict.fromkeys(cell.case.model for cell in cells):
         own = [cell for cell in cells if cell.case.model == model]

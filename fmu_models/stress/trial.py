@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.language.unit_names import parse_unit
+from fmu_models.base.unit_names import parse_unit
 from fmu_models.simulation import native
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.comparison.portraits import Stick
 from identification.model import FittedModel, fmu_parameters
 from identification.result import FrictionFit

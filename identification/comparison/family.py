@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.comparison import bifurcation as bifurcations
 from identification.comparison.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.comparison.measured import measured_motions

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.free_decay import fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, fuse, zeroed
 from identification.pooling import check_same_rig, motions_in_pieces

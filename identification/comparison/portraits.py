@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.kinematics import SMOOTHING, savitzky_golay
 from identification.slip_segments import THRESHOLD, stretches
 

@@ -23,7 +23,7 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
     from rich.console import Group
     from rich.text import Text
 
-    from fmu_models.console import table
+    from fmu_models.base.console import table
 
     parts = []
     for family in families:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.simulation.signal import Signal
 from identification.conclusion import FrictionProblem, FrictionRows
 from identification.estimators.inverse_dynamics import friction_samples

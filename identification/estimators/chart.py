@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.joint_law import laws_of
 from identification.laws.law import FittableLaw
 from identification.problem import Evaluation, Problem, Progress, Solution, solve

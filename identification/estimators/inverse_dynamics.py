@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators.regression import Regression, regress
 from identification.joint_law import JointLaw

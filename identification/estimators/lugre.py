@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification import laws
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import shooting, whole_cycle

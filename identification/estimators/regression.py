@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
 from identification.laws.law import FittableLaw, unknowns
 from identification.pooling import Pool, RigValues

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import inverse_dynamics, weak_form
 from identification.estimators.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem

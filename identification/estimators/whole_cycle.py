@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import shooting
 from identification.estimators.arcs import Arc, ArcProblem, arc_problem, measured

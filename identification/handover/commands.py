@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Overwrite
-from fmu_models.errors import StickslipError
-from fmu_models.files import refuse_existing
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import refuse_existing
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.errors import StickslipError, nearest
-from fmu_models.files import write_whole
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import write_whole
 from fmu_models.scene.read import read_scene
 from identification.handover.values import HandedValue
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
-from fmu_models.errors import StickslipError
-from fmu_models.files import write_whole
 from fmu_models.simulation.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
 from identification.handover.values import HandedValue
 from identification.model import FittedModel

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.profile import Interval
 from identification.problem import Evaluation, Problem, Solution, Unknown, solve
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.bootstrap import LEAST, Draws, bootstrap
 from identification.inference.bound import cramer_rao
 from identification.inference.identifiability import Collinearity, collinearity

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.problem import Problem, Solution, information, solve
 
 DOUBLINGS = 12  # of the first step, before the bound of the search itself is tried

@@ -5,7 +5,7 @@ Coulomb is the simplest to copy for a new one.
 
 from __future__ import annotations
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from identification.laws import conti, conti_viscous, coulomb, coulomb_viscous, lugre, stribeck
 from identification.laws.law import FittableLaw
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Overwrite, Settings
-from fmu_models.files import refuse_existing, write_whole
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.files import refuse_existing, write_whole
 
 app = console.app("Machines of one degree of freedom: parameters from effort and motion, statistics of slips.")
 

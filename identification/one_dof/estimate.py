@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import newey_west, plain_covariance
 from identification.one_dof.memory import Memory, memory
 from identification.one_dof.recipe import EFFORT, Recipe

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fmu_models.errors import nearest
-from fmu_models.files import named_file
-from fmu_models.scene.toml_reader import Document, read_document
+from fmu_models.base.errors import nearest
+from fmu_models.base.files import named_file
+from fmu_models.base.toml_document import Document, read_document
 from identification.laws import LAWS
 from identification.one_dof.terms import KINDS, LINEAR_LAWS, Speed, Term
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from identification.one_dof.recipe import EFFORT, FRICTION, ROLES, TIME, VELOCITY, WEIGHT, Filter, Recipe, Signal
 from rig_io.table import Table, conversion
 

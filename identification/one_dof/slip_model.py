@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.one_dof.slip_statistics import SMOOTHING, SlipStatistics, find_slips
 from identification.one_dof.terms import GRAVITY
 

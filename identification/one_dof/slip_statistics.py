@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 from identification.kinematics import odd_count
 from identification.one_dof.memory import memory
 from identification.one_dof.recipe import FRICTION, SLIP_UNITS, TIME, Recipe

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fmu_models.console import plain, table
+from fmu_models.base.console import plain, table
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType

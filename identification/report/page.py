@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
-from fmu_models.files import write_whole
 from identification.comparison.portraits import MEANING
 from identification.comparison.table import bifurcation_sentences
 from identification.report import tables

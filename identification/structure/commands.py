@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fmu_models import console
-from fmu_models.console import Json, Settings
-from fmu_models.errors import StickslipError
+from fmu_models.base import console
+from fmu_models.base.console import Json, Settings
+from fmu_models.base.errors import StickslipError
 from identification.commands import Logs, read_fit, read_logs
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.estimators.arcs import STARTS, ZERO_UNCERTAINTY
 from identification.inference.identifiability import HIGHEST
 from identification.laws import LAWS, FittableLaw, find_law

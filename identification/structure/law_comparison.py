@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Options
 from identification.fit import estimator_named
 from identification.inference.uncertainty import clustered_covariance, plain_covariance

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.columns import COLUMNS, TIME
 from rig_io.log import StickslipWarning
 from rig_io.table import Table, content

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
 from rig_io.table import Table, content
 

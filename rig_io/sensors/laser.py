@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.log import LaserCalibration, RigLog
 from rig_io.motion import Motion
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.log import RigLog
 from rig_io.sensors.encoder import Edges, edges
 

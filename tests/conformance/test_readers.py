@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import rig_io.readers
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 READERS = [module.name for module in pkgutil.iter_modules(rig_io.readers.__path__)]
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from benchmark_scripts import benchmark_script
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.comparison.family import compare
 from identification.fit import fit_friction
 from identification.free_decay import fit_free_decay

@@ -6,7 +6,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu_models.engine.toolchain import FLAGS, compile_shared, this_platform
+from fmu_models.toolchain.compiler import FLAGS, compile_shared, this_platform
 
 
 def build(target: Path, source: Path, description: str, identifier: str, *, options: Sequence[str] = ()) -> Path:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from models import Models
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.master import simulate_any
 from fmu_models.simulation.signal import Signal
 

@@ -10,8 +10,8 @@ import pytest
 from coupled import exported, masses, wires
 from models import Models
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.coupling.run import couple
 from fmu_models.simulation.coupling.scene import CoupledSystem, Unit, read
 from fmu_models.simulation.fmu import Fmu

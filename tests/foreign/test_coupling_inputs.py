@@ -11,8 +11,8 @@ from coupled import exported, wires
 from models import Models
 from typer.testing import CliRunner
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.cli import app
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.coupling.run import couple
 from fmu_models.simulation.coupling.scene import CoupledSystem, Unit, read
 from fmu_models.simulation.coupling.wiring import Connection, conversion

@@ -12,7 +12,7 @@ import pytest
 from hostile_models import hostile
 from models import Models
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.master import Driver, simulate_any
 from fmu_models.simulation.motion_error import MotionError
 

@@ -11,7 +11,7 @@ from colliding import block, cradle, one_contact, pendulum, plate, rod
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.system import simulate
 
 CLOSED = 3

@@ -12,8 +12,8 @@ from disc_rates import LINER_RUBBER, STATES, disc_rates, normal_forces
 from replay import replay
 from steady_cycle import disc_rig, steady_cycle
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.system import simulate

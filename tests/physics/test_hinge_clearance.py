@@ -14,8 +14,8 @@ import pytest
 from stroboscope import after_transient, entries, period
 
 from fmu_models.analyses.orbits import find_orbit
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.oscillators.hinge_clearance_dimensional import scaled
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate

@@ -10,7 +10,7 @@ import pytest
 from scipy.special import beta
 from test_hinge_clearance import AWAY, CLAMPED, HINGE, TOUCHING
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.system import simulate
 
 BOTH = pytest.mark.parametrize("fmu", [HINGE, CLAMPED], ids=["hinge", "clamped"])

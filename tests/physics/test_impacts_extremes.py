@@ -10,8 +10,8 @@ import pytest
 from bounces import CHATTERING, CLOSED, OPEN
 from colliding import plate
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmu_models.analyses.orbits import find_orbit, orbit_at
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 from fmu_models.simulation.tangent import flow_derivative

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from steady_cycle import disc_rig
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation import native
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity

@@ -9,8 +9,8 @@ import pytest
 from closed_form import root
 from scipy.linalg import expm
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 from fmu_models.simulation.tangent import flow_derivative

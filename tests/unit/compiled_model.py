@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.codegen.c_source import sources
-from fmu_models.engine.toolchain import compile_shared
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.lowering.lower import lower
+from fmu_models.toolchain.compiler import compile_shared
 
 _ENGINE = Path(__file__).parents[2] / "fmu_models" / "engine"
 _TERMS = 32

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 
 def squares(n: int, progress: Callable[[float], None] | None = None) -> np.ndarray:

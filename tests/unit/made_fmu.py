@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 
 Entry = tuple[str | zipfile.ZipInfo, str | bytes]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.accuracy import simulate_with_error
 from fmu_models.simulation.fmu import Fmu
 

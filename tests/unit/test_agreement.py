@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.comparison.measured import measured_motions
 from identification.fit import fit_friction
 from identification.free_decay import fit_free_decay

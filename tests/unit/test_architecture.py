@@ -10,11 +10,11 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 # what each room may import, beside itself, the standard library and third parties; fmu_models means its top floor
-BASE = {"fmu_models.errors", "fmu_models.files"}
+BASE = {"fmu_models.base.errors", "fmu_models.base.files"}
 ROOMS = {
-    "fmu_models.errors": set(),
-    "fmu_models.files": {"fmu_models.errors"},
-    "fmu_models.console": BASE,
+    "fmu_models.base.errors": set(),
+    "fmu_models.base.files": {"fmu_models.base.errors"},
+    "fmu_models.base.console": BASE,
     "fmu_models.engine": BASE,
     "fmu_models.language": BASE,
     "fmu_models.oscillators": BASE | {"fmu_models.language"},
@@ -36,7 +36,7 @@ ROOMS = {
     "fmu_models.methods": BASE | {"fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
     "fmu_models.bench": BASE
     | {
-        "fmu_models.console",
+        "fmu_models.base.console",
         "fmu_models.oscillators",
         "fmu_models.lowering",
         "fmu_models.simulation",
@@ -44,11 +44,11 @@ ROOMS = {
         "fmu_models.scene",
     },
     "fmu_models.report": BASE
-    | {"fmu_models.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
+    | {"fmu_models.base.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
     "fmu_models.stress": BASE
     | {
         "fmu_models.codegen",
-        "fmu_models.console",
+        "fmu_models.base.console",
         "fmu_models.language",
         "fmu_models.lowering",
         "fmu_models.oscillators",

@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_fmu import XML, packed, refused
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation import archive
 from fmu_models.simulation.fmu import Fmu
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Options, conclude
 from identification.estimators import shooting
 from identification.estimators.arcs import ArcProblem, Start, noise

@@ -10,8 +10,8 @@ import pytest
 import sympy
 from compiled_model import CompiledModel
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export
-from fmu_models.errors import StickslipError
 from fmu_models.language.automaton import Automaton, Reset, Switch
 from fmu_models.language.mechanism import Output
 from fmu_models.language.quantities import TIME, Input, Parameter, State

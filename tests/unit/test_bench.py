@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.bench import run as bench_run
 from fmu_models.bench.events import event_errors
 from fmu_models.bench.output import as_json, print_table, write_page
 from fmu_models.bench.problems import problem
 from fmu_models.bench.reference import Reference, Witness, reference
 from fmu_models.bench.run import compare
-from fmu_models.errors import StickslipError
 from fmu_models.methods.catalogue import OURS, chosen
 from fmu_models.methods.result import MethodRun, NotTreated, Switch
 from fmu_models.methods.scipy_events import ScipyEvents

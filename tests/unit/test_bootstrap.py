@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linear_problem import Curve, linear
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.bootstrap import bootstrap
 from identification.problem import Prior, Unknown, solve
 

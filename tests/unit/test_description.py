@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_fmu import XML, XML3, packed, refused
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.report.fmu_sheet import sheet
 from fmu_models.simulation import description
 from fmu_models.simulation.fmu import Fmu

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.fit import fit_friction
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io import emulator
 from rig_io.emulator import (
     MATERIALS,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.log import Calibration, Experiment, RigConstants, RigLog
 from rig_io.motion import Motion
 from rig_io.sensors import (

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from made_fit import made_fit
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.comparison.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.comparison.family import FamilyComparison
 from identification.comparison.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions

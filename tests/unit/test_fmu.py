@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.system import simulate
@@ -32,7 +32,7 @@ def test_the_folder_goes_with_the_object() -> None:
 
 
 def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
-    from fmu_models.engine.toolchain import compile_shared, fmi_headers, this_platform
+    from fmu_models.toolchain.compiler import compile_shared, fmi_headers, this_platform
 
     path = tmp_path / "foreign.fmu"
     with zipfile.ZipFile(built("block_on_belt")) as source:

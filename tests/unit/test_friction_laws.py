@@ -8,8 +8,8 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import variant
-from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
 from identification.laws import LAWS, find_law

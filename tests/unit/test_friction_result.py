@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from identification.estimators.inverse_dynamics import FrictionSamples
 from identification.inference.identifiability import Collinearity

@@ -14,8 +14,8 @@ import pytest
 from lxml import etree  # type: ignore[attr-defined]  # compiled, without types
 from made_fit import made_fit
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.scene.read import read_scene
 from fmu_models.simulation.coupling.scene import read as read_system
 from fmu_models.simulation.fmu import Fmu

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export
-from fmu_models.errors import StickslipError
 from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter

@@ -12,8 +12,8 @@ import pytest
 import sympy
 from compiled_model import CompiledModel
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.model_description import Description
-from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import Friction
 from fmu_models.language.impacts import MAX_IMPACTS, Impact, Newton, Poisson
 from fmu_models.language.laws.coulomb import Coulomb

@@ -13,8 +13,8 @@ import isolated_functions as functions
 import numpy as np
 import pytest
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.system import simulate

@@ -10,8 +10,8 @@ from compiled_model import CompiledModel
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_source import sources
-from fmu_models.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism, Output
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 from fmu_models.lowering.lower import lower

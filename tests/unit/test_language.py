@@ -8,7 +8,7 @@ import pytest
 import sympy
 
 from fmu_models import oscillators
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Friction, Requirement
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.log import Calibration, Experiment, Quantity, RigConstants, RigLog
 from rig_io.motion import Motion
 from rig_io.sensors import Laser, disc_angle, laser_angle, laser_clipped

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.estimators.regression import Regression, RegressionProblem
 from identification.laws.conti import LAW as CONTI
 from identification.problem import solve

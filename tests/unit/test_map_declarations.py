@@ -17,7 +17,7 @@ from fmu_models.analyses.crossings import find_crossings
 from fmu_models.analyses.lyapunov import lyapunov_exponents
 from fmu_models.analyses.maps import Iteration, find_iterate_crossings, find_periodic
 from fmu_models.analyses.stability import Stability, eigenvalue_class
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.maps import Map
 from fmu_models.language.quantities import TIME, Input, Parameter, State

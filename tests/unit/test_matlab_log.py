@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 from scipy.sparse import csr_array
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from rig_io.log import StickslipWarning, read_log
 from rig_io.mat5 import HEADER
 from rig_io.readers import matlab_log, read_table

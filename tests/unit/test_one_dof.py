@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machine_log import LINEAR, MEASURED, RATE, coloured, log_of, motion, recipe_of, slide, table_of
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.one_dof.estimate import fit_linear
 from identification.one_dof.inverse import InverseResult, inverse_dynamics
 from identification.one_dof.memory import memory

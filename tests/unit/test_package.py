@@ -12,11 +12,11 @@ from xml.etree import ElementTree
 
 import pytest
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen import package
 from fmu_models.codegen.package import built, export, export_built, variant
-from fmu_models.engine.toolchain import this_platform
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
+from fmu_models.toolchain.compiler import this_platform
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])

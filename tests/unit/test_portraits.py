@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.comparison.portraits import (
     LIMITS,
     MEANING,

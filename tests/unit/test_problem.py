@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.problem import Evaluation, Prior, Problem, Solution, Unknown, information, solve
 
 RNG = np.random.default_rng(4)

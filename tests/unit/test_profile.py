@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linear_problem import Curve, line, linear
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.inference.profile import Interval, profile
 from identification.problem import Prior, Unknown, information, solve
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from machine_log import LINEAR, MEASURED, motion, recipe_of, table_of
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.one_dof.estimate import LinearFit, check_terms, fit_linear
 from identification.one_dof.inverse import inverse_dynamics
 from identification.one_dof.recipe import Recipe, read_recipe, recipes

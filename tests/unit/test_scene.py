@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scene_file import CLASS_A, scene_of
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.scene.compute import arguments, compare, compute
 from fmu_models.scene.explain import left_out
 from fmu_models.scene.measure import size, time_runs, whole_model

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from scipy.special import ellipk, ellipkinc
 
 from fmu_models.analyses.return_map import ReturnMap
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built, export
-from fmu_models.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation import native

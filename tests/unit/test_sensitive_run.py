@@ -10,8 +10,8 @@ import time
 import numpy as np
 import pytest
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal

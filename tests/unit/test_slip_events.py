@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from machine_log import coloured, recipe_of
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.system import simulate
 from identification.one_dof.recipe import read_recipe

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.kinematics import angle_at_ticks, disc_motion, fuse, odd_count
 from identification.pooling import pool
 from identification.slip_segments import TRIM, long_enough, slip_segments, stretches

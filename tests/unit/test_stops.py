@@ -10,8 +10,8 @@ import pytest
 import sympy
 from compiled_model import CompiledModel
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_source import sources
-from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import Friction, Law
 from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.conti import Conti

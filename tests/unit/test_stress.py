@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from fmu_models import oscillators
+from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linear_problem import Curve, linear
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.structure.law_comparison import compare_laws
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Options
 from identification.estimators import two_discs
 from identification.estimators.chart import bends_of

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from identification.conclusion import Options
 from identification.estimators import lugre, shooting, whole_cycle
 from identification.estimators.arcs import ArcProblem, Start

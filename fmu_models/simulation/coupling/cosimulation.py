@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation import foreign, request
 from fmu_models.simulation.coupling.composite import Composite, library
 from fmu_models.simulation.coupling.stepper import DISCARD, TERMINATE, Stepper

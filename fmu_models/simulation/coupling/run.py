@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation import foreign
 from fmu_models.simulation.coupling.composite import Composite
 from fmu_models.simulation.coupling.scene import EXCHANGE_BY_STEPS, CoupledSystem

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.package import built
-from fmu_models.errors import StickslipError, nearest
 from fmu_models.simulation import request
 from fmu_models.simulation.coupling.wiring import Connection, Wire, split, wires
 from fmu_models.simulation.fmu import Fmu

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from importlib import metadata, util
 from pathlib import Path
 
-from fmu_models.errors import StickslipError
+from fmu_models.base.errors import StickslipError
 
 # -ffp-contract=off: fused multiply-adds would make results differ between processors
 # -fno-sanitize=undefined: zig cc adds run-time checks unless told otherwise; -s: debug information triples the size

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from fmu_models.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, nearest
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -141,7 +141,7 @@ def converted(text: str, unit: str, what: str) -> float:
     """
     from pint import DimensionalityError, PintError
 
-    from fmu_models.language.unit_names import known_units, parse_unit
+    from fmu_models.base.unit_names import known_units, parse_unit
 
     match = _NUMBER.match(text)
     if not match:
@@ -163,7 +163,7 @@ def converted(text: str, unit: str, what: str) -> float:
 
 def _unknown(unit: str) -> str:
     """The word of a unit that is not one."""
-    from fmu_models.language.unit_names import parse_unit
+    from fmu_models.base.unit_names import parse_unit
 
     for word in re.findall(r"[^\W\d]+", unit):
         try:

@@ -16,8 +16,8 @@ from fmu_models.base.files import refuse_existing
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.importer.experiment import Experiment
     from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.experiment import Experiment
     from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.isolation import Limits
 
@@ -174,8 +174,8 @@ def simulate(
 
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
+    from fmu_models.importer.experiment import perform, perform_with_error
     from fmu_models.report import run_summary
-    from fmu_models.simulation.experiment import perform, perform_with_error
     from fmu_models.simulation.results import check_suffix
 
     refuse_existing(output, figure, overwrite=overwrite)
@@ -290,7 +290,7 @@ def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any
     """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
     import numpy as np
 
-    from fmu_models.simulation.experiment import Experiment
+    from fmu_models.importer.experiment import Experiment
 
     begin, end = (0.0, 20.0) if fmu.ours else fmu.suggested_times()
     experiment = Experiment(end if until is None else until, begin, **asked)
@@ -337,8 +337,8 @@ def couple(
     """
     import numpy as np
 
+    from fmu_models.coupling import run, scene
     from fmu_models.report import coupled_summary
-    from fmu_models.simulation.coupling import run, scene
     from fmu_models.simulation.results import check_suffix
 
     refuse_existing(output, overwrite=overwrite)

@@ -35,7 +35,7 @@ class EventRungeKutta:
 
     def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
         """Open the FMU; one driver per tolerance."""
-        from fmu_models.simulation.master import Driver
+        from fmu_models.importer.driver import Driver
 
         fmu = Fmu.open(problem.fmu)
         drivers: dict[float, Driver] = {}

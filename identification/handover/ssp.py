@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
-from fmu_models.simulation.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
+from fmu_models.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
 from identification.handover.values import HandedValue
 from identification.model import FittedModel
 

@@ -32,7 +32,7 @@ class HandedValue:
         Raises:
             StickslipError: that has no unit, or one of something else; ``where`` begins the message.
         """
-        from fmu_models.simulation.coupling.wiring import conversion
+        from fmu_models.coupling.wiring import conversion
 
         if unit == self.unit:
             return self.value
@@ -97,7 +97,7 @@ def check_targets(values: Sequence[HandedValue], fmu: Fmu) -> dict[str, float]:
     Raises:
         StickslipError: a name or unit that does not match.
     """
-    from fmu_models.simulation.coupling.wiring import unit_of
+    from fmu_models.coupling.wiring import unit_of
     from fmu_models.simulation.start_values import check_parameter
 
     found = {}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fmu_models.codegen.package import FMI_VERSIONS, built
+from fmu_models.importer.driver import simulate_any
 from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.master import simulate_any
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.system import simulate
 

@@ -7,7 +7,7 @@ import pytest
 from models import Models
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.master import simulate_any
+from fmu_models.importer.driver import simulate_any
 from fmu_models.simulation.signal import Signal
 
 

@@ -12,11 +12,11 @@ from models import Models
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.coupling.run import couple
-from fmu_models.simulation.coupling.scene import CoupledSystem, Unit, read
+from fmu_models.coupling.run import couple
+from fmu_models.coupling.scene import CoupledSystem, Unit, read
+from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.master import simulate_any
-from fmu_models.simulation.motion_error import MotionError
 
 SCENE = Path(__file__).parents[2] / "data" / "systems" / "disc_rig_motors.toml"
 

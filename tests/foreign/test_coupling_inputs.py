@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.cli import app
-from fmu_models.simulation.coupling.run import couple
-from fmu_models.simulation.coupling.scene import CoupledSystem, Unit, read
-from fmu_models.simulation.coupling.wiring import Connection, conversion
+from fmu_models.coupling.run import couple
+from fmu_models.coupling.scene import CoupledSystem, Unit, read
+from fmu_models.coupling.wiring import Connection, conversion
 
 LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'
 UNITS = '[units.a]\nfmu = "mass3.0.fmu"\nstart = { x = 1.0 }\n[units.b]\nfmu = "mass3.0.fmu"\n'

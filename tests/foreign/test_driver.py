@@ -13,8 +13,8 @@ from hostile_models import hostile
 from models import Models
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.master import Driver, simulate_any
-from fmu_models.simulation.motion_error import MotionError
+from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.motion_error import MotionError
 
 
 def test_runs_of_one_driver_are_the_same_as_runs_of_new_ones(model: Models) -> None:

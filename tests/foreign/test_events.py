@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from models import Models
 
-from fmu_models.simulation.master import simulate_any
-from fmu_models.simulation.motion_error import MotionError
+from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.signal import Signal
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")

@@ -9,7 +9,7 @@ import pytest
 from models import Models
 from scipy.integrate import solve_ivp
 
-from fmu_models.simulation.master import simulate_any
+from fmu_models.importer.driver import simulate_any
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")
 

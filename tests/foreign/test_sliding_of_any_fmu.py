@@ -9,8 +9,8 @@ import pytest
 from models import Models
 from scipy.optimize import root_scalar
 
-from fmu_models.simulation.master import simulate_any
-from fmu_models.simulation.motion_error import MotionError
+from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.motion_error import MotionError
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")
 

@@ -21,8 +21,8 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.package import built
-from fmu_models.simulation import request
-from fmu_models.simulation.coupling.wiring import Connection, Wire, split, wires
+from fmu_models.coupling.wiring import Connection, Wire, split, wires
+from fmu_models.importer import request
 from fmu_models.simulation.fmu import Fmu
 
 EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
@@ -129,7 +129,7 @@ def read(path: str | os.PathLike[str]) -> CoupledSystem:
     if not path.is_file():
         raise StickslipError(f"There is no file '{path}'.")
     if path.suffix.lower() in (".ssp", ".ssd"):
-        from fmu_models.simulation.coupling import ssp
+        from fmu_models.coupling import ssp
 
         return ssp.read(path)
     try:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.simulation import foreign, request
+from fmu_models.importer import instance, request
+from fmu_models.importer.motion_error import DONE, MORE, TERMINATED, indicator_name, motion_error
 from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.motion_error import DONE, MORE, TERMINATED, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
@@ -101,7 +101,7 @@ class Driver:
         if method == "co-simulation":
             names = [*(name for name in self._instance.states if name in states and name not in names), *names]
         self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in self._states])
-        self._library = foreign.master_library()
+        self._library = instance.master_library()
         self._master = self._library.master_new(
             ctypes.byref(self._instance.face), len(self.fmu.variables), len(self._recorded.names)
         )
@@ -110,13 +110,13 @@ class Driver:
             raise StickslipError(f"There is not enough memory for the {len(self._states)} states of '{self.fmu.path}'.")
         self._finalizer = weakref.finalize(self, _close, self._library.master_free, self._master, self._instance)
         self._gradient = np.zeros(max(1, len(self._states)))
-        self._events = np.zeros(EVENT_CAPACITY, dtype=foreign.EVENT)
+        self._events = np.zeros(EVENT_CAPACITY, dtype=instance.EVENT)
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.face.n_indicators)]
         # what all runs have in common
-        self._blank = foreign.Run(
+        self._blank = instance.Run(
             tolerance=self.tolerance,
             method=METHODS[method],
             recorded=self._recorded.c(),
@@ -127,8 +127,8 @@ class Driver:
             report_gradient=request.address(self._gradient),
         )
 
-    def _load(self) -> foreign.Instance:
-        return foreign.Instance(self.fmu, co_simulation=self.method == "co-simulation")
+    def _load(self) -> instance.Instance:
+        return instance.Instance(self.fmu, co_simulation=self.method == "co-simulation")
 
     def __enter__(self) -> Driver:
         return self
@@ -287,7 +287,7 @@ class Driver:
         start_values = np.array(list(initial.values()), dtype=float)
         states = np.empty((times.size, len(self._states)))
         values = np.empty((times.size, len(self._recorded.names)))
-        c = foreign.Run.from_buffer_copy(self._blank)
+        c = instance.Run.from_buffer_copy(self._blank)
         c.start, c.stop, c.n_times = start_time, stop_time, times.size
         c.starts, c.start_values = starts.c(), request.address(start_values)
         c.times, c.states, c.values = map(request.address, (times, states, values))
@@ -315,10 +315,10 @@ class Driver:
             name = self._indicators[i] if i >= 0 else ""
             yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
 
-    def _error(self, status: int, c: foreign.Run) -> StickslipError:
+    def _error(self, status: int, c: instance.Run) -> StickslipError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())
 
-    def _end(self, c: foreign.Run) -> str:
+    def _end(self, c: instance.Run) -> str:
         message = self._instance.message()
         return f"the FMU ended the run at t = {c.report_time:.9g} s" + (f": {message}" if message else "")
 
@@ -332,7 +332,7 @@ class Driver:
             values[name] = np.ascontiguousarray(prepared.states[:n, k])
         for k, name in enumerate(self._recorded.names):
             column = prepared.values[:n, k]
-            whole = int(self._recorded.types[k]) not in foreign.FLOATS
+            whole = int(self._recorded.types[k]) not in instance.FLOATS
             values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
         if not self._units:
             self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
@@ -346,14 +346,14 @@ class Driver:
 class _Prepared:
     """A request for the master, and the arrays it points into."""
 
-    c: foreign.Run
+    c: instance.Run
     start_values: NDArray[np.float64]
     states: NDArray[np.float64]
     values: NDArray[np.float64]
     kept: tuple[object, ...]
 
 
-def _close(free: Callable[[int], None], master: int, instance: foreign.Instance) -> None:
+def _close(free: Callable[[int], None], master: int, instance: instance.Instance) -> None:
     free(master)
     instance.close()
 
@@ -364,7 +364,7 @@ def _length(which: str, given: float | None) -> float:
     return float(given or 0.0)
 
 
-def _note(method: str, c: foreign.Run) -> str:
+def _note(method: str, c: instance.Run) -> str:
     """The method of a run in words."""
     if method == "co-simulation":
         return "co-simulation"

@@ -24,14 +24,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import foreign, request
-from fmu_models.simulation.coupling.composite import Composite, library
-from fmu_models.simulation.coupling.stepper import DISCARD, TERMINATE, Stepper
-from fmu_models.simulation.motion_error import MotionError
+from fmu_models.coupling.composite import Composite, library
+from fmu_models.coupling.stepper import DISCARD, TERMINATE, Stepper
+from fmu_models.importer import instance, request
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.coupling.scene import CoupledSystem
+    from fmu_models.coupling.scene import CoupledSystem
 
 CONTROL_TOLERANCE = 1e-4  # a method of second order needs too many steps for much less
 UNIT_TOLERANCE = 1e-8  # of the units' own integration: well below what the exchange costs
@@ -176,7 +176,7 @@ class _Run:
         self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
     ) -> int:
         types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
-        at = foreign.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
+        at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
         return call(byref(self.steppers[unit].face), byref(at), values[first:].ctypes.data)
 
     def _step(self, end: float) -> None:

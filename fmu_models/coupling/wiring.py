@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.simulation import request
+from fmu_models.importer import request
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable

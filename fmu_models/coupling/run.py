@@ -9,10 +9,10 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import foreign
-from fmu_models.simulation.coupling.composite import Composite
-from fmu_models.simulation.coupling.scene import EXCHANGE_BY_STEPS, CoupledSystem
-from fmu_models.simulation.master import Driver
+from fmu_models.coupling.composite import Composite
+from fmu_models.coupling.scene import EXCHANGE_BY_STEPS, CoupledSystem
+from fmu_models.importer import instance
+from fmu_models.importer.driver import Driver
 from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.trajectory import Trajectory
 
@@ -31,7 +31,7 @@ class _CoupledDriver(Driver):
             record=list(system.outputs) or None,
         )
 
-    def _load(self) -> foreign.Instance:
+    def _load(self) -> instance.Instance:
         # it has what the driver asks of an instance: face, states, log, message, close
         return self.composite  # pyright: ignore[reportReturnType]
 
@@ -57,7 +57,7 @@ def couple(
     if solver == "auto" and not system.exchanges_models:
         solver = "jacobi"
     if solver in EXCHANGE_BY_STEPS:
-        from fmu_models.simulation.coupling.cosimulation import co_simulate
+        from fmu_models.coupling.cosimulation import co_simulate
 
         return co_simulate(system, solver, output_times=output_times, progress=progress)
     if system.step is not None or system.adaptive is not None:

@@ -8,10 +8,10 @@ from ctypes import byref, c_double, c_int32, c_void_p
 from typing import Any
 from xml.etree import ElementTree
 
-from fmu_models.simulation import foreign
-from fmu_models.simulation.coupling.composite import library
+from fmu_models.coupling.composite import library
+from fmu_models.importer import instance
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.motion_error import MotionError
 
 # Function of master.h
 ENTER_EVENT, ENTER_STEP, TERMINATE = 4, 7, 17
@@ -40,7 +40,7 @@ class Stepper:
         ended: it has ended the run.
     """
 
-    def __init__(self, name: str, instance: foreign.Instance, note: Callable[[float, str, str], None]) -> None:
+    def __init__(self, name: str, instance: instance.Instance, note: Callable[[float, str, str], None]) -> None:
         self.name, self.instance, self.face = name, instance, instance.face
         self._note = note
         attributes = _attributes(instance.fmu)

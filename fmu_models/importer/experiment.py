@@ -144,7 +144,7 @@ def _native(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
 
 
 def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] | None = None) -> Trajectory:
-    from fmu_models.simulation.master import simulate_any
+    from fmu_models.importer.driver import simulate_any
 
     return simulate_any(
         fmu,
@@ -165,7 +165,7 @@ def _given(experiment: Experiment) -> dict[str, Any]:
 def _build_libraries(fmu: Fmu, *, master: bool) -> None:
     """Here rather than in the child: a compiler is no work of the FMU, and needs more memory than one."""
     if master:
-        from fmu_models.simulation.foreign import master_library
+        from fmu_models.importer.instance import master_library
 
         master_library()
     for interface in (fmu.description.modelExchange, fmu.description.coSimulation):

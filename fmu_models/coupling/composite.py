@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.simulation import foreign, request
-from fmu_models.simulation.coupling.order import Port, Stage, discrete, stages
-from fmu_models.simulation.coupling.wiring import unit_of
+from fmu_models.coupling.order import Port, Stage, discrete, stages
+from fmu_models.coupling.wiring import unit_of
+from fmu_models.importer import instance, request
 from fmu_models.simulation.fmu import Fmu
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.coupling.scene import CoupledSystem
+    from fmu_models.coupling.scene import CoupledSystem
 
 GROUP = np.dtype([(name, "i8") for name in ("unit", "first", "n", "discrete")])
 STAGE = np.dtype(
@@ -50,15 +50,15 @@ class Coupling(ctypes.Structure):
 @cache
 def library() -> ctypes.CDLL:
     """The compiled master with the functions of the coupled system declared."""
-    made = foreign.master_library()
-    made.coupling_face.restype, made.coupling_face.argtypes = None, (POINTER(foreign.Face), POINTER(Coupling))
+    made = instance.master_library()
+    made.coupling_face.restype, made.coupling_face.argtypes = None, (POINTER(instance.Face), POINTER(Coupling))
     for name, arguments in {
         "exchange": (POINTER(Coupling), c_int32),
-        "read": (POINTER(foreign.Face), POINTER(foreign.Variables), c_void_p),
-        "write": (POINTER(foreign.Face), POINTER(foreign.Variables), c_void_p),
-        "plain": (POINTER(foreign.Face), c_int32),
-        "update": (POINTER(foreign.Face), c_void_p),
-        "do_step": (POINTER(foreign.Face), c_double, c_double, c_void_p),
+        "read": (POINTER(instance.Face), POINTER(instance.Variables), c_void_p),
+        "write": (POINTER(instance.Face), POINTER(instance.Variables), c_void_p),
+        "plain": (POINTER(instance.Face), c_int32),
+        "update": (POINTER(instance.Face), c_void_p),
+        "do_step": (POINTER(instance.Face), c_double, c_double, c_void_p),
     }.items():
         function = getattr(made, f"coupling_{name}")
         function.restype, function.argtypes = c_int32, arguments
@@ -66,7 +66,7 @@ def library() -> ctypes.CDLL:
 
 
 def types_of(fmu: Fmu) -> Mapping[str, int]:
-    return foreign.TYPES2 if fmu.fmi == 2 else foreign.TYPES3
+    return instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
 
 
 class Composite:
@@ -85,20 +85,20 @@ class Composite:
     def __init__(self, system: CoupledSystem, *, co_simulation: bool) -> None:
         self.system = system
         self.names = list(system.units)
-        self.instances: list[foreign.Instance] = []
+        self.instances: list[instance.Instance] = []
         try:
             for unit in system.units.values():
-                self.instances.append(foreign.Instance(unit.fmu, co_simulation=co_simulation))
+                self.instances.append(instance.Instance(unit.fmu, co_simulation=co_simulation))
         except BaseException:
             self.close()
             raise
         self.states = [f"{unit}.{x}" for unit, one in zip(self.names, self.instances, strict=True) for x in one.states]
         self.log = SimpleNamespace(count=0, message=b"")
-        self.face = foreign.Face()
+        self.face = instance.Face()
         self.c = Coupling(failed_unit=-1, failed_stage=-1)
         self.arrays: dict[str, np.ndarray] = {}
         faces = [one.face for one in self.instances]
-        self._pointers = (POINTER(foreign.Face) * len(faces))(*(ctypes.pointer(face) for face in faces))
+        self._pointers = (POINTER(instance.Face) * len(faces))(*(ctypes.pointer(face) for face in faces))
         self.c.n_units, self.c.faces = len(faces), ctypes.addressof(self._pointers)
         firsts = {}
         for name in ("state", "indicator"):

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fmu_models.simulation.coupling.wiring import Wire
+from fmu_models.coupling.wiring import Wire
 
 if TYPE_CHECKING:
     from fmu_models.simulation.fmu import Fmu

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import foreign
+from fmu_models.importer import instance
 
 if TYPE_CHECKING:
     from fmu_models.simulation.fmu import Fmu
@@ -67,7 +67,7 @@ def dependencies(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[
 
 
 def motion_error(
-    fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64], message: str
+    fmu: Fmu, status: int, report: instance.Run, states: Sequence[str], gradient: NDArray[np.float64], message: str
 ) -> MotionError:
     """The error for a status of the master; ``message`` is what the FMU logged last."""
     time, index = report.report_time, report.report_index
@@ -89,11 +89,11 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
     )
 
 
-def _text(fmu: Fmu, status: int, report: foreign.Run, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+def _text(fmu: Fmu, status: int, report: instance.Run, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
     if status == FMI_ERROR:
-        name = foreign.FUNCTIONS[index][fmu.fmi - 2] or foreign.FUNCTIONS[index][3 - fmu.fmi]
+        name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
         how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
         return f"fmi{fmu.fmi}{name} {how} at {at}."
     if status == NOT_FINITE:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.simulation import foreign
+from fmu_models.importer import instance
 from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.system import check_span, check_value, checked_times
@@ -37,13 +37,13 @@ class Selection:
 
     @classmethod
     def of(cls, fmu: Fmu, names: Sequence[str]) -> Selection:
-        known = foreign.TYPES2 if fmu.fmi == 2 else foreign.TYPES3
+        known = instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
         variables = [fmu.variables[name] for name in names]
         types = np.array([known[str(v.type)] for v in variables], dtype=np.int32)
         return cls(tuple(names), types, np.array([v.valueReference for v in variables], dtype=np.uint32))
 
-    def c(self) -> foreign.Variables:
-        return foreign.Variables(len(self.names), address(self.types), address(self.references))
+    def c(self) -> instance.Variables:
+        return instance.Variables(len(self.names), address(self.types), address(self.references))
 
 
 NOTHING = Selection((), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.uint32))
@@ -52,7 +52,7 @@ NOTHING = Selection((), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.uint32
 def is_number(fmu: Fmu, name: str) -> bool:
     """One number that the master can read and write: no text, no binary, no clock, no array."""
     variable = fmu.variables[name]
-    return str(variable.type) in (foreign.TYPES2 if fmu.fmi == 2 else foreign.TYPES3) and not variable.shape
+    return str(variable.type) in (instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3) and not variable.shape
 
 
 def inputs_of(fmu: Fmu) -> list[str]:

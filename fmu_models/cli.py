@@ -16,10 +16,10 @@ from fmu_models.base.files import refuse_existing
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.fmu.isolation import Limits
     from fmu_models.importer.experiment import Experiment
     from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.fmu import Fmu
-    from fmu_models.simulation.isolation import Limits
 
 app = console.app("Models: list, show, export, simulate.")
 
@@ -95,12 +95,12 @@ def export(
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
     """
     from fmu_models.codegen.package import export_built
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
     values = console.assignments(settings, "parameter")
     if is_scene(model):
         scene = _scene(model, contacts)
-        path = path or Path(f"{scene.name}.fmu")
+        path = path or Path(f"{toml_system.name}.fmu")
         _export_scene(scene, path, values, fmi, overwrite)
     else:
         path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
@@ -230,7 +230,7 @@ def _to_run(
     model: str, contacts: str | None, until: float | None, changed: dict[str, dict[str, float]]
 ) -> tuple[Fmu, dict[str, Any]]:
     """The FMU of a model, file or scene, and what is asked of the run."""
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
     if is_scene(model):
         from fmu_models.scene.compute import arguments
@@ -248,9 +248,9 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, 
     from fmu_models.scene.reduce import export_scene
 
     free = arguments(scene, parameters=values)["parameters"]
-    if unknown := [name for name in free if name not in scene.free]:
+    if unknown := [name for name in free if name not in toml_system.free]:
         raise StickslipError(
-            f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
+            f"Scene '{toml_system.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], toml_system.free)}"
         )
     export_scene(dataclasses.replace(scene, free=free), path, fmi_version=fmi, overwrite=overwrite)
 
@@ -258,7 +258,7 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, 
 def _opened(model: str, contacts: str | None) -> Fmu:
     """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
     from fmu_models.codegen.package import built
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
     if Path(model).suffix.lower() != ".fmu":
         return Fmu.open(built(model, contacts=console.chosen(contacts)))
@@ -274,7 +274,7 @@ def _opened(model: str, contacts: str | None) -> Fmu:
 
 
 def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
-    from fmu_models.simulation.isolation import Limits
+    from fmu_models.fmu.isolation import Limits
 
     if not isolate and not (time_limit is None and memory_limit is None):
         raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
@@ -307,8 +307,8 @@ def inspect(
 
     Example: stickslip inspect pump.fmu
     """
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.report.fmu_sheet import print_sheet, sheet
-    from fmu_models.simulation.fmu import Fmu
 
     content = sheet(Fmu.open(path))
     console.say(json, content, lambda out: print_sheet(content, out))
@@ -337,13 +337,13 @@ def couple(
     """
     import numpy as np
 
-    from fmu_models.coupling import run, scene
+    from fmu_models.coupling import run, toml_system
     from fmu_models.report import coupled_summary
     from fmu_models.simulation.results import check_suffix
 
     refuse_existing(output, overwrite=overwrite)
     check_suffix(output)
-    system = scene.read(path)
+    system = toml_system.read(path)
     changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
     system = system.changed(**{name: value for name, value in changes.items() if value is not None})
     times = np.linspace(system.start_time, system.stop_time, samples) if samples else None

@@ -16,9 +16,9 @@ from fmu_models.base.files import refuse_existing, write_whole
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.compute import Comparison, Row
     from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.fmu import Fmu
 
 app = console.app("Scenes: list, show, run.")
 
@@ -43,10 +43,10 @@ def scene(
     if path is None:
         _list(json)
         return
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.compute import compare, compute
     from fmu_models.scene.read import read_scene
     from fmu_models.scene.reduce import built_scene
-    from fmu_models.simulation.fmu import Fmu
 
     refuse_existing(csv, figure, overwrite=overwrite)
     if figure:
@@ -104,10 +104,10 @@ def _list(as_json: bool) -> None:
 
 def _explained(scene: Scene) -> dict[str, Any]:
     """What is left out, sizes and times of the scene's FMU and of that of its model."""
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.explain import left_out
     from fmu_models.scene.measure import size, time_build, time_runs, time_start, whole_model
     from fmu_models.scene.reduce import built_scene
-    from fmu_models.simulation.fmu import Fmu
 
     with console.progress("measuring") as advance:
         parts = left_out(scene)

@@ -17,8 +17,8 @@ from identification.result import FrictionFit
 from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
 
 if TYPE_CHECKING:
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.trajectory import Event
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
@@ -78,7 +78,7 @@ class FittedModel:
         Raises:
             StickslipError: values out of the model's range.
         """
-        from fmu_models.simulation.system import simulate
+        from fmu_models.simulation.run import simulate
 
         run = simulate(
             self.fmu,
@@ -108,7 +108,7 @@ class FittedModel:
         Raises:
             StickslipError: values out of the model's range.
         """
-        from fmu_models.simulation.system import simulate
+        from fmu_models.simulation.run import simulate
 
         before = transient * self.natural_period
         times = before + step * np.arange(max(round(duration / step), 1) + 1)
@@ -151,7 +151,7 @@ class FittedModel:
 
     def _acceleration(self, drive_speeds: Mapping[str, float], angle: float, speed: float) -> float:
         """Angular acceleration, rad/s^2."""
-        from fmu_models.simulation.system import simulate
+        from fmu_models.simulation.run import simulate
 
         rigid = self if self.sticks else self._rigid
         run = simulate(
@@ -223,15 +223,15 @@ def fitted_model(
 
 def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str], fmi_version: str = "3.0") -> Fmu:
     from fmu_models.codegen.package import built
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
     return Fmu.open(built(model, contacts=contacts, laws=laws or None, fmi_version=fmi_version))
 
 
 def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tuple[Fmu, Mapping[str, float]]:
     """The FMU of a scene whose fitted parameters are free, and its start."""
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.reduce import built_scene, unfolded
-    from fmu_models.simulation.fmu import Fmu
 
     used = ("disc0", "disc1") if scene.contacts is None else scene.contacts
     if used != contacts:

@@ -30,8 +30,8 @@ from rig_io.table import SHORTEST
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.fmu import Fmu
 
 TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments see it
 LONGEST = 1000.0  # s of transient and log; 5 million samples of the truth
@@ -305,8 +305,8 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
 
 def _simulated(settings: Emulation, drives: list[tuple[np.ndarray, np.ndarray]], total: float) -> Motion:
     """The disc's motion at `TRUTH_RATE`; it starts in stick with disc 0, whence one release leads onto the cycle."""
+    from fmu_models.simulation.run import simulate
     from fmu_models.simulation.signal import Signal
-    from fmu_models.simulation.system import simulate
 
     fmu, parameters, given = _oscillator(settings)
     rig = settings.rig
@@ -328,7 +328,7 @@ def _simulated(settings: Emulation, drives: list[tuple[np.ndarray, np.ndarray]],
 
 def _oscillator(settings: Emulation) -> tuple[Fmu, Mapping[str, float], Mapping[str, float]]:
     """The FMU, values of its parameters, and start values that are given: those of the scene, if there is one."""
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
     if settings.scene is not None:
         from fmu_models.scene.reduce import built_scene, unfolded

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Event, Trajectory
 
 SAMPLES = 2001  # of a cycle; cubic pieces between them leave some 1e-13 of the extremes

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
 STEPS = 30

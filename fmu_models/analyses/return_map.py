@@ -18,9 +18,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import check_names
 from fmu_models.simulation.sections import Crossing, Follower, Section
-from fmu_models.simulation.system import check_names
 from fmu_models.simulation.tangent import flow_derivative
 
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]

@@ -14,11 +14,11 @@ import numpy as np
 
 from fmu_models.coupling.order import Port, Stage, discrete, stages
 from fmu_models.coupling.wiring import unit_of
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
-from fmu_models.simulation.fmu import Fmu
 
 if TYPE_CHECKING:
-    from fmu_models.coupling.scene import CoupledSystem
+    from fmu_models.coupling.toml_system import CoupledSystem
 
 GROUP = np.dtype([(name, "i8") for name in ("unit", "first", "n", "discrete")])
 STAGE = np.dtype(

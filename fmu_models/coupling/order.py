@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from fmu_models.coupling.wiring import Wire
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 Port = tuple[str, str]
 

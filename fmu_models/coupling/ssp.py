@@ -16,10 +16,10 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.coupling.scene import CoupledSystem, Unit, opened
+from fmu_models.coupling.toml_system import CoupledSystem, Unit, opened
 from fmu_models.coupling.wiring import Connection, conversion, unit_of
-from fmu_models.simulation import archive
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu import archive
+from fmu_models.fmu.fmu import Fmu
 
 DESCRIPTION = "SystemStructure.ssd"
 MAX_XML = 32 << 20

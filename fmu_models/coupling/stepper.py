@@ -9,9 +9,9 @@ from typing import Any
 from xml.etree import ElementTree
 
 from fmu_models.coupling.composite import library
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance
 from fmu_models.importer.motion_error import MotionError
-from fmu_models.simulation.fmu import Fmu
 
 # Function of master.h
 ENTER_EVENT, ENTER_STEP, TERMINATE = 4, 7, 17

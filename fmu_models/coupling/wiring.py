@@ -16,7 +16,7 @@ from fmu_models.importer import request
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
 
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 WHOLE = "a whole number"
 KINDS = {"Real": "a real number", "Boolean": "a boolean", "Enumeration": "an enumeration"}

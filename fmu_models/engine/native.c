@@ -1,6 +1,6 @@
 /*
  * The native face: a whole run in one call, for a program that has opened the FMU as Co-Simulation and left its
- * initialization mode (fmu_models/simulation/system.py). Nothing is allocated while stepping.
+ * initialization mode (fmu_models/simulation/run.py). Nothing is allocated while stepping.
  *
  *     repeat   at a knot: set the inputs and their rates, choose contact states again
  *              advance to the next knot or output time, note every change of contact state

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
 from fmu_models.importer.motion_error import DONE, MORE, TERMINATED, indicator_name, motion_error
-from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 

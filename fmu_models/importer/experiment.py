@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import binary
-from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
+from fmu_models.fmu import library
+from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.results import Provenance, Recording
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 if TYPE_CHECKING:
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.accuracy import ErrorEstimate
-    from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.trajectory import Trajectory
 
 CO_SIMULATION = "co-simulation"
@@ -170,7 +170,7 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
         master_library()
     for interface in (fmu.description.modelExchange, fmu.description.coSimulation):
         if interface is not None:
-            binary.library(fmu, str(interface.modelIdentifier))
+            library.library(fmu, str(interface.modelIdentifier))
 
 
 def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:

@@ -15,8 +15,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.binary import library as library_file
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.library import library as library_file
 from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.importer import instance
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 # RunStatus of master.h
 DONE, MORE, TERMINATED, FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION = range(7)

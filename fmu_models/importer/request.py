@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.run import check_span, check_value, checked_times
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.system import check_span, check_value, checked_times
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelVariable

@@ -15,8 +15,8 @@ from typing import Literal, final
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.methods.result import MethodRun, NotTreated, Problem
-from fmu_models.simulation.fmu import Fmu
 
 
 @final

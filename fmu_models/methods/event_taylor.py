@@ -12,9 +12,9 @@ from typing import Literal, final
 
 import numpy as np
 
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.methods.result import MethodRun, Problem, Switch
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 
 @final

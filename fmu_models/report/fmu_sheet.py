@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from fmu_models.base import console
-from fmu_models.simulation.binary import platforms, sources, this_folder
+from fmu_models.fmu.library import platforms, sources, this_folder
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
     from rich.console import Console
 
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 INTERFACES = {
     "ModelExchange": "Model Exchange",

@@ -17,8 +17,8 @@ from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES, Event
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.accuracy import ErrorEstimate
-    from fmu_models.simulation.fmu import Fmu
     from fmu_models.simulation.results import Recording
     from fmu_models.simulation.trajectory import Trajectory
 

@@ -14,7 +14,7 @@ from fmu_models.report.figures import save_figure
 from fmu_models.simulation.trajectory import OPEN
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.trajectory import Trajectory
 
 

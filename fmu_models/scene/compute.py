@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.scene import Scene
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
 KEPT = 32  # periods at the end of a strobe, among which different points are counted

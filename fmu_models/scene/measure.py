@@ -21,11 +21,11 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built, variant
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments
 from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Scene
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 from fmu_models.toolchain.compiler import cache_folder
 
 PAIRS = 21

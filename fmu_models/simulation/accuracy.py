@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
 _ROUNDING = 2.0**-52

@@ -28,7 +28,7 @@ from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 if TYPE_CHECKING:
     import h5py
 
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 FORMAT = "stickslip trajectory"
 VERSION = 1

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import native
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import begin, check_names, check_value, new_instance
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import begin, check_names, check_value, new_instance
 
 DIRECTIONS = (1, -1, 0)
 
@@ -145,12 +145,12 @@ class Follower:
             check_value(fmu, name, value)
         self._slave, self._failure = new_instance(fmu)
         weakref.finalize(self, self._slave.freeInstance)
-        self._simulate = native.library_of(self._slave.dll, fmu.path.name)
+        self._simulate = whole_run.library_of(self._slave.dll, fmu.path.name)
         self._motions = 0
         rates = [f"der({name})" for name in fmu.states]
         contacts = [f"{name}_state" for name in fmu.contacts]
         self._recorded = [fmu.variables[name].valueReference for name in ["time", *fmu.states, *rates, *contacts]]
-        self._section = native.Section(
+        self._section = whole_run.Section(
             fmu.variables[section.state].valueReference, float(section.level), section.direction
         )
 
@@ -179,12 +179,12 @@ class Follower:
         except FMICallException as error:
             raise self._failure() from error
         no_inputs = (np.empty(0), np.empty(0), np.empty(0))
-        request = native.Request(np.array([stop_time], dtype=float), self._recorded, [], *no_inputs)
+        request = whole_run.Request(np.array([stop_time], dtype=float), self._recorded, [], *no_inputs)
         return self._each(request, self._motions)
 
-    def _each(self, request: native.Request, motion: int) -> Iterator[Crossing]:
+    def _each(self, request: whole_run.Request, motion: int) -> Iterator[Crossing]:
         n = len(self.fmu.states)
-        for row in native.crossings(self._simulate, self._slave.component, request, self._section):
+        for row in whole_run.crossings(self._simulate, self._slave.component, request, self._section):
             if row is None:
                 raise self._failure()
             time, *values = row.tolist()

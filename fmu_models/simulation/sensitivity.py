@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.simulation import native
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import check_names, check_value, checked_times, new_instance
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.system import check_names, check_value, checked_times, new_instance
 from fmu_models.simulation.trajectory import Event
 
 
@@ -95,12 +95,12 @@ class SensitiveRun:
         self._references = [fmu.variables[name].valueReference for name in self.recorded]
         self._slave, self._failure = new_instance(fmu)
         try:
-            native.library_of(self._slave.dll, fmu.path.name)
+            whole_run.library_of(self._slave.dll, fmu.path.name)
         except StickslipError:
             self.close()
             raise
         directions = [fmu.variables[name].valueReference for name in self.by]
-        self._differentiator = native.Differentiator(self._slave.dll, self._slave.component, directions)
+        self._differentiator = whole_run.Differentiator(self._slave.dll, self._slave.component, directions)
 
     def __enter__(self) -> SensitiveRun:
         return self
@@ -153,7 +153,9 @@ class SensitiveRun:
         for i, name in enumerate(signals):
             initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
         variables = self.fmu.variables
-        request = native.Request(times, self._references, [variables[name].valueReference for name in signals], *table)
+        request = whole_run.Request(
+            times, self._references, [variables[name].valueReference for name in signals], *table
+        )
         begin = {variables[name].valueReference: float(value) for name, value in initial.items()}
         found = self._differentiator.run(request, begin, start_time, self.tolerance)
         if found is None:

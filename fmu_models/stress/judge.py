@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.stress import balance
 from fmu_models.stress.admissible import contradictions

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.unit_names import parse_unit
-from fmu_models.simulation import native
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.stress.cases import Case
 
 Scale = tuple[int, int, int]
 SAMPLES = 101
 # engine steps that a run of a cell may take, and a long one
-ALLOWANCE, LONG_ALLOWANCE = 5 * native.ALLOWANCE, 40 * native.ALLOWANCE
+ALLOWANCE, LONG_ALLOWANCE = 5 * whole_run.ALLOWANCE, 40 * whole_run.ALLOWANCE
 
 
 class AllowanceSpentError(Exception):
@@ -87,7 +87,7 @@ class Trial:
         def count(done: float) -> None:
             nonlocal calls
             calls += 1
-            if calls * native.ALLOWANCE > allowance and done < 1.0:
+            if calls * whole_run.ALLOWANCE > allowance and done < 1.0:
                 raise AllowanceSpentError(done)
 
         trajectory = simulate(

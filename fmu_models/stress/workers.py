@@ -126,7 +126,7 @@ def _work(pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt means
     from fmu_models import oscillators
     from fmu_models.codegen.package import built
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.stress.judge import Subject, judge
 
     loaded: dict[str, Any] = {}

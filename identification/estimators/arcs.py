@@ -32,7 +32,7 @@ from identification.problem import Evaluation, Prior, Unknown
 from rig_io.arrangement import MODELS
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
 
 MARGIN = 0.005  # s by which an arc begins before its first sample, so that the delay may move
@@ -356,7 +356,7 @@ def arc_problem(
         StickslipError: a nuisance parameter is unknown, or nothing is known of it.
     """
     from fmu_models.codegen.package import built
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
     others = _nuisance(ready, nuisance, any(arc.laser for arc in arcs))
     every = (*unknowns(law), *others)

@@ -123,8 +123,8 @@ def _write(
 
         write_scene(find(source), output, values, overwrite=overwrite)
     elif kind == ".fmu":
-        from fmu_models.simulation.fmu import Fmu
-        from fmu_models.simulation.start_values import copy_with_start_values
+        from fmu_models.fmu.fmu import Fmu
+        from fmu_models.fmu.start_values import copy_with_start_values
         from identification.handover.values import check_targets
 
         fmu = Fmu.open(source) if source is not None else fitted_model(found, fmi_version=fmi).fmu

@@ -19,7 +19,7 @@ from identification.handover.values import HandedValue
 from identification.model import FittedModel
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 PARAMETERS = "fitted.ssv"
 

@@ -11,7 +11,7 @@ from identification.model import FittedModel, fitted_model
 from identification.result import FrictionFit
 
 if TYPE_CHECKING:
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def check_targets(values: Sequence[HandedValue], fmu: Fmu) -> dict[str, float]:
         StickslipError: a name or unit that does not match.
     """
     from fmu_models.coupling.wiring import unit_of
-    from fmu_models.simulation.start_values import check_parameter
+    from fmu_models.fmu.start_values import check_parameter
 
     found = {}
     for one in values:

@@ -104,7 +104,7 @@ class _Block:
 
     def __init__(self, statistics: SlipStatistics, p: float) -> None:
         from fmu_models.codegen.package import built
-        from fmu_models.simulation.fmu import Fmu
+        from fmu_models.fmu.fmu import Fmu
 
         known = statistics.known
         self.fmu = Fmu.open(built("block_on_belt"))
@@ -115,7 +115,7 @@ class _Block:
 
     def cycle(self, mu_s: float, mu_k: float) -> _Cycle:
         """Statistics of the motion after a transient; friction is read from the spring, as in the log."""
-        from fmu_models.simulation.system import simulate
+        from fmu_models.simulation.run import simulate
 
         known = self.known
         step = self.natural_period / SAMPLES

@@ -21,8 +21,8 @@ import mpmath
 import numpy as np
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation import native, system
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import run, whole_run
 
 GAMMA, E = 0.8, 0.8
 IMPACTS = 1000
@@ -81,14 +81,14 @@ def ours(stop: float) -> Callable[[], tuple[np.ndarray, int, float]]:
     fmu = Fmu.open(built("bouncing_ball"))
     references = [fmu.variables[name].valueReference for name in ("x", "v")]
     none = np.zeros((0, 0))
-    request = native.Request(np.array([stop]), references, [], np.zeros(0), none, none)
+    request = whole_run.Request(np.array([stop]), references, [], np.zeros(0), none, none)
     start = {"g": 1.0, "A": GAMMA, "omega": 1.0, "e": E, "x": HEIGHT, "v": SPEED}
 
     def run() -> tuple[np.ndarray, int, float]:
-        with system.instance(fmu, start, PHASE, 1e-14) as (slave, _):
-            library = native.library_of(slave.dll, "bouncing_ball")
+        with run.instance(fmu, start, PHASE, 1e-14) as (slave, _):
+            library = whole_run.library_of(slave.dll, "bouncing_ball")
             begin = time.perf_counter()
-            result = native.run(library, slave.component, request)
+            result = whole_run.run(library, slave.component, request)
             elapsed = time.perf_counter() - begin
         assert result is not None
         return result.values[0], len(result.events), elapsed

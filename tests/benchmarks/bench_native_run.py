@@ -18,8 +18,8 @@ import heyoka  # pyright: ignore[reportMissingImports]  # of the extra `bench`
 import numpy as np
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation import native, system
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import run, whole_run
 
 STOP = 25.0
 J, K, C, R, DISC, N, MU_S, MU_K, P, W = 0.0548, 2.62, 0.055, 0.125, 0.06, 8.0, 0.65, 0.35, 15.0, 0.83
@@ -69,13 +69,13 @@ def ours() -> Callable[[], tuple[np.ndarray, int, float]]:
     fmu = Fmu.open(built("disc_rig", contacts=("disc0",)))
     references = [fmu.variables[name].valueReference for name in ("theta", "omega")]
     none = np.zeros((0, 0))
-    request = native.Request(np.array([STOP]), references, [], np.zeros(0), none, none)
+    request = whole_run.Request(np.array([STOP]), references, [], np.zeros(0), none, none)
 
     def run() -> tuple[np.ndarray, int, float]:
-        with system.instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-14) as (slave, _):
-            library = native.library_of(slave.dll, "disc_rig")
+        with run.instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-14) as (slave, _):
+            library = whole_run.library_of(slave.dll, "disc_rig")
             begin = time.perf_counter()
-            result = native.run(library, slave.component, request)
+            result = whole_run.run(library, slave.component, request)
             elapsed = time.perf_counter() - begin
         assert result is not None
         return result.values[0], len(result.events), elapsed

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 STOP = 20.0
 TIMES = np.arange(20001) / 1000

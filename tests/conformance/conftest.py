@@ -8,7 +8,7 @@ import pytest
 
 from fmu_models import oscillators
 from fmu_models.codegen.package import FMI_VERSIONS, built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 CASES = [(model, version) for model in oscillators.names() for version in FMI_VERSIONS]
 

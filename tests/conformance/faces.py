@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from fmpy import fmi2, fmi3
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 
 class Face:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from faces import Face, face
 
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 
 def at_point(instance: Face, point: dict[str, float]) -> None:

@@ -9,8 +9,8 @@ import pytest
 from faces import Face, face
 from fmpy.fmi1 import FMICallException
 
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 
 def advance(instance: Face, start: float, stop: float, steps: int = 20) -> np.ndarray:

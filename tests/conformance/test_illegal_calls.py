@@ -10,7 +10,7 @@ import pytest
 from faces import Face, face
 from fmpy.fmi1 import FMICallException
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 ERROR = 3
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
 STOP = 5.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from faces import face
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 
 def slip_of(fmu: Fmu) -> str:

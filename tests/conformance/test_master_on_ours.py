@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fmu_models.codegen.package import FMI_VERSIONS, built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 STOP = 25.0
 # error of the states at tolerance 1e-10, in their units; measured 3e-9 at most (events magnify the error of the steps)

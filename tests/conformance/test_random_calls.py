@@ -11,7 +11,7 @@ from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p
 import pytest
 from faces import Face, face
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 VALUES = (0.0, 1.0, -1.0, 0.1, 0.41, 0.65, 1e300, -1e300, 1e-300, 5e-324, math.nan, math.inf)
 STEPS = (1.0, 0.1, 1e-2, 1e-12, 1e-300, 0.0, -1.0, math.nan)

@@ -13,8 +13,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 

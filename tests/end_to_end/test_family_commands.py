@@ -9,8 +9,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from identification import commands
 from identification.fit import fit_friction
 from rig_io.emulator import emulate_set, standard_set

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from models import Models, foreign
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 
 @pytest.fixture(scope="session", params=[2, 3], ids=["fmi2", "fmi3"])

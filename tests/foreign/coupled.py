@@ -9,12 +9,12 @@ from typing import Any
 import sympy
 
 from fmu_models.codegen.package import export
-from fmu_models.coupling.scene import CoupledSystem, Unit
+from fmu_models.coupling.toml_system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Output
 from fmu_models.language.quantities import Input, Parameter, State
-from fmu_models.simulation.fmu import Fmu
 
 
 def mass() -> Automaton:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from build import build
 
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 Models = Callable[[str], Fmu]
 FOLDER = Path(__file__).parent / "models"

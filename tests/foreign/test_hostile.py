@@ -17,9 +17,9 @@ from hostile_models import DESCRIPTION, FOLDER, NAMES, hostile
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.isolation import IsolatedFailure, Limits
 from fmu_models.importer.experiment import Experiment, perform
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.isolation import IsolatedFailure, Limits
 
 REASONS = {
     "crash": r"crashed \(SIGSEGV, segmentation fault\)",

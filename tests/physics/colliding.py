@@ -11,10 +11,10 @@ import sympy
 from numpy.typing import NDArray
 
 from fmu_models.codegen.package import export
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Parameter
-from fmu_models.simulation.fmu import Fmu
 
 LAWS = {"newton": Newton, "poisson": Poisson}
 

@@ -9,10 +9,10 @@ import numpy as np
 import sympy
 from closed_form import root
 
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton
 from fmu_models.lowering.lower import lower
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 
 def symbols(model: Automaton) -> dict[str, Any]:

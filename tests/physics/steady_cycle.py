@@ -6,7 +6,7 @@ from typing import Any
 
 from fmu_models.analyses.cycles import Cycle, last_cycle
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 
 def disc_rig(contacts: tuple[str, ...]) -> Fmu:

@@ -15,8 +15,8 @@ from closed_form import root
 
 from fmu_models.analyses.orbits import find_orbit, orbit_at
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
 BALL = Fmu.open(built("bouncing_ball"))

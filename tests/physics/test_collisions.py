@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 CLOSED = 3
 STICK, SLIPS = 0, (-1, 1)

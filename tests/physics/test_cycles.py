@@ -8,7 +8,7 @@ import pytest
 
 from fmu_models.analyses.cycles import last_cycle
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 
 @pytest.mark.parametrize(("gamma", "periods"), [(1.4, 1), (1.6, 2)])

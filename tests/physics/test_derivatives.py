@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from steady_cycle import disc_rig
 
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
 ONE, TWO = ("disc0",), ("disc0", "disc1")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from steady_cycle import disc_rig, steady_cycle
 
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 MATERIALS = {"paper/rubber": (0.65, 0.35, 15.0), "liner/rubber": (0.5, 0.33, 20.0)}
 ONE = ("disc0",)

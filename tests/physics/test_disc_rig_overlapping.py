@@ -12,9 +12,9 @@ from replay import replay
 from steady_cycle import disc_rig, steady_cycle
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 RIG = Fmu.open(built("disc_rig_overlapping"))
 SPEED = 0.06 / 0.125  # angular speed of the body that sticks on a disc of 1 rad/s

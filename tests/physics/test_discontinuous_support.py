@@ -13,8 +13,8 @@ import pytest
 from stroboscope import after_transient, entries, period, turning_points
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 SUPPORT = Fmu.open(built("discontinuous_support"))
 T = 2 * np.pi

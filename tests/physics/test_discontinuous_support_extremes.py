@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_discontinuous_support import AWAY, ORBITS, RELEASED, REST, SUPPORT, TOUCHING, T, free_flow, state
 
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 
 @pytest.mark.parametrize("ks", [1e9, 1e12])

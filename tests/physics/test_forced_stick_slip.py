@@ -11,9 +11,9 @@ import pytest
 from replay import replay, straight
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
 BLOCK = Fmu.open(built("forced_stick_slip"))

@@ -16,9 +16,9 @@ from stroboscope import after_transient, entries, period
 from fmu_models.analyses.orbits import find_orbit
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.hinge_clearance_dimensional import scaled
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 HINGE = Fmu.open(built("hinge_clearance"))
 CLAMPED = Fmu.open(built("hinge_clearance_clamped"))

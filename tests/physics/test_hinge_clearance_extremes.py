@@ -11,7 +11,7 @@ from scipy.special import beta
 from test_hinge_clearance import AWAY, CLAMPED, HINGE, TOUCHING
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 BOTH = pytest.mark.parametrize("fmu", [HINGE, CLAMPED], ids=["hinge", "clamped"])
 

@@ -25,8 +25,8 @@ from scipy.linalg import expm
 from fmu_models.analyses.orbits import find_orbit, orbit_at
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 DAMPER = Fmu.open(built("impact_damper"))
 DEFAULTS = {"M": 1.0, "m": 0.1, "k": 1.0, "c": 0.04, "f0": 0.1, "omega": 1.0, "D": 2.0, "e": 0.5}

@@ -12,8 +12,8 @@ from colliding import plate
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 BALL = Fmu.open(built("bouncing_ball"))
 PAIR = Fmu.open(built("impact_pair"))

@@ -7,8 +7,8 @@ import pytest
 from fmpy import simulate_fmu
 
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 
 # of CVode, with the interval of the outputs, s; at 1e-4 an interval spans many bounces
 FINE, COARSE = (1e-8, 1 / 512), (1e-4, 0.25)

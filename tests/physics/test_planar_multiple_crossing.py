@@ -13,9 +13,9 @@ from planar import jacobian
 from scipy.linalg import expm
 
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.planar_multiple_crossing import MODEL
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
 

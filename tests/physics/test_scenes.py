@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import compare, compute
 from fmu_models.scene.read import files, read_scene
 from fmu_models.scene.reduce import built_scene
-from fmu_models.simulation.fmu import Fmu
 
 # scenes of which nothing is known beforehand
 UNKNOWN = {"disc_rig_micro_slip"}

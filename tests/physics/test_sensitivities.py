@@ -16,11 +16,11 @@ from steady_cycle import disc_rig
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation import native
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 RIG = {"J": 0.0548, "k": 2.62, "c": 0.055, "R": 0.125, "r": 0.06, "N0": 4.905}
 RIG_ON_ONE = disc_rig(("disc0",))

@@ -19,10 +19,10 @@ from closed_form import root
 from scipy.linalg import expm
 
 from fmu_models.codegen.package import export
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.quantities import TIME, Parameter, State
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
 A = np.array([[-0.2, 1.0], [-1.0, -0.1]])

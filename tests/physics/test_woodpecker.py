@@ -19,11 +19,11 @@ from scipy.optimize import brentq
 from fmu_models.analyses.crossings import find_crossings
 from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.codegen.package import built, export
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.oscillators.woodpecker import MODEL
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Crossing, Section, crossings
-from fmu_models.simulation.system import simulate
 
 TOY = Fmu.open(built("woodpecker"))
 STICK, SLIP_MINUS, OPEN, CLOSED = 0, -1, 2, 3

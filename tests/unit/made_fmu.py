@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 
 Entry = tuple[str | zipfile.ZipInfo, str | bytes]
 

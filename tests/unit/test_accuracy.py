@@ -10,8 +10,8 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.accuracy import simulate_with_error
-from fmu_models.simulation.fmu import Fmu
 
 
 def free_decay(t: float) -> list[float]:

@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 from made_fmu import XML, packed, refused
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import archive
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu import archive
+from fmu_models.fmu.fmu import Fmu
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
 LOCAL = archive.LOCAL_HEADER

@@ -12,12 +12,12 @@ from compiled_model import CompiledModel
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton, Reset, Switch
 from fmu_models.language.mechanism import Output
 from fmu_models.language.quantities import TIME, Input, Parameter, State
 from fmu_models.lowering.lower import lower
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 x1 = State("x1", "1", "first state", start=0.0)
 x2 = State("x2", "1", "second state", start=2.0)

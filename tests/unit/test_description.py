@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from made_fmu import XML, XML3, packed, refused
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu import description
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.report.fmu_sheet import sheet
-from fmu_models.simulation import description
-from fmu_models.simulation.fmu import Fmu
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
 

@@ -12,8 +12,8 @@ import pytest
 from rich.console import Console
 
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.report.fmu_sheet import LISTED, print_sheet, sheet
-from fmu_models.simulation.fmu import Fmu
 
 XML = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="[bold]Pump" guid="{p}" numberOfEventIndicators="3"

@@ -16,11 +16,11 @@ from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.coupling.scene import read as read_system
+from fmu_models.coupling.toml_system import read as read_system
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.start_values import copy_with_start_values, library_starts
 from fmu_models.scene.read import read_scene
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.start_values import copy_with_start_values, library_starts
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 from identification.handover.scene import write_scene
 from identification.handover.ssp import write_parameter_set, write_ssp
 from identification.handover.values import HandedValue, check_targets, handed_values

@@ -19,11 +19,11 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 DRAWS = 40
 IMPACT_TIME = 0.25  # exact in binary

@@ -15,9 +15,9 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
+from fmu_models.simulation.run import simulate
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
 posix = pytest.mark.skipif(os.name != "posix", reason="signals")
@@ -118,7 +118,7 @@ def test_what_it_prints_does_not_disturb(capfd: pytest.CaptureFixture[str]) -> N
 def hanging_parent(note: Path) -> subprocess.Popen[bytes]:
     """A process that isolates a hanging call; ``note`` holds the child's number once it hangs."""
     code = (
-        "import isolated_functions as f\nfrom fmu_models.simulation.isolation import isolated\n"
+        "import isolated_functions as f\nfrom fmu_models.fmu.isolation import isolated\n"
         f"isolated(f.hang, {str(note)!r})\n"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

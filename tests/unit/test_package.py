@@ -15,7 +15,7 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen import package
 from fmu_models.codegen.package import built, export, export_built, variant
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.toolchain.compiler import this_platform
 
 

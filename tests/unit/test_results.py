@@ -17,10 +17,10 @@ from hypothesis.extra import numpy as arrays
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import results
-from fmu_models.simulation.fmu import Fmu
 from fmu_models.simulation.results import Provenance, read_trajectory, write_trajectory
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
 # what XML allows in a name: neither NUL nor halves of surrogate pairs

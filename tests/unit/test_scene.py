@@ -14,13 +14,13 @@ from scene_file import CLASS_A, scene_of
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments, compare, compute
 from fmu_models.scene.explain import left_out
 from fmu_models.scene.measure import size, time_runs, whole_model
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
 from fmu_models.scene.scene import Scene
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.simulation.run import simulate
 
 
 def test_units_are_converted(tmp_path: Path) -> None:
@@ -38,7 +38,7 @@ def test_a_scene_read_again_is_the_same_and_needs_no_model(tmp_path: Path) -> No
     built_scene(scene)
     code = (
         "import sys; from fmu_models.scene.read import read_scene; from fmu_models.scene.reduce import built_scene\n"
-        "from fmu_models.scene.compute import compute; from fmu_models.simulation.fmu import Fmu\n"
+        "from fmu_models.scene.compute import compute; from fmu_models.fmu.fmu import Fmu\n"
         f"scene = read_scene({str(tmp_path / 'given.toml')!r}); compute(scene, Fmu.open(built_scene(scene)))\n"
         "heavy = {'sympy', 'pint', 'matplotlib', 'scipy', 'pandas'} & set(sys.modules); assert not heavy, heavy\n"
     )

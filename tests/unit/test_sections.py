@@ -16,12 +16,12 @@ from scipy.special import ellipk, ellipkinc
 from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built, export
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
-from fmu_models.simulation import native
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Follower, Section, crossings
-from fmu_models.simulation.system import simulate
 
 FREE = Fmu.open(built("disc_rig", contacts=[]))
 BALL = Fmu.open(built("bouncing_ball"))

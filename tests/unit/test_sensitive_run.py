@@ -12,10 +12,10 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.system import simulate
 
 RIG = Fmu.open(built("disc_rig", contacts=("disc0",)))
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation import native
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.system import simulate
 
 
 @pytest.fixture(scope="module")

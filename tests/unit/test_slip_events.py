@@ -10,8 +10,8 @@ from machine_log import coloured, recipe_of
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.system import simulate
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
 from identification.one_dof.recipe import read_recipe
 from identification.one_dof.slip_model import fit_slip_model
 from identification.one_dof.slip_statistics import find_slips, slip_statistics, statistic

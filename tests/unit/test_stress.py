@@ -14,11 +14,11 @@ import pytest
 from fmu_models import oscillators
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
-from fmu_models.simulation.fmu import Fmu
 from fmu_models.stress import report, trial
 from fmu_models.stress.cases import Case, grid
 from fmu_models.stress.equations import Equations

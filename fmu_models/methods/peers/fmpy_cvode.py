@@ -13,8 +13,8 @@ from typing import Any, Literal, final
 
 import numpy as np
 
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs
-from fmu_models.simulation.fmu import Fmu
 
 
 @final

@@ -22,8 +22,8 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.package import built
 from fmu_models.coupling.wiring import Connection, Wire, split, wires
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
-from fmu_models.simulation.fmu import Fmu
 
 EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
 EXCHANGE_BY_STEPS = ("jacobi", "gauss-seidel")

@@ -12,7 +12,7 @@ from fmu_models.toolchain.compiler import CPP, compile_shared, this_platform
 if TYPE_CHECKING:
     from fmpy.model_description import SourceFileSet
 
-    from fmu_models.simulation.fmu import Fmu
+    from fmu_models.fmu.fmu import Fmu
 
 # -w: warnings about somebody else's code help nobody here; otherwise as for our own
 FLAGS = ("-O2", "-w", "-ffp-contract=off", "-fno-sanitize=undefined", "-shared", "-fPIC", "-s", "-I.")

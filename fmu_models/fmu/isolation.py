@@ -1,6 +1,6 @@
 """Run a function in a process of its own: what kills or stops an FMU there is one failed run here.
 
-    parent                                   child (python -m fmu_models.simulation.isolation)
+    parent                                   child (python -m fmu_models.fmu.isolation)
     starts the child, sends the call   ->    imports the function, then lowers its limit of memory
     shows progress, watches the clock  <-    reports the fraction done
     takes the value or the reason      <-    sends the value, or the error
@@ -333,6 +333,6 @@ def _main() -> None:
 
 if __name__ == "__main__":
     # the instance of this module that the call was pickled with, not __main__
-    from fmu_models.simulation import isolation
+    from fmu_models.fmu import isolation
 
     isolation._main()

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.simulation import native
-from fmu_models.simulation.binary import library
-from fmu_models.simulation.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.library import library
+from fmu_models.simulation import whole_run
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Event, Trajectory
 
@@ -69,7 +69,7 @@ def simulate(
         *fmu.memories,
         *(f"{name}_state" for name in fmu.contacts),
     ]
-    request = native.Request(
+    request = whole_run.Request(
         times,
         [fmu.variables[name].valueReference for name in recorded],
         [fmu.variables[name].valueReference for name in signals],
@@ -79,7 +79,7 @@ def simulate(
     for i, name in enumerate(signals):
         initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
     with instance(fmu, initial, start_time, tolerance) as (slave, failure):
-        result = native.run(native.library_of(slave.dll, fmu.path.name), slave.component, request, progress)
+        result = whole_run.run(whole_run.library_of(slave.dll, fmu.path.name), slave.component, request, progress)
         if result is None:
             raise failure()
     return _trajectory(fmu, times, recorded, result)
@@ -199,7 +199,7 @@ def new_instance(fmu: Fmu) -> tuple[Any, Callable[[], StickslipError]]:
     return slave, failure
 
 
-def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], result: native.Result) -> Trajectory:
+def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], result: whole_run.Result) -> Trajectory:
     states = {f"{name}_state" for name in fmu.contacts}
     values = {}
     for column, name in enumerate(recorded):

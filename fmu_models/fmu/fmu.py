@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.simulation import archive
-from fmu_models.simulation import description as descriptions
+from fmu_models.fmu import archive
+from fmu_models.fmu import description as descriptions
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ScalarVariable

@@ -21,9 +21,9 @@ from xml.sax.saxutils import quoteattr
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
-from fmu_models.simulation.binary import LIBRARIES, library, this_folder
-from fmu_models.simulation.fmu import Fmu
-from fmu_models.simulation.isolation import IsolatedFailure, Limits, isolated
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
+from fmu_models.fmu.library import LIBRARIES, library, this_folder
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable

@@ -39,10 +39,10 @@ def bench(
     Example: stickslip bench discontinuous_support_table_1 --page bench.html
     """
     from fmu_models.base.errors import StickslipError
-    from fmu_models.bench.output import as_json, print_table, write_csv, write_page
-    from fmu_models.bench.problems import problem
-    from fmu_models.bench.run import Comparison, compare
-    from fmu_models.methods.catalogue import chosen
+    from fmu_models.validation.bench.output import as_json, print_table, write_csv, write_page
+    from fmu_models.validation.bench.problems import problem
+    from fmu_models.validation.bench.run import Comparison, compare
+    from fmu_models.validation.methods.catalogue import chosen
 
     names = scenes or DEFAULT
     refuse_existing(page, csv, figure, overwrite=overwrite)
@@ -69,8 +69,8 @@ def bench(
     if page:
         write_page(made, page, overwrite=overwrite)
     if figure and made:
-        from fmu_models.bench.diagram import draw
         from fmu_models.report.figures import save_figure
+        from fmu_models.validation.bench.diagram import draw
 
         save_figure(draw(made[0]), figure, overwrite=overwrite)
     console.say(json, as_json(made), lambda out: print_table(made, out))

@@ -7,7 +7,7 @@ from fmu_models import cli as model_commands
 from fmu_models import map_cli as map_commands
 from fmu_models import scene_cli as scene_commands
 from fmu_models.base import console
-from fmu_models.stress import cli as stress_commands
+from fmu_models.validation.stress import cli as stress_commands
 from identification import commands as friction_commands
 from identification.comparison import commands as comparison_commands
 from identification.handover import commands as handover_commands

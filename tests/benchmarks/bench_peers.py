@@ -25,11 +25,11 @@ import bench_native_run
 import heyoka  # pyright: ignore[reportMissingImports]  # of the extra `bench`
 import numpy as np
 
-from fmu_models.bench.problems import of_model, of_scene
-from fmu_models.bench.reference import reference
-from fmu_models.methods.event_taylor import EventTaylor
-from fmu_models.methods.result import Problem
-from fmu_models.methods.scipy_events import ScipyEvents
+from fmu_models.validation.bench.problems import of_model, of_scene
+from fmu_models.validation.bench.reference import reference
+from fmu_models.validation.methods.event_taylor import EventTaylor
+from fmu_models.validation.methods.result import Problem
+from fmu_models.validation.methods.scipy_events import ScipyEvents
 
 Peer = Callable[[], tuple[np.ndarray, int]]
 

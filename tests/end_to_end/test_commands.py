@@ -326,7 +326,7 @@ def test_stress_answers_bad_input(stickslip, arguments, lesson):
 
 
 def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
-    from fmu_models.stress import workers
+    from fmu_models.validation.stress import workers
 
     whole = workers.judged
 

@@ -7,10 +7,10 @@ covers what differs, the control of the steps.
 import numpy as np
 import pytest
 
-from fmu_models.bench.problems import problem
-from fmu_models.methods.catalogue import OURS
-from fmu_models.methods.smoothing import Smoothing
-from fmu_models.methods.switch_model import SwitchModel
+from fmu_models.validation.bench.problems import problem
+from fmu_models.validation.methods.catalogue import OURS
+from fmu_models.validation.methods.smoothing import Smoothing
+from fmu_models.validation.methods.switch_model import SwitchModel
 
 SOFT, STIFF = "discontinuous_support_table_1", "discontinuous_support_table_1_stiff"
 

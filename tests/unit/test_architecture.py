@@ -33,19 +33,19 @@ ROOMS = {
         "fmu_models.simulation",
         "fmu_models.analyses",
     },
-    "fmu_models.methods": BASE | {"fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
-    "fmu_models.bench": BASE
+    "fmu_models.validation.methods": BASE | {"fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
+    "fmu_models.validation.bench": BASE
     | {
         "fmu_models.base.console",
         "fmu_models.oscillators",
         "fmu_models.lowering",
         "fmu_models.simulation",
-        "fmu_models.methods",
+        "fmu_models.validation.methods",
         "fmu_models.scene",
     },
     "fmu_models.report": BASE
     | {"fmu_models.base.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
-    "fmu_models.stress": BASE
+    "fmu_models.validation.stress": BASE
     | {
         "fmu_models.codegen",
         "fmu_models.base.console",

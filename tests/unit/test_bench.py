@@ -12,15 +12,15 @@ import pytest
 from rich.console import Console
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.bench import run as bench_run
-from fmu_models.bench.events import event_errors
-from fmu_models.bench.output import as_json, print_table, write_page
-from fmu_models.bench.problems import problem
-from fmu_models.bench.reference import Reference, Witness, reference
-from fmu_models.bench.run import compare
-from fmu_models.methods.catalogue import OURS, chosen
-from fmu_models.methods.result import MethodRun, NotTreated, Switch
-from fmu_models.methods.scipy_events import ScipyEvents
+from fmu_models.validation.bench import run as bench_run
+from fmu_models.validation.bench.events import event_errors
+from fmu_models.validation.bench.output import as_json, print_table, write_page
+from fmu_models.validation.bench.problems import problem
+from fmu_models.validation.bench.reference import Reference, Witness, reference
+from fmu_models.validation.bench.run import compare
+from fmu_models.validation.methods.catalogue import OURS, chosen
+from fmu_models.validation.methods.result import MethodRun, NotTreated, Switch
+from fmu_models.validation.methods.scipy_events import ScipyEvents
 
 
 def switch(time, before=2, after=3, contact="stop"):
@@ -64,7 +64,7 @@ def test_a_method_is_no_witness_for_itself():
 
 def test_runs_that_part_are_no_reference(monkeypatch):
     """Two codes that end in different motions: nothing tells which of them is right."""
-    monkeypatch.setattr("fmu_models.bench.reference.APART", 1e-20)
+    monkeypatch.setattr("fmu_models.validation.bench.reference.APART", 1e-20)
     with pytest.raises(StickslipError, match="chaotic or grazes"):
         reference(problem("disc_rig_class_a", 1.0))
 

@@ -5,16 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from fmu_models.bench.problems import problem
-from fmu_models.methods.catalogue import OURS
-from fmu_models.methods.linear_flow import LinearFlow
-from fmu_models.methods.moreau import Moreau
-from fmu_models.methods.peers.fmpy_cvode import FmpyCvode
-from fmu_models.methods.peers.heyoka_taylor import HeyokaTaylor
-from fmu_models.methods.result import CLOSED, NotInstalled, NotTreated
-from fmu_models.methods.scipy_events import ScipyEvents
-from fmu_models.methods.smoothing import Smoothing
-from fmu_models.methods.switch_model import SwitchModel
+from fmu_models.validation.bench.problems import problem
+from fmu_models.validation.methods.catalogue import OURS
+from fmu_models.validation.methods.linear_flow import LinearFlow
+from fmu_models.validation.methods.moreau import Moreau
+from fmu_models.validation.methods.peers.fmpy_cvode import FmpyCvode
+from fmu_models.validation.methods.peers.heyoka_taylor import HeyokaTaylor
+from fmu_models.validation.methods.result import CLOSED, NotInstalled, NotTreated
+from fmu_models.validation.methods.scipy_events import ScipyEvents
+from fmu_models.validation.methods.smoothing import Smoothing
+from fmu_models.validation.methods.switch_model import SwitchModel
 
 PERIODS = 2
 SUPPORT = (3.648464099396639, 2.514570496974713)  # of the periodic motion: published to sixteen digits

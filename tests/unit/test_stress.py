@@ -19,13 +19,13 @@ from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
-from fmu_models.stress import report, trial
-from fmu_models.stress.cases import Case, grid
-from fmu_models.stress.equations import Equations
-from fmu_models.stress.invariants import invariants
-from fmu_models.stress.judge import TIGHT, Cell, Subject, judge
-from fmu_models.stress.roles import roles
-from fmu_models.stress.workers import judged
+from fmu_models.validation.stress import report, trial
+from fmu_models.validation.stress.cases import Case, grid
+from fmu_models.validation.stress.equations import Equations
+from fmu_models.validation.stress.invariants import invariants
+from fmu_models.validation.stress.judge import TIGHT, Cell, Subject, judge
+from fmu_models.validation.stress.roles import roles
+from fmu_models.validation.stress.workers import judged
 
 MODELS = ("block_on_belt", "bouncing_ball", "discontinuous_support", "impact_pair", "planar_hopf")
 SUBJECTS = {name: Subject.of(oscillators.load(name), Fmu.open(built(name))) for name in MODELS}

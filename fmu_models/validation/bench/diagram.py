@@ -1,0 +1,76 @@
+"""Work-precision diagram: error against wall time and against right-hand sides, as SVG."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from fmu_models.validation.bench.run import Comparison, Row
+
+MARKERS = {"event-driven": "o", "switch model": "s", "smoothing": "^", "time-stepping": "D"}
+TINIEST = 1e-17  # where an error of exactly zero is drawn
+LARGEST = 1e2  # and one of another motion
+
+
+def svg(made: Comparison) -> str:
+    """The diagram, to stand inside a page."""
+    figure = draw(made)
+    buffer = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "path", "svg.hashsalt": made.name}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]
+
+
+def draw(made: Comparison) -> Figure:
+    """Error over seconds, error over right-hand sides, and error of event times over seconds."""
+    figure = Figure(figsize=(15.5, 6.2), layout="constrained")
+    axes = figure.subplots(1, 3)
+    names = list(dict.fromkeys(row.method for row in made.rows))
+    colors = mpl.colormaps["tab20"]
+    for k, name in enumerate(names):
+        rows = [row for row in made.rows if row.method == name]
+        style: dict[str, Any] = {"color": colors(k % 20), "marker": MARKERS[rows[0].family], "markersize": 5}
+        for axis, points in zip(axes, _points(rows), strict=True):
+            axis.plot(*zip(*points, strict=True), linewidth=1.0, label=name, **style) if points else None
+    for axis, cost in zip(axes, ("wall time (s)", "right-hand sides (1)", "wall time (s)"), strict=True):
+        axis.set_xscale("log")
+        axis.set_yscale("log")
+        axis.set_xlabel(cost)
+        axis.grid(True, which="major", color="0.9", linewidth=0.6)
+    floor = made.own_error
+    if math.isfinite(floor):
+        for axis in axes[:2]:
+            axis.axhspan(
+                TINIEST / 10, 3.0 * max(floor, TINIEST), color="0.92", zorder=0, label="error of the reference, times 3"
+            )
+            axis.set_ylim(bottom=max(TINIEST / 3, min(_lowest(made.rows), floor) / 3))
+    axes[0].set_ylabel("error of the end state (in nominal values, 1)")
+    axes[1].set_ylabel("error of the end state (in nominal values, 1)")
+    axes[2].set_ylabel("largest error of an event time (s)")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    figure.suptitle(f"{made.title}: {made.stop_time:g} s")
+    return figure
+
+
+def _points(rows: Sequence[Row]) -> tuple[list[tuple[float, float]], ...]:
+    """Pairs of cost and error for the three axes."""
+    errors = [min(LARGEST, max(TINIEST, row.error if math.isfinite(row.error) else LARGEST)) for row in rows]
+    time = [(row.seconds, error) for row, error in zip(rows, errors, strict=True)]
+    work = [(float(row.evaluations), error) for row, error in zip(rows, errors, strict=True) if row.evaluations]
+    events = [
+        (row.seconds, max(TINIEST, row.events.time))
+        for row in rows
+        if row.events is not None and row.events.time is not None and row.events.missed == 0
+    ]
+    return time, work, events
+
+
+def _lowest(rows: Sequence[Row]) -> float:
+    return max(TINIEST, min((row.error for row in rows), default=TINIEST))

@@ -1,0 +1,178 @@
+"""Comparisons as a table, JSON, CSV and one page that needs nothing but itself."""
+
+from __future__ import annotations
+
+import csv
+import html
+import math
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.base import console
+from fmu_models.base.files import write_whole
+from fmu_models.validation.bench.run import Comparison, Row
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+COLUMNS = (
+    *("method", "tolerance", "error", "ranked", "event time error, s", "missed", "extra", "right-hand sides"),
+    *("median, s", "spread, s", "of ours", "runs", "memory, kB"),
+)
+NARROW = ("method", ">tol.", ">error", ">event t.", ">missed", ">rhs", ">time, s", ">spread", ">of ours", ">kB")
+CAPTION = (
+    "Error: largest difference of a state at the end, in its nominal value; '<' where it is no larger than three times "
+    "what the reference itself may be wrong, so that it does not rank. Event t.: largest error of an event time, s. "
+    "Missed, extra: events of the reference without counterpart, events without one there. Time: median and distance "
+    "of quartiles of runs in turn; 'of ours': median of the ratios of pairs. Memory: peak of Python's allocations."
+)
+
+
+def as_json(made: Sequence[Comparison]) -> dict[str, Any]:
+    """Everything, for machines; numbers that are not finite become null."""
+    return {"machine": machine(), "scenes": [_finite(asdict(one)) for one in made]}
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def machine() -> str:
+    """Where the times were measured."""
+    return f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
+
+
+def cells(row: Row) -> list[str]:
+    """A row as text, by ``COLUMNS``."""
+    events = row.events
+    return [
+        row.method,
+        f"{row.tolerance:.0e}",
+        f"{'' if row.ranked else '<'}{row.error:.1e}" if math.isfinite(row.error) else "none",
+        "yes" if row.ranked else "no",
+        "-" if events is None or events.time is None else f"{events.time:.1e}",
+        "-" if events is None else f"{events.missed} of {events.expected}",
+        "-" if events is None else str(events.extra),
+        "-" if row.evaluations is None else str(row.evaluations),
+        f"{row.seconds:.1e}",
+        f"{row.spread:.0e}",
+        "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}",
+        str(row.runs),
+        "-" if row.memory is None else f"{row.memory / 1000:.0f}",
+    ]
+
+
+def print_table(made: Sequence[Comparison], out: Console) -> None:
+    """For people at a terminal, 120 columns wide."""
+    for one in made:
+        table = console.table(*NARROW, title=f"{one.title} ({one.stop_time:g} s)")
+        table.columns[0].no_wrap = True
+        last = ""
+        for row in one.rows:
+            text = dict(zip(COLUMNS, cells(row), strict=True))
+            missed = "-" if row.events is None else f"{row.events.missed}/{row.events.expected}"
+            table.add_row(
+                *("" if row.method == last else row.method, text["tolerance"], text["error"]),
+                *(text["event time error, s"], missed, text["right-hand sides"]),
+                *(text["median, s"], text["spread, s"], text["of ours"], text["memory, kB"]),
+            )
+            last = row.method
+        out.print(table)
+        out.print(f"Reference: {one.reference}.")
+        if one.shortened:
+            out.print(one.shortened)
+        for why, names in _grouped(one).items():
+            out.print(console.plain(", ".join(names), "bold"), console.plain(f": {why}"), sep="")
+        if one.interrupted:
+            out.print("Interrupted: not everything was run.")
+        out.print(f"{one.seconds:.0f} s in all\n")
+    out.print(CAPTION)
+
+
+def _grouped(one: Comparison) -> dict[str, list[str]]:
+    """Methods without a result, by the reason."""
+    found: dict[str, list[str]] = {}
+    for refusal in one.refusals:
+        found.setdefault(refusal.why, []).append(refusal.method)
+    return found
+
+
+def write_csv(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
+    """One line per scene, method and tolerance, numbers in full.
+
+    Raises:
+        StickslipError: the file exists or cannot be written.
+    """
+    fields = [
+        *("scene", "method", "family", "tolerance", "error [1]", "ranked", "events", "missed", "extra"),
+        *("event time error [s]", "right-hand sides", "median [s]", "spread [s]", "of ours [1]", "runs", "memory [B]"),
+    ]
+    with write_whole(path, overwrite=overwrite) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(fields)
+        for one in made:
+            for row in one.rows:
+                e = row.events
+                events = (None,) * 4 if e is None else (e.expected, e.missed, e.extra, e.time)
+                writer.writerow([
+                    one.name, row.method, row.family, row.tolerance, row.error, row.ranked, *events, row.evaluations,
+                    row.seconds, row.spread, row.ratio, row.runs, row.memory,
+                ])  # fmt: skip
+
+
+STYLE = """
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1500px; padding: 0 1em; color: #111; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: .15em .7em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
+th { white-space: normal; vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
+tr.unranked td { color: #777; } svg { width: 100%; height: auto; } .wide { overflow-x: auto; }
+"""
+
+
+def write_page(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> None:
+    """One HTML file with diagrams and tables inside; it asks the network for nothing.
+
+    Raises:
+        StickslipError: the file exists or cannot be written.
+    """
+    parts = ["<h1>Error against run time</h1>", f"<p>{html.escape(CAPTION)} Measured on {html.escape(machine())}.</p>"]
+    for one in made:
+        parts += _section(one)
+    text = (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Error against run time</title>'
+        f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(parts) + "\n</body></html>\n"
+    )
+    with write_whole(path, overwrite=overwrite) as temporary:
+        temporary.write_text(text, "utf-8")
+
+
+def _section(one: Comparison) -> list[str]:
+    from fmu_models.validation.bench.diagram import svg
+
+    heads = "".join(f"<th>{html.escape(name)}</th>" for name in COLUMNS)
+    body = "\n".join(
+        f"<tr{'' if row.ranked else ' class=unranked'}>"
+        + "".join(f"<td>{html.escape(text)}</td>" for text in cells(row))
+        + "</tr>"
+        for row in one.rows
+    )
+    left = "".join(
+        f"<li><b>{html.escape(', '.join(names))}</b>: {html.escape(why)}</li>" for why, names in _grouped(one).items()
+    )
+    events = "" if one.expected is None else f" {one.expected} events."
+    return [
+        f"<h2>{html.escape(one.title)}</h2>",
+        f"<p>{html.escape(one.name)}, {one.stop_time:g} s.{events} Reference: {html.escape(one.reference)}.</p>",
+        f"<p>{html.escape(one.shortened)}</p>" if one.shortened else "",
+        svg(one) if one.rows else "<p>No method has finished.</p>",
+        f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>',
+        f"<h3>Without a result</h3><ul>{left}</ul>" if left else "",
+        "<p>Interrupted: not everything was run.</p>" if one.interrupted else "",
+    ]

@@ -1,0 +1,101 @@
+"""From a scene or a model to the one problem that every method gets."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.scene.compute import arguments, period
+from fmu_models.scene.read import SUFFIX, files, read_scene
+from fmu_models.scene.reduce import built_scene, reduced
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.signal import Signal
+from fmu_models.validation.methods.result import Problem
+
+STOP_TIME = 20.0  # s, of a model without a scene
+
+
+def problem(name: str, until: float | None = None) -> Problem:
+    """The problem of a scene (a TOML file, or the name of one in ``data/scenes``) or of a model with its defaults.
+
+    Args:
+        until: s, end of the run; that of the scene, or 20 s, if None.
+
+    Raises:
+        StickslipError: there is no such scene or model, or the time is not positive.
+    """
+    if until is not None and not 0.0 < until < float("inf"):
+        raise StickslipError(f"The run must end after it starts, at a finite time; found {until:g} s.")
+    scene = _scene(name)
+    return of_scene(scene, until)
+
+
+def _scene(name: str) -> Scene:
+    from fmu_models import oscillators
+
+    if not name.endswith(SUFFIX) and name not in {file.stem for file in files()} and name in oscillators.names():
+        return of_model(name)
+    if not name.endswith(SUFFIX) and name not in {file.stem for file in files()}:
+        from fmu_models.base.errors import nearest
+
+        known = [*(file.stem for file in files()), *oscillators.names()]
+        raise StickslipError(f"There is no scene or model '{name}'.{nearest(name, known)}")
+    return read_scene(name)
+
+
+def of_model(name: str) -> Scene:
+    """A scene of a model with all its defaults held."""
+    from fmu_models import oscillators
+
+    model = oscillators.load(name)
+    held = {q.name: q.value for q in (*model.parameters, *model.inputs)}
+    return Scene(
+        name=name, title=model.title, source=model.source, model=name, contacts=None, laws={}, fixed=held, free={},
+        drives={}, start={}, outputs=(), stop_time=STOP_TIME,
+    )  # fmt: skip
+
+
+def of_scene(scene: Scene, until: float | None = None) -> Problem:
+    """The first of the runs that a scene asks for; one of an orbit is made over ten periods."""
+    from fmu_models.lowering.fold import fold
+
+    scene = _first(scene)
+    stop = until or _end(scene)
+    run = arguments(scene, stop)
+    system = reduced(scene)
+    steady = not any(isinstance(value, Signal) for value in run["inputs"].values())
+    if steady:
+        fixed = {**run["parameters"], **run["inputs"]}
+        fixed |= {u.name: u.value for u in system.inputs if u.name not in fixed}
+        system = fold(system, fixed=fixed, values={}, start=scene.start, outputs=())
+    start = np.array([float(scene.start.get(s.name, s.start)) for s in system.states])
+    nominal = np.array([float(s.nominal) for s in system.states])
+    given: dict[str, Any] = {key: run[key] for key in ("parameters", "start", "inputs")}
+    return Problem(
+        name=scene.name, title=scene.title, system=system, start=start, nominal=nominal, stop_time=stop,
+        fmu=built_scene(scene), arguments=given, steady=steady,
+    )  # fmt: skip
+
+
+def _first(scene: Scene) -> Scene:
+    """The scene with what it sweeps held at its first value."""
+    from fmu_models.scene.scene import Drive
+
+    how = scene.compute
+    if how.over is None:
+        return scene
+    value = how.values[0]
+    held = dataclasses.replace(how, over=None, values=(), follow=False)
+    if how.over in scene.drives:
+        drives = {**scene.drives, how.over: Drive(times=(0.0,), values=(value,))}
+        return dataclasses.replace(scene, drives=drives, compute=held)
+    return dataclasses.replace(scene, free={**scene.free, how.over: value}, compute=held)
+
+
+def _end(scene: Scene) -> float:
+    if scene.compute.kind == "orbit" and not scene.compute.autonomous:
+        return 10.0 * period(scene, {})
+    return scene.stop_time

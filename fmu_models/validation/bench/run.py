@@ -1,0 +1,251 @@
+"""Every method at every tolerance on one problem: error, events, cost.
+
+Times are medians over rounds. In a round every row is run once, each right after a run of the first method, so that
+what disturbs the machine disturbs both: their ratio is the median of the ratios of the pairs. What a method does once
+(opening, compiling) is outside the times. Memory is the peak of what Python's allocator, numpy's arrays included, hands
+out in one further run; compiled code that allocates for itself is not seen.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from fmu_models.validation.bench.events import EventErrors, event_errors
+from fmu_models.validation.bench.limit import limit
+from fmu_models.validation.bench.reference import TRUST, Parted, Reference, reference
+from fmu_models.validation.methods.catalogue import OURS
+from fmu_models.validation.methods.result import Method, MethodRun, NotInstalled, NotTreated, Problem
+
+ROUNDS = 15
+LONGEST = 4.0  # s of one run, after which it is given up, with the method's tighter tolerances
+REPEATING = 12.0  # s of all rounds, as the first runs let expect
+# s from the begin, after which no further first run, timed run or run for memory is begun: a scene stays below 60 s
+FIRST_UNTIL, TIMED_UNTIL, TRACED_UNTIL = 32.0, 44.0, 52.0
+TRACED = 0.5  # s: longer runs are not made again for their memory
+EVENTS = 300  # of a longer run only the part with so many is compared
+CUTS = 3  # to a quarter, of a run that no two codes end alike
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method at one tolerance.
+
+    Attributes:
+        error: of the end state, in nominal values of the states.
+        ranked: the error is beyond doubt of the reference.
+        events: against those of the reference; None if the method reports none.
+        evaluations: right-hand sides, None if unknown.
+        seconds, spread: median of the wall time and distance of its quartiles, s.
+        ratio: median of the times in those of the first method, pair by pair; None if only run once.
+        runs: number of timed runs.
+        memory: bytes, None if not measured.
+    """
+
+    method: str
+    family: str
+    tolerance: float
+    error: float
+    ranked: bool
+    events: EventErrors | None
+    evaluations: int | None
+    seconds: float
+    spread: float
+    ratio: float | None
+    runs: int
+    memory: int | None
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A method, or one tolerance of it, without a result, and why."""
+
+    method: str
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All rows of a problem.
+
+    Attributes:
+        asked_time: end of the run that was asked for, s; ``stop_time`` is earlier where that is too long to compare.
+        reference: sentence that says what errors are measured against.
+        own_error: of the reference, in nominal values.
+        expected: number of events, None if the reference has none.
+        interrupted: not everything was run.
+        seconds: wall time of everything, s.
+    """
+
+    name: str
+    title: str
+    stop_time: float
+    asked_time: float
+    states: tuple[str, ...]
+    reference: str
+    own_error: float
+    expected: int | None
+    rows: tuple[Row, ...]
+    refusals: tuple[Refusal, ...]
+    interrupted: bool
+    seconds: float
+
+    @property
+    def shortened(self) -> str:
+        """A sentence if only the begin of the run is compared, else nothing."""
+        if self.stop_time == self.asked_time:
+            return ""
+        return (
+            f"Shortened: the first {self.stop_time:g} s of {self.asked_time:g} s are compared, {EVENTS} events at most "
+            "and not beyond where different codes part."
+        )
+
+
+@dataclass(eq=False)
+class _Entry:
+    method: Method
+    tolerance: float
+    make: Callable[[float], MethodRun]
+    first: MethodRun
+    times: list[float]
+    ratios: list[float]
+    memory: int | None = None
+
+
+def compare(
+    problem: Problem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
+) -> Comparison:
+    """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
+
+    Raises:
+        StickslipError: there is no reference.
+        KeyboardInterrupt: before there is one.
+    """
+    begin = time.monotonic()
+    asked = problem.stop_time
+    problem, known = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - begin) / 60.0)))
+    entries: list[_Entry] = []
+    refusals: list[Refusal] = []
+    interrupted = False
+    try:
+        for entry in _first_runs(problem, methods, refusals, begin + FIRST_UNTIL, lambda f: progress(0.3 + 0.35 * f)):
+            entries.append(entry)
+        _rounds(entries, begin + TIMED_UNTIL, lambda f: progress(0.65 + 0.25 * f))
+        for i, entry in enumerate(entries):
+            entry.memory = _memory(entry) if time.monotonic() < begin + TRACED_UNTIL else None
+            progress(0.9 + 0.1 * (i + 1) / len(entries))
+    except KeyboardInterrupt:
+        interrupted = True
+    entries.sort(key=lambda entry: methods.index(entry.method))
+    rows = [_row(entry, known, problem) for entry in entries]
+    expected = None if known.switches is None else sum(s.matters for s in known.switches)
+    return Comparison(
+        problem.name, problem.title, problem.stop_time, asked, problem.states,
+        known.sentence, known.own_error(), expected, tuple(rows), tuple(refusals),
+        interrupted, time.monotonic() - begin,
+    )  # fmt: skip
+
+
+def _comparable(problem: Problem, tick: Callable[[], None]) -> tuple[Problem, Reference]:
+    """The problem and its reference; of a chaotic run a quarter, until codes agree."""
+    events = list(OURS.prepare(problem)(OURS.tolerances[0]).switches or ())
+    if len(events) > EVENTS:
+        problem = replace(problem, stop_time=(events[EVENTS - 1].time + events[EVENTS].time) / 2)
+    for _ in range(CUTS):
+        try:
+            return problem, reference(problem, tick)
+        except Parted:
+            problem = replace(problem, stop_time=problem.stop_time / 4)
+    return problem, reference(problem, tick)
+
+
+def _first_runs(
+    problem: Problem,
+    methods: Sequence[Method],
+    refusals: list[Refusal],
+    until: float,
+    progress: Callable[[float], None],
+) -> Iterator[_Entry]:
+    """One run per row, which also warms up: every method at its loosest tolerance first, then at the next."""
+    ready: dict[Method, Callable[[float], MethodRun]] = {}
+    for method in methods:
+        try:
+            ready[method] = method.prepare(problem)
+        except (NotTreated, NotInstalled) as error:
+            refusals.append(Refusal(method.name, str(error)))
+    total = sum(len(method.tolerances) for method in ready)
+    done = 0
+    for k in range(max((len(method.tolerances) for method in ready), default=0)):
+        for method in [m for m in ready if k < len(m.tolerances)]:
+            tolerance = method.tolerances[k]
+            done += 1
+            progress(done / total)
+            if time.monotonic() > until:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", "not run: the time was used up"))
+                continue
+            try:
+                with limit(LONGEST):
+                    first = ready[method](tolerance)
+            except NotTreated as error:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
+            except TimeoutError as error:
+                refusals.append(Refusal(f"{method.name}, {tolerance:g}", str(error)))
+                del ready[method]
+            else:
+                yield _Entry(method, tolerance, ready[method], first, [], [])
+
+
+def _rounds(entries: Sequence[_Entry], until: float, progress: Callable[[float], None]) -> None:
+    """Timed runs in turn, each after one of the first method."""
+    base = next((e for e in entries if e.method.name == OURS.name), entries[0] if entries else None)
+    share = REPEATING / max(1, len(entries))
+    for i in range(ROUNDS):
+        for entry in entries:
+            # a row that is dear has had its share after fewer rounds, or after its first run
+            enough = i >= share / entry.first.seconds + (entry.first.seconds < TRACED)
+            if base is None or enough or time.monotonic() > until:
+                continue
+            paired = base.make(base.tolerance).seconds
+            seconds = entry.make(entry.tolerance).seconds
+            entry.times.append(seconds)
+            entry.ratios.append(seconds / paired)
+        progress((i + 1) / ROUNDS)
+
+
+def _row(entry: _Entry, known: Reference, problem: Problem) -> Row:
+    method, first = entry.method, entry.first
+    error = known.error(first.end)
+    events = None
+    if first.switches is not None and known.switches is not None:
+        events = event_errors(first.switches, known.switches, problem.stop_time)
+    times = entry.times or [first.seconds]
+    quarters = statistics.quantiles(times, n=4) if len(times) > 1 else [times[0]] * 3
+    return Row(
+        method=method.name,
+        family=method.family,
+        tolerance=entry.tolerance,
+        error=error,
+        ranked=math.isfinite(error) and error > TRUST * known.own_error(method),
+        events=events,
+        evaluations=first.evaluations,
+        seconds=statistics.median(times),
+        spread=quarters[2] - quarters[0],
+        ratio=statistics.median(entry.ratios) if entry.ratios else None,
+        runs=len(times),
+        memory=entry.memory,
+    )
+
+
+def _memory(entry: _Entry) -> int | None:
+    if entry.first.seconds > TRACED:
+        return None
+    tracemalloc.start()
+    try:
+        entry.make(entry.tolerance)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()

@@ -1,0 +1,226 @@
+"""Closed form of piecewise linear systems: matrix exponentials from event to event, in as many digits as wanted.
+
+    z' = A z,    z(t + s) = exp(A s) z(t)
+
+z the states, cosine and sine of every harmonic force, the time and 1. A system whose field is affine in the states in
+every mode, driven by harmonics and ramps, is exactly this; only event times are found by iteration, to all digits. It
+needs no periodic or particular solutions, so that resonance and vanishing damping are no special cases.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, final
+
+import mpmath
+import sympy
+from sympy.solvers.solveset import NonlinearError
+
+from fmu_models.language.quantities import TIME
+from fmu_models.validation.methods.equations import Equations, Mode
+from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs, timed
+from fmu_models.validation.methods.switching import Run
+
+DIGITS = 40
+LOOK = 0.05  # of the shortest time constant: events are looked for this often, and at every minimum
+LONGEST = 12.0  # s of wall time for a run: other references are there for longer ones
+SEEN = 4.0  # s of wall time after which a run is given up that at its pace would take longer
+NAME = "closed form, piecewise linear"
+
+
+@final
+@dataclass(frozen=True)
+class LinearFlow:
+    """Exact flow; its tolerances have no meaning."""
+
+    name: str = NAME
+    family: Literal["event-driven"] = "event-driven"
+    tolerances: tuple[float, ...] = (1e-30,)
+
+    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+        """Refuse what is not piecewise linear; modes are looked at as they appear."""
+        needs_steady_inputs(problem, self.name)
+        equations = Equations(problem.system)
+        if any(c.rooted for c in equations.contacts):
+            raise NotTreated(f"{NAME}: a force is not linear in the depth. Use event-driven Taylor.")
+
+        def make(_: float) -> MethodRun:
+            with mpmath.workdps(DIGITS):
+                run = Run(_exact(equations), "mpmath")
+                start = [mpmath.mpf(float(x)) for x in equations.start(problem.start)]
+                stepper = _Stepper(run)
+
+                def once() -> tuple[Any, tuple, int]:
+                    end = run.to(stepper, start, mpmath.mpf(problem.stop_time))
+                    return end, tuple(run.switches), stepper.evaluations
+
+                return timed(once, equations.n)
+
+        return make
+
+
+class _Exact(Equations):
+    """Equations whose numbers are exact fractions, so that they do not lose digits on the way through text."""
+
+    def function(self, expressions: Any, modules: str = "math") -> Any:
+        exact = [_rational(sympy.sympify(e)) for e in expressions]
+        return super().function(exact, modules)
+
+
+def _exact(equations: Equations) -> Equations:
+    return _Exact(equations.system)
+
+
+def _rational(expression: Any) -> Any:
+    return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
+
+
+class _Stepper:
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.evaluations = 0
+        self._modes: dict[Mode, _Linear] = {}
+        self._last: Any = 0
+        self._begun = time.monotonic()
+
+    def advance(self, mode: Mode, t: Any, z: Any, stop: Any) -> tuple[Any, Any, int | None]:
+        """Until an event or the end."""
+        if mode not in self._modes:
+            self._modes[mode] = _Linear(self.run, mode)
+        flow = self._modes[mode]
+        x = flow.lift(t, z)
+        values = flow.watched(t, z)
+        before: tuple[Any, Any] | None = None  # state and values one look back
+        # small bounces follow small ones: the first look comes well before the last interval is over
+        h = min(flow.look, stop, 16 * (t - self._last) if t > self._last else flow.look) / 64
+        self._last = t
+        while t < stop:
+            self.evaluations += 1
+            spent = time.monotonic() - self._begun
+            if spent > SEEN and spent * stop > LONGEST * t:
+                raise NotTreated(f"{NAME}: the run is too long for {DIGITS} digits. Use event-driven Taylor.")
+            whole = h >= flow.look and t + flow.look <= stop
+            step = flow.look if whole else min(h, stop - t)
+            new = flow.step * x if whole else flow.taylor(x, step)
+            seen = flow.watched(t + step, flow.states(new))
+            fallen = [i for i, (a, b) in enumerate(zip(values, seen, strict=True)) if a >= 0 > b]
+            if fallen:
+                roots = [(flow.root(i, t, x, mpmath.mpf(0), step), i) for i in fallen]
+                s, i = min(roots)
+                return t + s, flow.states(flow.taylor(x, s)), i
+            dipped = self._dip(flow, t, before, x, values, seen, step) if before is not None else None
+            if dipped is not None:
+                s, i = dipped
+                return t + s, flow.states(flow.taylor(x, s)), i
+            before = x, values
+            t, x, values = t + step, new, seen
+            h *= 2
+        return stop, flow.states(x), None
+
+    def _dip(self, flow: _Linear, t: Any, before: Any, x: Any, now: Any, then: Any, step: Any) -> Any:
+        """The first zero of a function that is lowest near t and below zero there, but nowhere it was looked at."""
+        found = []
+        for i, (a, b, c) in enumerate(zip(before[1], now, then, strict=True)):
+            curvature = a - 2 * b + c
+            if not (a > b <= c and b > 0 and curvature > 0 and b < 8 * curvature):
+                continue
+            low, high = -step, step  # golden section; the look before may have been shorter, the flow runs back as well
+            for _ in range(60):
+                one, two = low + 0.382 * (high - low), low + 0.618 * (high - low)
+                if flow.value(i, t, x, one) < flow.value(i, t, x, two):
+                    high = two
+                else:
+                    low = one
+            if flow.value(i, t, x, low) < 0:
+                found.append((flow.root(i, t, x, -step, low), i))
+        return min(found) if found else None
+
+
+class _Linear:
+    """One mode: its matrix, and what is watched."""
+
+    def __init__(self, run: Run, mode: Mode) -> None:
+        equations = run.equations
+        self.n = len(equations.symbols)
+        rates = [_rational(sympy.expand(sympy.sympify(r))) for r in equations.rates(mode)]
+        waves = sorted({_argument(w) for r in rates for w in r.atoms(sympy.sin, sympy.cos)}, key=str)
+        self._waves = [sympy.lambdify([TIME], w, "mpmath") for w in waves]
+        pairs = [(sympy.Dummy("c"), sympy.Dummy("s")) for _ in waves]
+        clock = sympy.Dummy("clock")
+        known = {sympy.cos(w): c for w, (c, _) in zip(waves, pairs, strict=True)}
+        known |= {sympy.sin(w): s for w, (_, s) in zip(waves, pairs, strict=True)}
+        rates = [r.xreplace(known).xreplace({TIME: clock}) for r in rates]
+        for w, (c, s) in zip(waves, pairs, strict=True):
+            speed = sympy.diff(w, TIME)
+            rates += [-speed * s, speed * c]
+        unknowns = [*equations.symbols, *(symbol for pair in pairs for symbol in pair), clock]
+        try:
+            matrix, constant = sympy.linear_eq_to_matrix([*rates, sympy.S.One], unknowns)
+        except NonlinearError:
+            raise NotTreated(f"{NAME}: the field is not linear in some mode. Use event-driven Taylor.") from None
+        size = len(unknowns) + 1
+        A = mpmath.zeros(size)
+        for i in range(size - 1):
+            for j in range(size - 1):
+                A[i, j] = _number(matrix[i, j])
+            A[i, size - 1] = -_number(constant[i])
+        self.A = A
+        largest = max(abs(value) for value in mpmath.eig(A, left=False, right=False)) or mpmath.mpf(1)
+        self.look = LOOK / largest
+        self.step = mpmath.expm(A * self.look, method="taylor")
+        self._watch = equations.function([w.expression for w in run.watches(mode)], "mpmath")
+
+    def lift(self, t: Any, z: Any) -> Any:
+        """The extended state."""
+        arguments = [wave(t) for wave in self._waves]
+        waves = [f(a) for a in arguments for f in (mpmath.cos, mpmath.sin)]
+        return mpmath.matrix([*z, *waves, t, 1])
+
+    def states(self, x: Any) -> list[Any]:
+        """z from the extended state."""
+        return [x[i] for i in range(self.n)]
+
+    def watched(self, t: Any, z: Any) -> list[Any]:
+        """Values of the watched functions."""
+        return self._watch(t, z)
+
+    def taylor(self, x: Any, s: Any) -> Any:
+        """exp(A s) x by its series."""
+        total, term = x, x
+        for k in range(1, 200):
+            term = self.A * term * (s / k)
+            total = total + term
+            if mpmath.norm(term, mpmath.inf) <= mpmath.eps * mpmath.norm(total, mpmath.inf):
+                break
+        return total
+
+    def value(self, i: int, t: Any, x: Any, s: Any) -> Any:
+        """One watched function at t + s."""
+        return self.watched(t + s, self.states(self.taylor(x, s)))[i]
+
+    def root(self, i: int, t: Any, x: Any, low: Any, high: Any) -> Any:
+        """Where a watched function falls to zero between t + low and t + high."""
+        if self.value(i, t, x, low) <= 0:
+            return low
+        tolerance = mpmath.mpf(10) ** (-2 * DIGITS + 10)
+        return mpmath.findroot(
+            lambda s: self.value(i, t, x, s), (low, high), solver="anderson", tol=tolerance, maxsteps=200, verify=False
+        )
+
+
+def _argument(wave: Any) -> Any:
+    """Argument of a sine or cosine, if it is a multiple of the time and a phase."""
+    argument = wave.args[0]
+    if argument.free_symbols - {TIME} or sympy.diff(argument, TIME, 2) != 0:
+        raise NotTreated(f"{NAME}: {wave} is no harmonic of the time. Use event-driven Taylor.")
+    return argument
+
+
+def _number(value: Any) -> Any:
+    """A constant in all digits."""
+    exact = sympy.sympify(value)
+    if exact.free_symbols:
+        raise NotTreated(f"{NAME}: a coefficient changes with time. Use event-driven Taylor.")
+    return mpmath.mpf(exact.p) / exact.q if exact.is_Rational else mpmath.mpf(str(sympy.N(exact, DIGITS)))

@@ -1,0 +1,281 @@
+"""Moreau's time-stepping: impulses over steps of fixed length, no events.
+
+    q_m = q + h/2 v                                                   where the contacts are looked for
+    v+  = v + h a(t_m, q + theta h v_theta, v_theta) + W P            v_theta = (1 - theta) v + theta v+
+    rigid contact, gap(q_m) <= 0:   0 <= P  orthogonal to  y+ + e y- >= 0
+    its friction:                   |P_T| <= mu P_N,     y_T+ = 0 where it is less
+    friction, sliding switch:       |P| <= h capacity,   y+ = 0 where it is less
+    q+  = q_m + h/2 v+
+
+a, with the forces of compliant stops on the side of q_m, is linearised at the begin of the step (one step of Newton's
+method); the impulses are found by projected Gauss-Seidel iteration. Errors are of order h where contacts change and of
+order h^2 between for theta = 1/2.
+
+Sources: Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988); Acary and Brogliato, Numerical
+methods for nonsmooth dynamical systems (2008), chapter 10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, final
+
+import numpy as np
+import sympy
+
+from fmu_models.validation.methods.equations import Equations, Mode
+from fmu_models.validation.methods.result import (
+    CLOSED,
+    MINUS,
+    OPEN,
+    PLUS,
+    STICK,
+    MethodRun,
+    NotTreated,
+    Problem,
+    Switch,
+    needs_fields_alone,
+    needs_steady_inputs,
+    timed,
+)
+
+SWEEPS = 200  # of the projection; each costs a few products
+SETTLED = 1e-14  # of the impulses: change of a sweep at which it ends
+
+
+@final
+@dataclass(frozen=True)
+class Moreau:
+    """``theta`` weights the end of a step. Tolerances are steps in parts of the run."""
+
+    theta: float = 0.5
+    tolerances: tuple[float, ...] = (1e-3, 1e-4, 3e-5)
+    family: Literal["time-stepping"] = "time-stepping"
+
+    @property
+    def name(self) -> str:
+        """With its theta."""
+        return f"Moreau time-stepping, theta {self.theta:g}"
+
+    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+        """Refuse what it cannot treat."""
+        needs_steady_inputs(problem, self.name)
+        for contact in problem.system.contacts:
+            if contact.poisson:
+                raise NotTreated(
+                    f"'{contact.name}': Poisson's restitution is not that of Moreau's scheme. Use event-driven Taylor."
+                )
+            needs_fields_alone(contact, "its steps do not see")
+        stepping = _Stepping(Equations(problem.system), self.theta)
+        warm: list[bool] = []
+
+        def make(tolerance: float) -> MethodRun:
+            if not warm:
+                stepping.run(problem, 1e-2)  # compiles what it meets
+                warm.append(True)
+            return timed(lambda: stepping.run(problem, tolerance), stepping.equations.n)
+
+        return make
+
+
+class _Stepping:
+    """The scheme for one system."""
+
+    def __init__(self, equations: Equations, theta: float) -> None:
+        self.equations, self.theta = equations, theta
+        system = equations.system
+        self.n_q, self.n_v = len(system.coordinates), len(system.driven)
+        n = len(equations.contacts)
+        signs = equations.signs((STICK,) * n)
+        gaps = [sympy.S.One if c.depth is None else c.depth for c in equations.contacts]
+        releases = [sympy.S.One if c.release is None else equations.place(c.release, signs) for c in equations.contacts]
+        self._place = equations.function([*gaps, *releases])
+        self._contact = equations.function(
+            [*(c.slip for c in equations.contacts), *system.W, *system.G, *(c.restitution for c in equations.contacts)]
+        )
+        self._mu = equations.function([c.friction for c in equations.contacts])
+        self._fields: dict[Mode, Callable[[float, Any], Any]] = {}
+        self._limits: dict[Mode, Callable[[float, Any], Any]] = {}
+
+    def run(self, problem: Problem, part: float) -> tuple[Any, tuple[Switch, ...], int]:
+        """All steps, each ``part`` of the run."""
+        count = max(1, round(1.0 / part))
+        h = problem.stop_time / count
+        z = self.equations.start(problem.start)
+        n = len(self.equations.contacts)
+        history = _History(self.equations)
+        impulses = np.zeros(n)
+        for step in range(count):
+            t = step * h
+            mode, active = self._sides(t, z, h)
+            z, impulses, slipping = self._step(t, z, h, mode, active, impulses)
+            history.add(t + h, mode, active, impulses, slipping)
+        return z, tuple(history.switches), count
+
+    def _sides(self, t: float, z: Any, h: float) -> tuple[Mode, list[int]]:
+        """States of stops and regions at the middle of the step, and the contacts that may carry an impulse."""
+        middle = z.copy()
+        middle[: self.n_q] += h / 2 * z[self.n_q : 2 * self.n_q]
+        n = len(self.equations.contacts)
+        values = self._place(t + h / 2, middle.tolist())
+        slips = self._contact(t, z.tolist())[:n]
+        mode, active = [], []
+        for i, (c, d, r, y) in enumerate(zip(self.equations.contacts, values[:n], values[n:], slips, strict=True)):
+            if c.kind == "stop":
+                mode.append(CLOSED if d > 0.0 and r >= 0.0 else OPEN)
+            elif c.kind == "impact":
+                mode.append(OPEN)
+                active += [i] if d >= 0.0 else []
+            elif c.kind == "impact_friction":
+                mode.append(OPEN)
+                active += [i] if c.partner in active else []
+            elif c.depth is not None and d < 0.0:
+                mode.append(OPEN)
+            else:
+                mode.append(PLUS if y >= 0.0 else MINUS)
+                active += [i] if c.sticks else []
+        return tuple(mode), active
+
+    def _functions(self, mode: Mode) -> tuple[Callable[[float, Any], Any], Callable[[float, Any], Any]]:
+        """Rates and their Jacobian without the forces of friction; the friction that each contact could carry."""
+        if mode not in self._fields:
+            equations = self.equations
+            smooth = tuple(
+                OPEN if c.sticks and s in (PLUS, MINUS) else s for c, s in zip(equations.contacts, mode, strict=True)
+            )
+            signs = equations.signs(mode)
+            free = [rate.xreplace(signs) if hasattr(rate, "xreplace") else rate for rate in self._smooth(smooth, mode)]
+            jacobian = sympy.Matrix(free).jacobian(sympy.Matrix(equations.symbols))
+            self._fields[mode] = equations.function([*free, *jacobian])
+            forces = [equations.place(c.force, signs) for c in equations.contacts]
+            self._limits[mode] = equations.function(forces)
+        return self._fields[mode], self._limits[mode]
+
+    def _smooth(self, open_mode: Mode, mode: Mode) -> list[Any]:
+        """z' with friction contacts open, but the signs that internal states and other switches know."""
+        equations = self.equations
+        signs = equations.signs(mode)
+        rates = list(equations.rates(open_mode))
+        system, n = equations.system, len(equations.system.coordinates)
+        forces = equations.forces(open_mode)
+        for i, a in enumerate(system.acceleration):
+            pull = sum((system.W[i, j] * f for j, f in enumerate(forces)), sympy.S.Zero)
+            rates[n + i] = equations.place(a, signs) + pull
+        for i, rate in enumerate(system.internal_rates):
+            rates[n + len(system.driven) + i] = equations.place(rate, signs)
+        return rates
+
+    def _step(self, t: float, z: Any, h: float, mode: Mode, active: list[int], last: Any) -> tuple[Any, Any, list[int]]:
+        """One step: state, impulses (n_contacts,), and the contacts whose friction is at its limit."""
+        theta, n_q, n_v, size = self.theta, self.n_q, self.n_v, z.size
+        field, limits = self._functions(mode)
+        found = np.array(field(t + theta * h, z.tolist()))
+        rates, jacobian = found[:size], found[size:].reshape(size, size)
+        # (1 - theta h J) dz = h f: the theta method, linearised; its rows of velocities take the impulses too
+        matrix = np.eye(size) - theta * h * jacobian
+        free = np.linalg.solve(matrix, h * rates)
+        new = z + free
+        impulses = np.zeros(len(self.equations.contacts))
+        slipping: list[int] = []
+        if active:
+            n = impulses.size
+            values = np.array(self._contact(t + h, z.tolist()))
+            W = values[n : n + n_v * n].reshape(n_v, n)[:, active]
+            spread = np.zeros((size, len(active)))
+            spread[n_q : n_q + n_v] = W
+            spread = np.linalg.solve(matrix, spread)
+            before = np.array(self._contact(t, z.tolist()))[:n]
+            after = np.array(self._contact(t + h, new.tolist()))[:n]
+            gradient = self._gradient(t + h, z, active, size)
+            e = values[n + n_v * n + n * n :]
+            impulses, slipping = self._project(active, gradient @ spread, before, after, e, limits, t, z, h, last)
+            new = new + spread @ impulses[active]
+        velocities = z[n_q : 2 * n_q], new[n_q : 2 * n_q]
+        new[:n_q] = z[:n_q] + h / 2 * (velocities[0] + velocities[1])
+        return new, impulses, slipping
+
+    def _gradient(self, t: float, z: Any, active: list[int], size: int) -> Any:
+        """dy/dz of the velocities for the active contacts; slips are affine in them."""
+        if not hasattr(self, "_slopes"):
+            slips = [sympy.sympify(c.slip) for c in self.equations.contacts]
+            driven = self.equations.system.driven
+            self._slopes = self.equations.function([sympy.diff(y, v) for y in slips for v in driven])
+        slopes = np.array(self._slopes(t, z.tolist())).reshape(-1, self.n_v)
+        made = np.zeros((len(active), size))
+        made[:, self.n_q : self.n_q + self.n_v] = slopes[active]
+        return made
+
+    def _project(
+        self, active: list[int], G: Any, before: Any, after: Any, e: Any, limits: Any, t: float, z: Any, h: float,
+        last: Any,
+    ) -> tuple[Any, list[int]]:  # fmt: skip
+        """Impulses by projected Gauss-Seidel iteration, and the friction contacts at their limit."""
+        contacts = self.equations.contacts
+        place = {i: k for k, i in enumerate(active)}
+        bounds = np.abs(np.array(limits(t, z.tolist()), dtype=float)) * h
+        mu = self._mu(t, z.tolist())
+        P = np.array([last[i] for i in active])
+        target = np.array([after[i] + (e[i] * before[i] if contacts[i].kind == "impact" else 0.0) for i in active])
+        limit = np.zeros(len(active))
+        for _ in range(SWEEPS):
+            change = 0.0
+            for k, i in enumerate(active):
+                wanted = P[k] - (target[k] + G[k] @ P) / G[k, k]
+                if contacts[i].kind == "impact":
+                    wanted = max(0.0, wanted)
+                else:
+                    partner = contacts[i].partner
+                    limit[k] = bounds[i] if partner is None else mu[i] * P[place[partner]]
+                    wanted = min(limit[k], max(-limit[k], wanted))
+                change = max(change, abs(wanted - P[k]))
+                P[k] = wanted
+            if change <= SETTLED * max(1e-300, float(np.abs(P).max())):
+                break
+        impulses = np.zeros(len(contacts))
+        impulses[active] = P
+        at_limit = [i for k, i in enumerate(active) if contacts[i].kind != "impact" and abs(P[k]) >= limit[k] > 0.0]
+        return impulses, at_limit
+
+
+class _History:
+    """Changes of contact states as the impulses show them, to one step."""
+
+    def __init__(self, equations: Equations) -> None:
+        self.contacts = equations.contacts
+        self.states: list[int] | None = None
+        self.begun = [0.0] * len(self.contacts)
+        self.count = [0] * len(self.contacts)
+        self.switches: list[Switch] = []
+
+    def add(self, t: float, mode: Mode, active: list[int], impulses: Any, slipping: list[int]) -> None:
+        """Take in the step that ends at t."""
+        states = []
+        for i, contact in enumerate(self.contacts):
+            if contact.kind == "impact":
+                self._normal(i, t, impulses[i] > 0.0)
+                states.append(OPEN)
+            elif i not in active:
+                states.append(mode[i])
+            elif i in slipping:
+                states.append(MINUS if impulses[i] > 0.0 else PLUS)
+            else:
+                states.append(STICK if contact.partner is None or impulses[i] != 0.0 else OPEN)
+        for i, (old, new) in enumerate(zip(self.states or states, states, strict=True)):
+            if old != new:
+                self.switches.append(Switch(t, self.contacts[i].name, old, new))
+        self.states = states
+
+    def _normal(self, i: int, t: float, pushed: bool) -> None:
+        """A push of one step is a bounce, one of several a closed contact."""
+        name = self.contacts[i].name
+        if pushed:
+            self.count[i] += 1
+            if self.count[i] == 1:
+                self.begun[i] = t
+            elif self.count[i] == 2:
+                self.switches.append(Switch(self.begun[i], name, OPEN, CLOSED))
+        elif self.count[i]:
+            first = self.count[i] == 1
+            self.switches.append(Switch(self.begun[i] if first else t, name, OPEN if first else CLOSED, OPEN))
+            self.count[i] = 0

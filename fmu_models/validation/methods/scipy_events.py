@@ -1,0 +1,105 @@
+"""scipy's integrators with its event location, one call of ``solve_ivp`` from event to event.
+
+Events are sought where a function changes its sign between two steps: what happens twice within one step is missed.
+
+Source: Virtanen et al., SciPy 1.0, Nature Methods 17 (2020); Hairer, Norsett, Wanner, Solving Ordinary Differential
+Equations I (1993), for DOP853.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, final
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from fmu_models.validation.methods.equations import Equations, Mode
+from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs, timed
+from fmu_models.validation.methods.switching import Run
+
+FINEST = 2.3e-14  # scipy's smallest relative tolerance
+
+
+@final
+@dataclass(frozen=True)
+class ScipyEvents:
+    """``solver`` of solve_ivp; ``longest`` step in parts of the run, 1 for no bound."""
+
+    solver: Literal["DOP853", "RK45", "Radau", "LSODA"] = "DOP853"
+    longest: float = 1.0
+    tolerances: tuple[float, ...] = (1e-6, 1e-8, 1e-10, 1e-12)
+    family: Literal["event-driven"] = "event-driven"
+
+    @property
+    def name(self) -> str:
+        """scipy and its solver."""
+        return f"scipy {self.solver} with events"
+
+    def prepare(self, problem: Problem) -> Callable[[float], MethodRun]:
+        """Compile nothing yet: fields are made as modes appear, in a first run."""
+        needs_steady_inputs(problem, self.name)
+        equations = Equations(problem.system)
+        run = Run(equations)
+        stepper = _Stepper(run, self.solver, problem, self.longest)
+        known: set[float] = set()
+
+        def make(tolerance: float) -> MethodRun:
+            def once() -> tuple[Any, tuple, int]:
+                stepper.begin(tolerance)
+                end = run.to(stepper, equations.start(problem.start), problem.stop_time)
+                return end, tuple(run.switches), stepper.evaluations
+
+            if not known:  # the first run compiles the modes that it meets: that is start-up, not run time
+                once()
+                known.add(tolerance)
+            return timed(once, equations.n)
+
+        return make
+
+
+class _Stepper:
+    def __init__(self, run: Run, solver: str, problem: Problem, longest: float) -> None:
+        self.run, self.solver, self.problem = run, solver, problem
+        self.longest = longest * problem.stop_time if longest < 1.0 else np.inf
+        self.evaluations = 0
+        self._kept: dict[Mode, tuple[Any, list[Any]]] = {}
+
+    def begin(self, tolerance: float) -> None:
+        self.evaluations = 0
+        self.rtol = max(tolerance, FINEST)
+        extended = len(self.run.equations.symbols) - self.problem.start.size
+        self.atol = np.concatenate([tolerance * self.problem.nominal, np.ones(extended)])
+
+    def _functions(self, mode: Mode) -> tuple[Any, list[Any]]:
+        if mode not in self._kept:
+            events = []
+            for watch in self.run.watches(mode):
+                value = self.run.equations.function([watch.expression])
+
+                def event(t: float, z: Any, value: Any = value) -> float:
+                    return value(t, z.tolist())[0]
+
+                event.terminal, event.direction = True, -1  # pyright: ignore[reportFunctionMemberAccess]
+                events.append(event)
+            field = self.run.equations.field(mode)
+            self._kept[mode] = (lambda t, z: field(t, z.tolist())), events
+        return self._kept[mode]
+
+    def advance(self, mode: Mode, t: float, z: Any, stop: float) -> tuple[float, Any, int | None]:
+        """Until an event or the end."""
+        if t >= stop:
+            return t, z, None
+        field, events = self._functions(mode)
+        made = solve_ivp(
+            *(field, (t, stop), z),
+            method=self.solver, events=events, rtol=self.rtol, atol=self.atol, max_step=self.longest,
+        )  # fmt: skip
+        self.evaluations += made.nfev
+        if made.status < 0:
+            raise NotTreated(f"{self.solver} stopped at {made.t[-1]:g} s: {made.message}")
+        if made.status == 0:
+            return stop, made.y[:, -1], None
+        fell = next(i for i, times in enumerate(made.t_events) if len(times))
+        return float(made.t_events[fell][0]), made.y_events[fell][0].copy(), fell

@@ -1,0 +1,171 @@
+"""Whether the contact states of a run are possible where the run says they are.
+
+friction      slip: the slip speed has its sign, lambda is the law's; stick: no slip, |lambda| <= capacity
+stop          away: not inside; touching: inside, F is the law's; released: inside without force
+impact        open: gap >= 0; closed: gap = 0 and lambda >= 0
+its friction  slip: |lambda| = mu lambda_N; stick: no slip, |lambda| <= mu lambda_N
+switch        on the side that it says; sliding: h = 0
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.validation.stress.equations import (
+    AWAY,
+    CHATTERING,
+    NUDGE,
+    RELEASED,
+    ROUNDINGS,
+    SLIP_MINUS,
+    SLIP_PLUS,
+    STICK,
+    TOUCHING,
+    Columns,
+    Equations,
+    Findings,
+)
+
+
+def contradictions(equations: Equations, columns: Columns, parameters: Mapping[str, float]) -> Findings:
+    """The largest contradiction between contact states and what they say, relative; 0 if there is none."""
+    worst = Findings(0.0, "")
+    with np.errstate(all="ignore"):
+        values = equations.environment(columns, parameters)
+        moved = equations.environment(equations.nudged(columns), parameters)
+        gross = equations.gross(columns, parameters)
+        for i, contact in enumerate(equations.system.contacts):
+            for what, wrong in _Contact(equations, i, columns, (values, moved), gross[i]).violations():
+                wrong = np.where(np.isfinite(wrong), wrong, 0.0)
+                if wrong.size and wrong.max() > worst.error:
+                    worst = Findings(float(wrong.max()), f"{contact.name}: {what}")
+    return worst
+
+
+class _Contact:
+    """One contact at all samples."""
+
+    def __init__(
+        self,
+        equations: Equations,
+        i: int,
+        columns: Columns,
+        values: tuple[list[Any], list[Any]],
+        gross: tuple[float, float],
+    ) -> None:
+        self.contact = equations.system.contacts[i]
+        self.equations, self.i, self.columns = equations, i, columns
+        self.values, self.moved = values
+        self.gross_speed, gross_force = gross
+        self.force_rounding = ROUNDINGS * gross_force
+        self.state = columns[f"{self.contact.name}_state"]
+
+    def violations(self) -> list[tuple[str, NDArray]]:
+        """What is wrong, and by how much relative to its own scale (n,); negative where nothing is."""
+        kind = self.contact.kind
+        if kind == "friction":
+            return self._friction()
+        if kind == "stop":
+            return self._stop()
+        if kind == "impact":
+            return self._impact()
+        return self._rigid_friction() if kind == "impact_friction" else self._switch()
+
+    def _relative(self, which: str) -> NDArray:
+        """Slip or depth over the magnitude of its terms along the run, drawn to zero by rounding."""
+        value, size = self.equations.place(self.i, self.values, which)
+        moved, _ = self.equations.place(self.i, self.moved, which)
+        value, size = np.broadcast_to(value, self.state.shape), np.broadcast_to(size, self.state.shape)
+        rounding = np.abs(moved - value) / NUDGE * ROUNDINGS
+        scale = float(np.nanmax(size)) if np.isfinite(size).any() else 0.0
+        if which == "slip" and self.contact.kind != "switch":
+            rounding = rounding + ROUNDINGS * self.gross_speed
+        return np.sign(value) * np.maximum(np.abs(value) - rounding, 0.0) / (scale if scale > 0 else 1.0)
+
+    def _where(self, states: tuple[int, ...], wrong: Any) -> NDArray:
+        return np.where(np.isin(self.state, states), wrong, 0.0)
+
+    def _law(self, states: tuple[int, ...]) -> NDArray:
+        """Reported force against the law's."""
+        law = np.broadcast_to(self.equations.laws(self.i, self.values)[0], self.state.shape)
+        moved = np.broadcast_to(self.equations.laws(self.i, self.moved)[0], self.state.shape)
+        force = -self.columns[f"{self.contact.name}_force"]
+        rounding = np.abs(moved - law) / NUDGE * ROUNDINGS
+        size = np.maximum(np.abs(law), np.abs(force))
+        return self._where(states, (np.abs(force - law) - rounding) / np.where(size > 0, size, 1.0))
+
+    def _capacity(self, capacity: Any) -> NDArray:
+        """By how much a force in stick exceeds what holds it."""
+        force = np.abs(self.columns[f"{self.contact.name}_force"])
+        size = np.maximum(force, np.abs(capacity))
+        excess = force - capacity
+        return np.sign(excess) * np.maximum(np.abs(excess) - self.force_rounding, 0.0) / np.where(size > 0, size, 1.0)
+
+    def _pulls(self, force: NDArray) -> NDArray:
+        """By how much a contact pulls that can only push."""
+        size = float(np.abs(force).max())
+        return self._where((TOUCHING,), np.maximum(-force - self.force_rounding, 0.0) / (size if size > 0 else 1.0))
+
+    def _friction(self) -> list[tuple[str, NDArray]]:
+        slip = self._relative("slip")
+        capacity = self.equations.laws(self.i, self.values)[1]
+        found = [
+            ("slip speed below zero in slip+", self._where((SLIP_PLUS,), -slip)),
+            ("slip speed above zero in slip-", self._where((SLIP_MINUS,), slip)),
+            ("force not of the law in slip", self._law((SLIP_MINUS, SLIP_PLUS))),
+        ]
+        if self.contact.sticks:
+            found.append(("slip speed in stick", self._where((STICK,), np.abs(slip))))
+            found.append(("force beyond the capacity in stick", self._where((STICK,), self._capacity(capacity))))
+        if self.contact.depth is not None:
+            inside = self._relative("depth")
+            found.append(("outside its region", self._where((SLIP_MINUS, STICK, SLIP_PLUS), -inside)))
+            found.append(("away inside its region", self._where((AWAY,), inside)))
+        return found
+
+    def _stop(self) -> list[tuple[str, NDArray]]:
+        inside = self._relative("depth")
+        force = self.columns[f"{self.contact.name}_force"]
+        found = [
+            ("away although inside", self._where((AWAY,), inside)),
+            ("touching although outside", self._where((TOUCHING, RELEASED), -inside)),
+            ("force not of the law", self._law((TOUCHING,))),
+        ]
+        if self.contact.release is not None:
+            found.append(("pulls", self._pulls(force)))
+        return found
+
+    def _impact(self) -> list[tuple[str, NDArray]]:
+        depth = self._relative("depth")
+        force = self.columns[f"{self.contact.name}_force"]
+        return [
+            ("wall penetrated", self._where((AWAY, CHATTERING), depth)),
+            ("closed off the wall", self._where((TOUCHING,), np.abs(depth))),
+            ("pulls", self._pulls(force)),
+        ]
+
+    def _rigid_friction(self) -> list[tuple[str, NDArray]]:
+        slip = self._relative("slip")
+        partner = self.equations.system.contacts[self.contact.partner or 0]
+        mu = self.equations.laws(self.i, self.values)[2]
+        limit = mu * np.maximum(self.columns[f"{partner.name}_force"], 0.0)
+        excess = self._capacity(limit)
+        return [
+            ("slip speed below zero in slip+", self._where((SLIP_PLUS,), -slip)),
+            ("slip speed above zero in slip-", self._where((SLIP_MINUS,), slip)),
+            ("force not mu times the load in slip", self._where((SLIP_MINUS, SLIP_PLUS), np.abs(excess))),
+            ("slip speed in stick", self._where((STICK,), np.abs(slip))),
+            ("force beyond mu times the load in stick", self._where((STICK,), excess)),
+        ]
+
+    def _switch(self) -> list[tuple[str, NDArray]]:
+        h = self._relative("slip")
+        return [
+            ("on the side minus in +", self._where((SLIP_PLUS,), -h)),
+            ("on the side plus in -", self._where((SLIP_MINUS,), h)),
+            ("off the surface in sliding", self._where((STICK,), np.abs(h))),
+        ]

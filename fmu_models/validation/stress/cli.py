@@ -1,0 +1,113 @@
+"""The command that puts models under stress."""
+
+from __future__ import annotations
+
+import fnmatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import refuse_existing
+
+if TYPE_CHECKING:
+    from fmu_models.validation.stress.cases import Case
+    from fmu_models.validation.stress.judge import Cell
+
+app = console.app("Stress: models at their extremes.")
+
+
+@app.command()
+def stress(
+    models: Annotated[
+        list[str] | None, typer.Argument(metavar="[MODEL]...", help="Names of models. [default: all]")
+    ] = None,
+    case: Annotated[
+        str | None, typer.Option(metavar="PATTERN", help="Only cases whose name matches, for example 'ks=*'.")
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(help="Length of each run, s. [default: ten characteristic periods]")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A small choice of the cases, in some seconds.")] = False,
+    every: Annotated[bool, typer.Option("--every", help="Name accurate cells too.")] = False,
+    processes: Annotated[int | None, typer.Option(min=1, help="Child processes. [default: one per core]")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw a heat map (png, svg, pdf).")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Run models at the extremes of their parameters, starts and times, and judge every run.
+
+    A cell is accurate, degraded (with its error), refused with a reason, or failed; any that failed makes the exit code
+    1. The cases come from the declaration: stiffness up to 1e12, steep friction, no and huge damping, gaps of zero and
+    less, every restitution, starts on boundaries, long and late runs, other units.
+
+    Example: stickslip stress discontinuous_support --case 'ks=*' --figure heat.png
+    """
+    from fmu_models.validation.stress import report
+    from fmu_models.validation.stress.workers import judged
+
+    refuse_existing(figure, overwrite=overwrite)
+    if figure:
+        from fmu_models.report.figures import check_format
+
+        check_format(figure)
+    if until is not None and not 0 < until < float("inf"):
+        raise StickslipError(f"A run lasts a positive time, found --until {until:g}.")
+    chosen = _cases(models or [], case, until, quick)
+    cells: list[Cell] = []
+    interrupted = False
+    with console.progress("stressing") as advance:
+        try:
+            for cell in judged(chosen, advance, processes=processes):
+                cells.append(cell)
+        except KeyboardInterrupt:
+            interrupted = True
+    order = {(one.model, one.name): i for i, one in enumerate(chosen)}
+    cells.sort(key=lambda cell: order[cell.case.model, cell.case.name])
+    console.say(
+        json, report.content(cells, len(chosen)), lambda out: report.print_report(cells, len(chosen), out, every=every)
+    )
+    if figure and cells:
+        report.draw(cells, figure, overwrite=overwrite)
+    if interrupted:
+        raise typer.Abort
+    if any(cell.verdict == "failed" for cell in cells):
+        raise typer.Exit(1)
+
+
+def _cases(models: list[str], pattern: str | None, until: float | None, quick: bool) -> list[Case]:
+    """The cases asked for; of a quick look without models those of one model per kind of contact.
+
+    Raises:
+        StickslipError: an unknown model, or no case left.
+    """
+    from fmu_models import oscillators
+    from fmu_models.validation.stress.workers import cases_of
+
+    for name in models:
+        if name not in oscillators.names():
+            raise StickslipError(f"No oscillator is called '{name}'.{nearest(name, oscillators.names())}")
+    if not models:
+        models = _one_per_kind() if quick else oscillators.names()
+    found = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]
+    if pattern is None:
+        return [case for case in found if case.quick or not quick]
+    chosen = [case for case in found if fnmatch.fnmatchcase(case.name, pattern) and (case.quick or not quick)]
+    if not chosen:
+        known = [case.name for case in found if case.quick or not quick]
+        raise StickslipError(f"No case matches '{pattern}'.{nearest(pattern, known)}")
+    return chosen
+
+
+def _one_per_kind() -> list[str]:
+    """The first model by name of every kind of contact."""
+    from fmu_models import oscillators
+
+    found: dict[str, str] = {}
+    for name in oscillators.names():
+        for contact in oscillators.load(name).contacts:
+            found.setdefault(type(contact).__name__, name)
+    return sorted(set(found.values()))

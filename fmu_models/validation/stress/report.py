@@ -1,0 +1,121 @@
+"""The grid as a table, as data, and as a heat map."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+# of a cell in words, the longest line of a message that is printed
+WIDTH = 90
+
+
+def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
+    """The cells as data, with counts per model; ``asked`` is how many cells there would have been."""
+    rows = [
+        {
+            "model": cell.case.model,
+            "case": cell.case.name,
+            "about": group(cell),
+            "verdict": cell.verdict,
+            "error": cell.error if cell.error is not None and math.isfinite(cell.error) else None,
+            "check": cell.check,
+            "message": cell.message,
+            "checks": cell.checks,
+            "reached": cell.reached,
+            "seconds": cell.seconds,
+        }
+        for cell in cells
+    ]
+    models = dict.fromkeys(cell.case.model for cell in cells)
+    return {
+        "asked": asked,
+        "finished": len(cells),
+        "models": {
+            model: {verdict: sum(c.case.model == model and c.verdict == verdict for c in cells) for verdict in VERDICTS}
+            for model in models
+        },
+        "totals": {verdict: sum(c.verdict == verdict for c in cells) for verdict in VERDICTS},
+        "cells": rows,
+    }
+
+
+def group(cell: Cell) -> str:
+    """What a cell is about, in two words."""
+    return f"{cell.case.of} {cell.case.what}".strip()
+
+
+def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool = False) -> None:
+    """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
+    from fmu_models.base.console import table
+
+    for model in dict.fromkeys(cell.case.model for cell in cells):
+        own = [cell for cell in cells if cell.case.model == model]
+        made = table("about", *(f">{verdict}" for verdict in VERDICTS), ">largest error", "in", title=model)
+        for about in dict.fromkeys(map(group, own)):
+            chosen = [cell for cell in own if group(cell) == about]
+            counts = Counter(cell.verdict for cell in chosen)
+            worst = max((c for c in chosen if c.error is not None), key=lambda c: c.error or 0.0, default=None)
+            shown = (f"{worst.error:.1e}", worst.case.name) if worst is not None and worst.error else ("", "")
+            made.add_row(about, *(str(counts[verdict] or "") for verdict in VERDICTS), *shown)
+        out.print(made)
+        for cell in own:
+            if every or cell.verdict != "accurate":
+                out.print(f"  {sentence(cell)}", markup=False)
+        out.print()
+    totals = Counter(cell.verdict for cell in cells)
+    out.print(f"{len(cells)} of {asked} cells: " + ", ".join(f"{totals[verdict]} {verdict}" for verdict in VERDICTS))
+
+
+def sentence(cell: Cell) -> str:
+    """A cell in one line."""
+    error = "" if cell.error is None else f" {cell.error:.1e}"
+    reached = "" if cell.reached >= 1.0 else f" [{cell.reached:.0e} of the time]"
+    why = f" ({cell.check})" if cell.check else ""
+    said = cell.message if len(cell.message) <= WIDTH * 2 else cell.message[: WIDTH * 2] + "..."
+    return f"{cell.case.name}: {cell.verdict}{error}{why}{reached}{': ' + said if said else ''}"
+
+
+def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
+    """Heat map: one row per model, one column per group of cases, the worst error of each as its colour.
+
+    Raises:
+        StickslipError: the file exists or cannot be written.
+    """
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    from fmu_models.report.figures import save_figure
+
+    models = list(dict.fromkeys(cell.case.model for cell in cells))
+    groups = sorted(set(map(group, cells)))
+    errors = np.full((len(models), len(groups)), np.nan)
+    letters: dict[tuple[int, int], str] = {}
+    for cell in cells:
+        at = models.index(cell.case.model), groups.index(group(cell))
+        if cell.error is not None:
+            size = math.log10(min(max(cell.error, 1e-16), 1.0))
+            errors[at] = np.nanmax([errors[at], size])
+        mark = {"refused": "r", "failed": "F"}.get(cell.verdict, "")
+        letters[at] = max(letters.get(at, ""), mark, key=lambda m: ("", "r", "F").index(m))
+    figure = Figure(figsize=(3.5 + 0.36 * len(groups), 2.4 + 0.3 * len(models)), layout="constrained")
+    axes = figure.subplots()
+    image = axes.imshow(errors, vmin=-16, vmax=0, cmap="YlOrRd", aspect="auto")
+    axes.set_facecolor("0.85")
+    axes.set_xticks(range(len(groups)), groups, rotation=60, ha="right")
+    axes.set_yticks(range(len(models)), models)
+    for (row, column), letter in letters.items():
+        axes.text(column, row, letter, ha="center", va="center", fontsize=8)
+    figure.colorbar(image, ax=axes, label="log10 of the largest relative error")
+    axes.set_xlabel("what is extreme")
+    axes.set_title(
+        f"accurate up to {ACCURATE:g}; r: some refused with a reason, F: some failed; grey: no such case, or none ran"
+    )
+    save_figure(figure, path, overwrite=overwrite)

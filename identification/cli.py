@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from fmu_models import bench_cli as bench_commands
-from fmu_models import cli as model_commands
-from fmu_models import map_cli as map_commands
-from fmu_models import scene_cli as scene_commands
 from fmu_models.base import console
-from fmu_models.validation.stress import cli as stress_commands
+from fmu_models.commands import bench as bench_commands
+from fmu_models.commands import maps as map_commands
+from fmu_models.commands import models as model_commands
+from fmu_models.commands import scene as scene_commands
+from fmu_models.commands import stress as stress_commands
 from identification import commands as friction_commands
 from identification.comparison import commands as comparison_commands
 from identification.handover import commands as handover_commands

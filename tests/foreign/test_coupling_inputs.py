@@ -12,7 +12,7 @@ from models import Models
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.cli import app
+from fmu_models.commands.models import app
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.toml_system import CoupledSystem, Unit, read
 from fmu_models.coupling.wiring import Connection, conversion

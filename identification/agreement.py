@@ -14,7 +14,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
-from rig_io.log import EncoderCalibration, LaserCalibration, RigLog
+from rig_io.logs.log import EncoderCalibration, LaserCalibration, RigLog
 
 if TYPE_CHECKING:
     from identification.kinematics import DiscMotion, EdgeEquations

@@ -13,7 +13,7 @@ from identification.comparison import commands as comparison_commands
 from identification.handover import commands as handover_commands
 from identification.one_dof import commands as machine_commands
 from identification.structure import commands as structure_commands
-from rig_io import cli as rig_commands
+from rig_io.commands import emulate as rig_commands
 
 app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
 MODELS = (model_commands, scene_commands, bench_commands, stress_commands, map_commands)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from identification.free_decay import FreeDecay
     from identification.pooling import Pool
     from identification.result import FrictionFit
-    from rig_io.log import RigLog
+    from rig_io.logs.log import RigLog
 
 app = console.app("Friction: fit laws.")
 
@@ -123,8 +123,8 @@ def demo(
     from identification.model import fmu_parameters
     from identification.report.page import Findings, write_report
     from identification.samples import samples_by_disc
-    from rig_io.emulator import emulate_set, standard_set
-    from rig_io.log import read_package
+    from rig_io.bench.emulator import emulate_set, standard_set
+    from rig_io.logs.log import read_package
 
     refuse_existing(folder)
     targets = {
@@ -173,15 +173,15 @@ def demo(
 def read_logs(paths: Sequence[Path], constants: dict[str, float], repair: str | None = None) -> list[RigLog]:
     """Logs from files and folders; ``constants`` of the rig replace those stated with the logs.
 
-    repair: names of `rig_io.log.read_log` between commas. What was mended is said on standard error.
+    repair: names of `rig_io.logs.log.read_log` between commas. What was mended is said on standard error.
 
     Raises:
-        StickslipError: as in `rig_io.log.read_log`, or an unknown constant.
+        StickslipError: as in `rig_io.logs.log.read_log`, or an unknown constant.
     """
     import warnings
     from dataclasses import replace
 
-    from rig_io.log import RIG_UNITS, Quantity, RigConstants, read_log, read_package
+    from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants, read_log, read_package
 
     for name in constants:
         if name not in RIG_UNITS:

@@ -12,7 +12,7 @@ from identification.joint_law import sought_law
 from identification.laws import LUGRE, find_law
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 
 ESTIMATORS = {
     "shooting": "identification.estimators.shooting",

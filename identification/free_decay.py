@@ -18,7 +18,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import newey_west
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 
 CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position
 FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would count for more than the signal

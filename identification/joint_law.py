@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from identification.laws.law import FittableLaw, LawParameter
-from rig_io.arrangement import CHANGEOVER, Arrangement
+from rig_io.logs.arrangement import CHANGEOVER, Arrangement
 
 DISCS = (0, 1)
 

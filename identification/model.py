@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 from identification.laws import find_law
 from identification.pooling import RigValues, rig_values
 from identification.result import FrictionFit
-from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
+from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -45,7 +45,7 @@ class SimulatedMotion:
 class FittedModel:
     """The FMU of the rig and the values it runs with.
 
-    contacts: discs that touch; arrangement: of two discs, as in `rig_io.log.Experiment`; parameters: of the FMU, by
+    contacts: discs that touch; arrangement: of two discs, as in `rig_io.logs.log.Experiment`; parameters: of the FMU, by
     name; start: of states, in place of stick on the first disc; sticks: whether the law knows exact stick.
     """
 

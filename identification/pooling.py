@@ -19,8 +19,8 @@ from identification.free_decay import FreeDecay, fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, SensorFit, corrected, disc_motion, fuse, zeroed
 from identification.problem import Prior
 from identification.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
-from rig_io.arrangement import Arrangement
-from rig_io.log import RIG_UNITS, RigLog
+from rig_io.logs.arrangement import Arrangement
+from rig_io.logs.log import RIG_UNITS, RigLog
 
 SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
 _ASSUMED: dict[Arrangement, str] = {

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from identification.report.page import Findings
     from identification.result import FrictionFit
-    from rig_io.log import RigLog
+    from rig_io.logs.log import RigLog
 
 app = console.app("Friction: compare the fitted model with measurements.")
 

@@ -29,7 +29,7 @@ from identification.comparison.portraits import (
 from identification.kinematics import DiscMotion
 from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
 from identification.result import FrictionFit
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene

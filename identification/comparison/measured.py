@@ -11,7 +11,7 @@ from fmu_models.base.errors import StickslipError
 from identification.free_decay import fit_free_decay
 from identification.kinematics import SMOOTHING, DiscMotion, fuse, zeroed
 from identification.pooling import check_same_rig, motions_in_pieces
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 
 CYCLES = 5  # natural periods: a shorter piece of a log with gaps shows no portrait
 

@@ -29,7 +29,7 @@ from identification.kinematics import DiscMotion
 from identification.laws.law import FittableLaw, unknowns
 from identification.pooling import Pool, rig_values
 from identification.problem import Evaluation, Prior, Unknown
-from rig_io.arrangement import MODELS
+from rig_io.logs.arrangement import MODELS
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu

@@ -3,7 +3,7 @@
     sum_j a_j sum_i chi_i(th_j; x) N_i sgn(v_ij) mu_i(|v_ij|; q) = measured    (N),     v_i = r w_i - R th'
 
 a_j, measured: averages of `weak_form` (its bump). chi_i: 1 where disc i touches, which the angle decides
-(`rig_io.arrangement`) and the changeover x; within the one sample interval that passes the changeover it is the share
+(`rig_io.logs.arrangement`) and the changeover x; within the one sample interval that passes the changeover it is the share
 of the interval, so that the equations are continuous in x. A log of one disc has N_i = 0 for the other.
 
 Windows that hold a stick are left out. While the disc sticks to one driving disc its motion is known beforehand, and
@@ -33,7 +33,7 @@ from identification.laws.law import FittableLaw
 from identification.pooling import Pool, RigValues
 from identification.problem import TOLERANCE, Progress, Solution
 from identification.slip_segments import SlipSegment, long_enough, slip_segments
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 
 COLUMNS = ("slip", "measured", "force", "angle", "turn", "always")  # with a row for each window
 THIN = 3  # samples per node of the average: 80 nodes on a bump whose first seven derivatives vanish at the ends

@@ -16,7 +16,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from identification.one_dof.recipe import EFFORT, FRICTION, ROLES, TIME, VELOCITY, WEIGHT, Filter, Recipe, Signal
-from rig_io.table import Table, conversion
+from rig_io.repair.table import Table, conversion
 
 GAP = 10.0  # median sample intervals: a longer one is a gap
 CHEBYSHEV_ORDER, CHEBYSHEV_RIPPLE = 8, 0.05  # dB

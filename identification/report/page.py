@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from identification.problem import Evaluation
     from identification.result import FrictionFit
     from identification.structure.design import Design
-    from rig_io.log import RigLog
+    from rig_io.logs.log import RigLog
 
 TEMPLATE = "report.html.j2"
 

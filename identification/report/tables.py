@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from identification.free_decay import FreeDecay
     from identification.result import FittedParameter, FrictionFit
     from identification.structure.design import Design
-    from rig_io.log import RigLog
+    from rig_io.logs.log import RigLog
 
 SHOWN = 6  # experiments
 
@@ -98,7 +98,7 @@ def constants_table(fit: FrictionFit) -> Table:
 
 def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> Table:
     """The logs given, which of them were fitted, and their checksums."""
-    from rig_io.sidecar import file_hash
+    from rig_io.logs.sidecar import file_hash
 
     used = {one.name: one for one in fit.logs}
     rows = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 from rig_io.sensors.encoder import encoder_edges
 from rig_io.sensors.laser import laser_angle
 

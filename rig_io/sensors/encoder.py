@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rig_io.log import EncoderCalibration, RigLog
-from rig_io.motion import Motion
+from rig_io.logs.log import EncoderCalibration, RigLog
+from rig_io.sensors.motion import Motion
 
 
 @dataclass(frozen=True)

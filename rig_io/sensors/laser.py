@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.log import LaserCalibration, RigLog
-from rig_io.motion import Motion
+from rig_io.logs.log import LaserCalibration, RigLog
+from rig_io.sensors.motion import Motion
 
 LEAST_LEVELS = 20  # different readings: with fewer the end of the range cannot be told from a rest
 PILED = 5.0  # times as many readings at the end of the range as at the next value

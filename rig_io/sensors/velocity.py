@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.log import RigLog
+from rig_io.logs.log import RigLog
 from rig_io.sensors.encoder import Edges, edges
 
 WINDOW = 0.010  # s

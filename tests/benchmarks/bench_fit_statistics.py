@@ -21,7 +21,7 @@ import numpy as np
 from identification.fit import ESTIMATORS, fit_friction
 from identification.pooling import pool
 from identification.result import FrictionFit
-from rig_io.emulator import MicroSlip, emulate, material, standard_set
+from rig_io.bench.emulator import MicroSlip, emulate, material, standard_set
 from rig_io.sensors.laser import Laser
 
 NAMES = ("mu_s", "mu_k", "p")

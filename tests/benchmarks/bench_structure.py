@@ -19,8 +19,8 @@ from fmu_models.scene.read import read_scene
 from fmu_models.scene.scene import Scene
 from identification.fit import DEFAULT, fit_friction
 from identification.result import FrictionFit
-from rig_io.emulator import STANDARD_SPEEDS, Disc, Emulation, MicroSlip, emulate, material
-from rig_io.log import RigLog
+from rig_io.bench.emulator import STANDARD_SPEEDS, Disc, Emulation, MicroSlip, emulate, material
+from rig_io.logs.log import RigLog
 
 
 @dataclass(frozen=True)

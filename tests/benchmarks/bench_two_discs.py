@@ -17,9 +17,9 @@ import numpy as np
 
 from identification.fit import fit_friction
 from identification.result import FrictionFit
-from rig_io.arrangement import CHANGEOVER, Arrangement
-from rig_io.emulator import RIG, Disc, Emulation, MicroSlip, emulate, material
-from rig_io.log import Quantity
+from rig_io.bench.emulator import RIG, Disc, Emulation, MicroSlip, emulate, material
+from rig_io.logs.arrangement import CHANGEOVER, Arrangement
+from rig_io.logs.log import Quantity
 
 
 @dataclass(frozen=True)

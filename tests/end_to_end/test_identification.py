@@ -19,8 +19,8 @@ from identification.free_decay import fit_free_decay
 from identification.inference.choice import Inference
 from identification.pooling import pool
 from identification.result import FrictionFit
-from rig_io.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
-from rig_io.log import Quantity, RigLog, read_package, write_package
+from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
+from rig_io.logs.log import Quantity, RigLog, read_package, write_package
 from rig_io.sensors.laser import Laser
 
 ROOT = Path(__file__).parents[2]
@@ -224,7 +224,7 @@ def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: l
     write_package(tmp_path / "logs", logs)
     script = (
         "import sys, time; start = time.perf_counter()\n"
-        "from rig_io.log import read_package\n"
+        "from rig_io.logs.log import read_package\n"
         "from identification.fit import fit_friction\n"
         f"fit = fit_friction(read_package({str(tmp_path / 'logs')!r}))\n"
         "assert abs(fit['mu_s'].value - 0.65) < 0.004\n"

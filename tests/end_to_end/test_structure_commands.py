@@ -19,8 +19,8 @@ from identification.pooling import pool
 from identification.result import FrictionFit
 from identification.structure.commands import print_laws
 from identification.structure.law_comparison import compare_contacts, compare_on
-from rig_io.emulator import MicroSlip, emulate, standard_set
-from rig_io.log import RigLog, read_package
+from rig_io.bench.emulator import MicroSlip, emulate, standard_set
+from rig_io.logs.log import RigLog, read_package
 
 ROOT = Path(__file__).parents[2]
 RIGS = ROOT / "data" / "rigs" / "paper_rubber"

@@ -15,8 +15,8 @@ from identification.fit import fit_friction
 from identification.free_decay import fit_free_decay
 from identification.kinematics import disc_motion
 from identification.pooling import Pool, pool
-from rig_io.emulator import RIG
-from rig_io.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
+from rig_io.bench.emulator import RIG
+from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
 
 DATA = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 

@@ -19,8 +19,8 @@ from identification.inference.choice import Inference
 from identification.laws import LAWS
 from identification.pooling import Pool, pool
 from identification.problem import solve
-from rig_io.emulator import emulate, standard_set
-from rig_io.log import Quantity, RigLog
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.logs.log import Quantity, RigLog
 
 CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])

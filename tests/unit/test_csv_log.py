@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from rig_io.log import (
+from rig_io.logs.log import (
     Calibration,
     EncoderCalibration,
     Experiment,
@@ -387,6 +387,8 @@ def test_the_sidecar_is_a_valid_data_package(package: Path) -> None:
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
     heavy = "{'pandas', 'pint', 'scipy', 'sympy', 'fmpy', 'matplotlib'}"
-    code = f"import sys, rig_io.log, rig_io.sensors, rig_io.emulator; print(sorted(set(sys.modules) & {heavy}))"
+    code = (
+        f"import sys, rig_io.logs.log, rig_io.sensors, rig_io.bench.emulator; print(sorted(set(sys.modules) & {heavy}))"
+    )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"

@@ -13,8 +13,8 @@ from identification.fit import fit_friction
 from identification.pooling import Pool, pool
 from identification.result import FrictionFit
 from identification.structure.design import Candidate, design
-from rig_io.emulator import emulate, standard_set
-from rig_io.log import RigLog
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.logs.log import RigLog
 
 
 @pytest.fixture(scope="module")

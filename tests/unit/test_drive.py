@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rig_io.drive import Ripple
+from rig_io.bench.drive import Ripple
 
 
 def ripple(nominal: float, duration: float, seed: int = 0, **settings: float) -> tuple[np.ndarray, np.ndarray]:

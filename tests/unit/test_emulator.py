@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from rig_io import emulator
-from rig_io.emulator import (
+from rig_io.bench import emulator
+from rig_io.bench.emulator import (
     MATERIALS,
     Disc,
     Emulation,
@@ -21,8 +21,7 @@ from rig_io.emulator import (
     material,
     standard_set,
 )
-from rig_io.log import Quantity, read_package
-from rig_io.motion import Motion
+from rig_io.logs.log import Quantity, read_package
 from rig_io.sensors import (
     Encoder,
     Laser,
@@ -33,6 +32,7 @@ from rig_io.sensors import (
     velocity_mid_interval,
     velocity_real_time_period,
 )
+from rig_io.sensors.motion import Motion
 
 IDEAL = {"laser": Laser(noise=0.0, resolution=0.0, gain_error=0.0), "ripple": None}
 

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from rig_io.log import Calibration, Experiment, RigConstants, RigLog
-from rig_io.motion import Motion
+from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog
 from rig_io.sensors import (
     Encoder,
     drive_speed,
@@ -20,6 +19,7 @@ from rig_io.sensors import (
     velocity_mid_interval,
     velocity_real_time_period,
 )
+from rig_io.sensors.motion import Motion
 
 TICKS = 0.001 * np.arange(2001)
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from rig_io.log import Calibration, Experiment, Quantity, RigConstants, RigLog
-from rig_io.motion import Motion
+from rig_io.logs.log import Calibration, Experiment, Quantity, RigConstants, RigLog
 from rig_io.sensors import Laser, disc_angle, laser_angle, laser_clipped
+from rig_io.sensors.motion import Motion
 
 TICKS = 0.001 * np.arange(4001)
 TIME = np.arange(20001) / 5000

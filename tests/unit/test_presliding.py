@@ -8,8 +8,8 @@ import pytest
 
 from identification.pooling import Pool, pool
 from identification.structure.presliding import PreSliding, presliding
-from rig_io.emulator import MicroSlip, emulate, standard_set
-from rig_io.log import EncoderCalibration
+from rig_io.bench.emulator import MicroSlip, emulate, standard_set
+from rig_io.logs.log import EncoderCalibration
 
 MU_S = 0.65
 

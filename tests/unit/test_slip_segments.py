@@ -11,7 +11,15 @@ from fmu_models.base.errors import StickslipError
 from identification.kinematics import angle_at_ticks, disc_motion, fuse, odd_count
 from identification.pooling import pool
 from identification.slip_segments import TRIM, long_enough, slip_segments, stretches
-from rig_io.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, Quantity, RigConstants, RigLog
+from rig_io.logs.log import (
+    Calibration,
+    EncoderCalibration,
+    Experiment,
+    LaserCalibration,
+    Quantity,
+    RigConstants,
+    RigLog,
+)
 
 PERIOD = 0.9
 TICKS = np.arange(10_000) / 1000

@@ -15,10 +15,10 @@ from identification.joint_law import joint_law
 from identification.laws import LAWS
 from identification.pooling import pool
 from identification.slip_segments import long_enough
-from rig_io import sidecar
-from rig_io.arrangement import Arrangement
-from rig_io.emulator import MATERIALS, RIG, Disc, Emulation, emulate
-from rig_io.log import Experiment, Quantity, RigLog, read_package, write_package
+from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, emulate
+from rig_io.logs import sidecar
+from rig_io.logs.arrangement import Arrangement
+from rig_io.logs.log import Experiment, Quantity, RigLog, read_package, write_package
 from rig_io.sensors import Laser, laser_angle
 
 CLEAN = {

@@ -15,7 +15,7 @@ from identification.estimators.arcs import ArcProblem, Start
 from identification.fit import fit_friction
 from identification.laws import LAWS, LUGRE
 from identification.pooling import Pool, pool
-from rig_io.emulator import MicroSlip, emulate, standard_set
+from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 
 CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])

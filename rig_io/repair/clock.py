@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from rig_io.columns import TIME
+from rig_io.logs.columns import TIME
 
 if TYPE_CHECKING:
-    from rig_io.table import Table
+    from rig_io.repair.table import Table
 
 SHORTEST = 10  # samples; fewer cannot show a single movement
 GAP = 5.0  # sample intervals: across a longer step nothing may be filtered or simulated

@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from rig_io.emulator import Emulation
+    from rig_io.bench.emulator import Emulation
 
 app = console.app("The rig: emulate logs.")
 
@@ -66,7 +66,7 @@ def emulate(
     """
     from dataclasses import replace
 
-    from rig_io.emulator import MicroSlip, standard_set
+    from rig_io.bench.emulator import MicroSlip, standard_set
 
     if place.suffix == ".toml":
         said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip)
@@ -99,8 +99,8 @@ def _with_second(settings: list[Emulation], speeds: list[float], material: str) 
     """The settings with a second disc; one speed (rad/s) for all logs, or one for each."""
     from dataclasses import replace
 
-    from rig_io.emulator import Disc
-    from rig_io.emulator import material as named
+    from rig_io.bench.emulator import Disc
+    from rig_io.bench.emulator import material as named
 
     *runs, decay = settings
     if len(speeds) not in (1, len(runs)):
@@ -118,7 +118,7 @@ def _with_second(settings: list[Emulation], speeds: list[float], material: str) 
 def _emulate_scene(path: Path, folder: Path | None, seed: int, overwrite: bool, json: bool) -> None:
     """One log per value of what the scene varies."""
     from fmu_models.scene.read import read_scene
-    from rig_io.scenes import emulations
+    from rig_io.bench.scenes import emulations
 
     scene = read_scene(path)
     settings = emulations(scene)
@@ -128,7 +128,7 @@ def _emulate_scene(path: Path, folder: Path | None, seed: int, overwrite: bool, 
 
 def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, overwrite: bool, json: bool) -> None:
     """Emulate the logs, write them, and say so."""
-    from rig_io.emulator import emulate_set
+    from rig_io.bench.emulator import emulate_set
 
     done = 0
 

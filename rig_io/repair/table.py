@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from rig_io.clock import SHORTEST, check_repairs, mended
-from rig_io.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
-from rig_io.plausible import check_sizes
+from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
+from rig_io.repair.clock import SHORTEST, check_repairs, mended
+from rig_io.repair.plausible import check_sizes
 
 AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped by another clock
 
@@ -75,7 +75,7 @@ class Checked:
 def checked(table: Table, stated_units: Mapping[str, str], repair: Collection[str] = ()) -> Checked:
     """The known columns of a table in their expected units, on a rising clock; unknown columns are left out.
 
-    stated_units: from the sidecar; where it is silent the file's own units count. repair: see `rig_io.clock`.
+    stated_units: from the sidecar; where it is silent the file's own units count. repair: see `rig_io.repair.clock`.
 
     Raises:
         StickslipError: a needed column or unit is missing, a unit has another dimension, a count is not whole, a column

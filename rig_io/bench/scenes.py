@@ -19,10 +19,10 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.scene.scene import Drive, Scene
-from rig_io.arrangement import MODELS, Arrangement
-from rig_io.drive import Ripple
-from rig_io.emulator import MATERIALS, RIG, Disc, Emulation, Material
-from rig_io.log import RigConstants
+from rig_io.bench.drive import Ripple
+from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, Material
+from rig_io.logs.arrangement import MODELS, Arrangement
+from rig_io.logs.log import RigConstants
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
 

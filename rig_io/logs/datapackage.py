@@ -13,13 +13,13 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
-from rig_io import sidecar
-from rig_io.columns import COLUMNS, TIME
-from rig_io.counters import counted
-from rig_io.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
+from rig_io.logs import sidecar
+from rig_io.logs.columns import COLUMNS, TIME
+from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
+from rig_io.logs.sidecar import SIDECAR, mapping
 from rig_io.readers import reader_of
-from rig_io.sidecar import SIDECAR, mapping
-from rig_io.table import check_edges, checked
+from rig_io.repair.counters import counted
+from rig_io.repair.table import check_edges, checked
 
 # the calibration that a column needs
 _INSTRUMENTS = {"laser": "laser", "encoder_count": "encoder", "drive0_count": "drive0", "drive1_count": "drive1"}
@@ -32,7 +32,7 @@ def load_log(
     experiment: Experiment | None,
     repair: Collection[str],
 ) -> RigLog:
-    """See `rig_io.log.read_log`."""
+    """See `rig_io.logs.log.read_log`."""
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
     reader = reader_of(path)
@@ -90,7 +90,7 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
 
 
 def load_package(path: Path, repair: Collection[str]) -> list[RigLog]:
-    """See `rig_io.log.read_package`."""
+    """See `rig_io.logs.log.read_package`."""
     found = path / SIDECAR if path.is_dir() else path
     if not found.exists():
         raise StickslipError(f"There is no {SIDECAR} in '{path}'. Name a folder that holds one.")
@@ -120,7 +120,7 @@ def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
 
 
 def save_package(folder: Path, logs: list[RigLog], title: str, description: str, overwrite: bool) -> Path:
-    """See `rig_io.log.write_package`."""
+    """See `rig_io.logs.log.write_package`."""
     check_target(folder, [log.name for log in logs], overwrite)
     target = folder.resolve()
     try:

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.columns import TIME
-from rig_io.counters import FASTEST
+from rig_io.logs.columns import TIME
+from rig_io.repair.counters import FASTEST
 
 TURN = np.pi  # rad; the spring of the disc is wound no further
 SLOWEST_CLOCK = 0.5  # s between samples: the disc swings in less than a second
@@ -20,7 +20,7 @@ LARGEST_RADIUS = 5.0  # m
 
 
 def check_sizes(source: str, columns: Mapping[str, np.ndarray]) -> None:
-    """Columns of a log, (n,) each in the unit of `rig_io.columns`; NaN are passed over.
+    """Columns of a log, (n,) each in the unit of `rig_io.logs.columns`; NaN are passed over.
 
     Raises:
         StickslipError: numbers of a size that no rig has; says which unit would explain them.

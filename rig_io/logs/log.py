@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 from fmu_models.base.errors import StickslipError, nearest
-from rig_io.arrangement import Arrangement
+from rig_io.logs.arrangement import Arrangement
 
 if TYPE_CHECKING:
     import numpy as np
@@ -167,7 +167,7 @@ class RigLog:
     """One log.
 
     time: (n_samples,) s, increasing. columns: raw columns by name, each (n_samples,) float64, without ``time``; names
-    and units as in `rig_io.columns`; NaN where the file has no number. units: unit of each column (and of time).
+    and units as in `rig_io.logs.columns`; NaN where the file has no number. units: unit of each column (and of time).
     breaks: samples at which a further recording begins, or before which edges were lost; doubts: what was mended when
     it was read.
     """
@@ -217,7 +217,7 @@ class RigLog:
 
         The first keeps the log's name, the others are 'name, part 2' and on; times stay as they are.
         """
-        from rig_io.clock import gaps
+        from rig_io.repair.clock import gaps
 
         begins = sorted({*self.breaks, *(int(at) for at in gaps(self.time))})
         if not begins:
@@ -251,7 +251,7 @@ def read_log(
     Raises:
         StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
     """
-    from rig_io.datapackage import load_log
+    from rig_io.logs.datapackage import load_log
 
     return load_log(Path(path), rig, calibration, experiment, repair)
 
@@ -264,7 +264,7 @@ def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) 
     Raises:
         StickslipError: as in `read_log`.
     """
-    from rig_io.datapackage import load_package
+    from rig_io.logs.datapackage import load_package
 
     return load_package(Path(path), repair)
 
@@ -285,6 +285,6 @@ def write_package(
         StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, there is
             no log, or two have one name.
     """
-    from rig_io.datapackage import save_package
+    from rig_io.logs.datapackage import save_package
 
     return save_package(Path(folder), list(logs), title, description, overwrite)

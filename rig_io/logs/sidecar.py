@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any, get_args
 
 from fmu_models.base.errors import StickslipError, nearest
-from rig_io.arrangement import Arrangement
-from rig_io.columns import COLUMNS, TIME
-from rig_io.log import (
+from rig_io.logs.arrangement import Arrangement
+from rig_io.logs.columns import COLUMNS, TIME
+from rig_io.logs.log import (
     RIG_UNITS,
     Calibration,
     EncoderCalibration,
@@ -29,8 +29,8 @@ from rig_io.log import (
     RigConstants,
     RigLog,
 )
-from rig_io.plausible import check_radius
-from rig_io.table import conversion
+from rig_io.repair.plausible import check_radius
+from rig_io.repair.table import conversion
 
 SIDECAR = "datapackage.json"
 LICENCE = {

@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.columns import TIME
-from rig_io.log import Calibration
+from rig_io.logs.columns import TIME
+from rig_io.logs.log import Calibration
 
 WIDTHS = (8, 16, 24, 32)  # bits
 FASTEST = 100.0  # rad/s, of any shaft of the rig; its drives reach 2.7

@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from rig_io.arrangement import CHANGEOVER, MODELS, Arrangement
-from rig_io.columns import COLUMNS, TIME
-from rig_io.datapackage import check_target
-from rig_io.drive import Ripple
-from rig_io.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
-from rig_io.motion import Motion, integrated
+from rig_io.bench.drive import Ripple
+from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
+from rig_io.logs.columns import COLUMNS, TIME
+from rig_io.logs.datapackage import check_target
+from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
+from rig_io.repair.table import SHORTEST
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
-from rig_io.table import SHORTEST
+from rig_io.sensors.motion import Motion, integrated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -228,7 +228,7 @@ def emulate_set(
     progress: called with the name of each log before it is emulated.
 
     Raises:
-        StickslipError: as in `emulate` and `rig_io.log.write_package`.
+        StickslipError: as in `emulate` and `rig_io.logs.log.write_package`.
     """
     check_target(Path(folder), [one.name for one in settings], overwrite)
     logs = []

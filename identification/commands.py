@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from identification.comparison.family import FamilyComparison
-    from identification.free_decay import FreeDecay
-    from identification.pooling import Pool
+    from identification.measurement.free_decay import FreeDecay
+    from identification.measurement.pooling import Pool
     from identification.result import FrictionFit
     from rig_io.logs.log import RigLog
 
@@ -211,8 +211,8 @@ def fit_logs(
     options: of `identification.fit.fit_friction`.
     """
     from identification.fit import fit_friction
-    from identification.free_decay import fit_free_decay
-    from identification.pooling import pool
+    from identification.measurement.free_decay import fit_free_decay
+    from identification.measurement.pooling import pool
 
     decays = [log for log in logs if log.kind == "free-decay"]
     decay = fit_free_decay(decays[0]) if decays else None

@@ -16,12 +16,12 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.choice import Inference, Inferred, infer
+from identification.inference.problem import Prior, Problem, Progress, Solution, information, prior_precision
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
-from identification.pooling import Pool
-from identification.problem import Prior, Problem, Progress, Solution, information, prior_precision
+from identification.measurement.pooling import Pool
+from identification.measurement.presliding import presliding
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
-from identification.structure.presliding import presliding
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
@@ -75,7 +75,7 @@ class FrictionProblem(Problem):
 @dataclass(frozen=True)
 class Options:
     """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
-    estimated along with the law, with what is known of them as priors; progress: see `identification.problem`."""
+    estimated along with the law, with what is known of them as priors; progress: see `identification.inference.problem`."""
 
     nuisance: tuple[str, ...] = ()
     progress: Progress | None = None

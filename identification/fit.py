@@ -8,9 +8,9 @@ from importlib import import_module
 from fmu_models.base.errors import StickslipError, nearest
 from identification.conclusion import Estimator, Options, conclude
 from identification.inference.choice import Inference
-from identification.joint_law import sought_law
 from identification.laws import LUGRE, find_law
-from identification.pooling import Pool, pool
+from identification.laws.joint_law import sought_law
+from identification.measurement.pooling import Pool, pool
 from identification.result import FrictionFit
 from rig_io.logs.log import RigLog
 
@@ -49,7 +49,7 @@ def fit_friction(
     """Friction law from stick-slip logs of one rig, all pooled.
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
-    `identification.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
+    `identification.measurement.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
     uncertainty, and the fit says so. inference: how its uncertainty is found, and ``progress`` the fraction of
     that work done.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.laws import find_law
-from identification.pooling import RigValues, rig_values
+from identification.measurement.pooling import RigValues, rig_values
 from identification.result import FrictionFit
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 

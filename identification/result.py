@@ -18,7 +18,7 @@ from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
 from identification.inference.whiteness import Whiteness, whiteness_from
-from identification.structure.presliding import PreSliding
+from identification.measurement.presliding import PreSliding
 
 VERSION = 2  # of the format of a fit
 

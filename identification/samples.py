@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from identification.estimators.inverse_dynamics import FrictionSamples, friction_samples
-from identification.joint_law import JointLaw, sought_law
 from identification.laws import find_law
-from identification.pooling import Pool
+from identification.laws.joint_law import JointLaw, sought_law
+from identification.measurement.pooling import Pool
 from identification.result import FrictionFit
 
 

@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
 
-    from identification.free_decay import FreeDecay
     from identification.inference.profile import Interval
+    from identification.measurement.free_decay import FreeDecay
     from identification.result import FrictionFit
 
 

@@ -132,8 +132,8 @@ def _findings(
 ) -> Findings:
     """Everything that is in the report; what cannot be had is left out with a note."""
     from identification.comparison.family import compare as compare_families
-    from identification.free_decay import fit_free_decay
-    from identification.pooling import pool
+    from identification.measurement.free_decay import fit_free_decay
+    from identification.measurement.pooling import pool
     from identification.report.page import Findings
     from identification.report.residuals import refitted
     from identification.samples import samples_by_disc

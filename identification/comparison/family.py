@@ -26,7 +26,7 @@ from identification.comparison.portraits import (
     compare_motions,
     sequence_of,
 )
-from identification.kinematics import DiscMotion
+from identification.measurement.disc_motion import DiscMotion
 from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
 from identification.result import FrictionFit
 from rig_io.logs.log import RigLog

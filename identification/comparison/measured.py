@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_models.base.errors import StickslipError
-from identification.free_decay import fit_free_decay
-from identification.kinematics import SMOOTHING, DiscMotion, fuse, zeroed
-from identification.pooling import check_same_rig, motions_in_pieces
+from identification.measurement.disc_motion import SMOOTHING, DiscMotion, fuse, zeroed
+from identification.measurement.free_decay import fit_free_decay
+from identification.measurement.pooling import check_same_rig, motions_in_pieces
 from rig_io.logs.log import RigLog
 
 CYCLES = 5  # natural periods: a shorter piece of a log with gaps shows no portrait

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.kinematics import SMOOTHING, savitzky_golay
-from identification.slip_segments import THRESHOLD, stretches
+from identification.measurement.disc_motion import SMOOTHING, savitzky_golay
+from identification.measurement.slip_segments import THRESHOLD, stretches
 
 PHASES = 400  # points of a mean cycle
 SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself

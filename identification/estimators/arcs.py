@@ -24,11 +24,11 @@ from fmu_models.simulation.signal import Signal
 from identification.conclusion import FrictionProblem, FrictionRows
 from identification.estimators.inverse_dynamics import friction_samples
 from identification.estimators.two_discs import joint_rows
-from identification.joint_law import JointLaw, laws_of, touching
-from identification.kinematics import DiscMotion
+from identification.inference.problem import Evaluation, Prior, Unknown
+from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw, unknowns
-from identification.pooling import Pool, rig_values
-from identification.problem import Evaluation, Prior, Unknown
+from identification.measurement.disc_motion import DiscMotion
+from identification.measurement.pooling import Pool, rig_values
 from rig_io.logs.arrangement import MODELS
 
 if TYPE_CHECKING:

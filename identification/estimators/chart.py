@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.joint_law import laws_of
+from identification.inference.problem import Evaluation, Problem, Progress, Solution, solve
+from identification.laws.joint_law import laws_of
 from identification.laws.law import FittableLaw
-from identification.problem import Evaluation, Problem, Progress, Solution, solve
 
 BENT = ("mu_s", "mu_k")  # first parameters of a law with such a valley; the third is the scale of speed between them
 EDGE = 1e-3  # of a value, within which a bound may have been met

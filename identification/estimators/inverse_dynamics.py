@@ -18,11 +18,11 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators.regression import Regression, regress
-from identification.joint_law import JointLaw
-from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
-from identification.pooling import Pool, RigValues
-from identification.slip_segments import SlipSegment, long_enough
+from identification.laws.joint_law import JointLaw
+from identification.measurement.disc_motion import odd_count, savitzky_golay
+from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.slip_segments import SlipSegment, long_enough
 
 ORDER = 5
 WINDOW = 0.22  # natural periods

@@ -19,11 +19,11 @@ from identification import laws
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import shooting, whole_cycle
 from identification.estimators.arcs import ArcProblem
-from identification.joint_law import JointLaw
+from identification.inference.problem import solve
 from identification.laws import FittableLaw
-from identification.pooling import Pool
-from identification.problem import solve
-from identification.structure.presliding import presliding
+from identification.laws.joint_law import JointLaw
+from identification.measurement.pooling import Pool
+from identification.measurement.presliding import presliding
 
 SCAN = (1e4, 3e4, 1e5, 3e5)  # N/m
 AS_RIGID = 1.05  # of the noise: rms residuals of the rigid model below leave nothing for bristles to explain

@@ -15,10 +15,10 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.conclusion import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
+from identification.inference.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
-from identification.pooling import Pool, RigValues
-from identification.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
-from identification.slip_segments import SlipSegment, long_enough
+from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.slip_segments import SlipSegment, long_enough
 
 
 @dataclass(frozen=True, eq=False)

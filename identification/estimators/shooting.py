@@ -21,11 +21,11 @@ from identification.estimators import inverse_dynamics, weak_form
 from identification.estimators.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
 from identification.estimators.chart import Bend, bends_of, solve_straight
 from identification.estimators.two_discs import joint_rows, segments_at
-from identification.joint_law import JointLaw
+from identification.inference.problem import Solution
+from identification.laws.joint_law import JointLaw
 from identification.laws.law import FittableLaw
-from identification.pooling import Pool
-from identification.problem import Solution
-from identification.slip_segments import SlipSegment
+from identification.measurement.pooling import Pool
+from identification.measurement.slip_segments import SlipSegment
 
 SHORTEST = 0.1  # natural periods that an arc must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read

@@ -27,12 +27,12 @@ from identification.conclusion import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem
 from identification.estimators.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
-from identification.joint_law import DISCS, JointLaw, touching
-from identification.kinematics import odd_count, savitzky_golay
+from identification.inference.problem import TOLERANCE, Progress, Solution
+from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw
-from identification.pooling import Pool, RigValues
-from identification.problem import TOLERANCE, Progress, Solution
-from identification.slip_segments import SlipSegment, long_enough, slip_segments
+from identification.measurement.disc_motion import odd_count, savitzky_golay
+from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.slip_segments import SlipSegment, long_enough, slip_segments
 from rig_io.logs.log import RigLog
 
 COLUMNS = ("slip", "measured", "force", "angle", "turn", "always")  # with a row for each window

@@ -19,11 +19,11 @@ import numpy as np
 from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators.inverse_dynamics import STRUCTURE
 from identification.estimators.regression import Regression, regress
-from identification.joint_law import JointLaw
-from identification.kinematics import odd_count, savitzky_golay
 from identification.laws import FittableLaw
-from identification.pooling import Pool, RigValues
-from identification.slip_segments import SlipSegment
+from identification.laws.joint_law import JointLaw
+from identification.measurement.disc_motion import odd_count, savitzky_golay
+from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.slip_segments import SlipSegment
 
 WINDOW = 0.264  # natural periods
 SPACING = 0.022  # natural periods between windows

@@ -23,10 +23,10 @@ from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import shooting
 from identification.estimators.arcs import Arc, ArcProblem, arc_problem, measured
 from identification.estimators.chart import solve_straight
-from identification.joint_law import JointLaw
+from identification.inference.problem import Solution
 from identification.laws import FittableLaw
-from identification.pooling import Pool, RigValues
-from identification.problem import Solution
+from identification.laws.joint_law import JointLaw
+from identification.measurement.pooling import Pool, RigValues
 
 ONSET = 0.04  # natural periods before a slip passes the threshold, where the cycle before it ends
 EXCESS = 1.5  # of the noise: residuals beyond are those of a wrong model

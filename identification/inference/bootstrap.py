@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.inference.problem import Evaluation, Problem, Solution, Unknown, solve
 from identification.inference.profile import Interval
-from identification.problem import Evaluation, Problem, Solution, Unknown, solve
 
 LEAST = 20  # draws below which there is no standard deviation
 PATIENCE = 5.0  # s of remaining work below which processes, which take a second or two to start, do not pay

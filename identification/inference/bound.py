@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.problem import Problem, Solution, information
+from identification.inference.problem import Problem, Solution, information
 
 
 def cramer_rao(problem: Problem, found: Solution) -> np.ndarray | None:

@@ -14,10 +14,10 @@ from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.bootstrap import LEAST, Draws, bootstrap
 from identification.inference.bound import cramer_rao
 from identification.inference.identifiability import Collinearity, collinearity
+from identification.inference.problem import Problem, Solution, prior_precision
 from identification.inference.profile import Interval, profile
 from identification.inference.uncertainty import clustered_covariance, newey_west, student
 from identification.inference.whiteness import Whiteness, whiteness
-from identification.problem import Problem, Solution, prior_precision
 
 COVARIANCES = ("jackknife", "hac", "bootstrap")
 BETTER = 1e-6  # relative fall of the sum of squares, met by a profile, that is a better fit and not rounding

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.problem import Problem, Solution, prior_precision
+from identification.inference.problem import Problem, Solution, prior_precision
 
 POOR = 15.0  # collinearity index above which parameters are nearly collinear (Brun et al.: 10 to 15)
 BLURRED = 10.0  # per cent, of a parameter, over one standard deviation: then parameters are not told apart

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.problem import Problem, Solution, information, solve
+from identification.inference.problem import Problem, Solution, information, solve
 
 DOUBLINGS = 12  # of the first step, before the bound of the search itself is tried
 ACCURACY = 0.01  # of the half-width, of an end: far below what an interval means

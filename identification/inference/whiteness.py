@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.problem import Evaluation
+from identification.inference.problem import Evaluation
 
 LAGS = 20  # of the test for colour, or a quarter of the longest cluster
 BINS = 12  # ranges of slip speed, of equal numbers of rows

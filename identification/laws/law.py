@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.problem import Unknown
+from identification.inference.problem import Unknown
 
 
 @dataclass(frozen=True)

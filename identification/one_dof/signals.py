@@ -151,7 +151,7 @@ class _Chain:
         return self.made[name]
 
     def _derivative(self, signal: Signal) -> np.ndarray:
-        from identification.kinematics import savitzky_golay
+        from identification.measurement.disc_motion import savitzky_golay
 
         values = self.signal(str(signal.of))
         local = signal.savitzky_golay

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.comparison.portraits import PHASES, Portrait, Rest
-from identification.slip_segments import stretches
+from identification.measurement.slip_segments import stretches
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

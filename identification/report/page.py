@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from identification.comparison.family import FamilyComparison
     from identification.estimators.inverse_dynamics import FrictionSamples
-    from identification.free_decay import FreeDecay
-    from identification.problem import Evaluation
+    from identification.inference.problem import Evaluation
+    from identification.measurement.free_decay import FreeDecay
     from identification.result import FrictionFit
     from identification.structure.design import Design
     from rig_io.logs.log import RigLog

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.problem import Evaluation
+    from identification.inference.problem import Evaluation
     from identification.result import FrictionFit
 
 LAGS = 40

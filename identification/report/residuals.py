@@ -8,10 +8,10 @@ import numpy as np
 
 from identification.conclusion import Options
 from identification.fit import estimator_named
-from identification.joint_law import sought_law
+from identification.inference.problem import Evaluation
 from identification.laws import find_law
-from identification.pooling import Pool
-from identification.problem import Evaluation
+from identification.laws.joint_law import sought_law
+from identification.measurement.pooling import Pool
 from identification.result import FrictionFit
 
 SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by itself

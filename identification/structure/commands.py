@@ -40,7 +40,7 @@ def laws(
 
     Example: stickslip laws data/rigs/paper_rubber
     """
-    from identification.pooling import pool
+    from identification.measurement.pooling import pool
     from identification.structure.law_comparison import compare_contacts, compare_on
 
     with console.progress("comparing laws") as advance:

@@ -24,11 +24,11 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.conclusion import Options
 from identification.fit import estimator_named
+from identification.inference.problem import Problem, Solution, prior_precision, solve
 from identification.inference.uncertainty import clustered_covariance, plain_covariance
 from identification.inference.whiteness import whiteness
 from identification.laws import LAWS, find_law
-from identification.pooling import Pool
-from identification.problem import Problem, Solution, prior_precision, solve
+from identification.measurement.pooling import Pool
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction

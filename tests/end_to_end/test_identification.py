@@ -15,9 +15,9 @@ from benchmark_scripts import benchmark_script
 from fmu_models.base.errors import StickslipError
 from identification.comparison.family import compare
 from identification.fit import fit_friction
-from identification.free_decay import fit_free_decay
 from identification.inference.choice import Inference
-from identification.pooling import pool
+from identification.measurement.free_decay import fit_free_decay
+from identification.measurement.pooling import pool
 from identification.result import FrictionFit
 from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
 from rig_io.logs.log import Quantity, RigLog, read_package, write_package

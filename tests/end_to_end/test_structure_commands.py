@@ -14,8 +14,8 @@ from rich.console import Console
 
 from identification.fit import fit_friction
 from identification.laws import LAWS
+from identification.measurement.pooling import pool
 from identification.model import fitted_model
-from identification.pooling import pool
 from identification.result import FrictionFit
 from identification.structure.commands import print_laws
 from identification.structure.law_comparison import compare_contacts, compare_on

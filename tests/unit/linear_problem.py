@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.problem import Evaluation, Problem, Unknown
+from identification.inference.problem import Evaluation, Problem, Unknown
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from identification.comparison.measured import measured_motions
 from identification.fit import fit_friction
-from identification.free_decay import fit_free_decay
-from identification.kinematics import disc_motion
-from identification.pooling import Pool, pool
+from identification.measurement.disc_motion import disc_motion
+from identification.measurement.free_decay import fit_free_decay
+from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import RIG
 from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
 

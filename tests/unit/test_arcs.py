@@ -16,9 +16,9 @@ from identification.estimators import shooting
 from identification.estimators.arcs import ArcProblem, Start, noise
 from identification.fit import estimator_named, fit_friction
 from identification.inference.choice import Inference
+from identification.inference.problem import solve
 from identification.laws import LAWS
-from identification.pooling import Pool, pool
-from identification.problem import solve
+from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import Quantity, RigLog
 

@@ -8,7 +8,7 @@ from linear_problem import Curve, linear
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.bootstrap import bootstrap
-from identification.problem import Prior, Unknown, solve
+from identification.inference.problem import Prior, Unknown, solve
 
 
 def means(seed: int = 0, clusters: int = 24) -> tuple[Curve, float]:

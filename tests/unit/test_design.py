@@ -10,7 +10,7 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from identification.fit import fit_friction
-from identification.pooling import Pool, pool
+from identification.measurement.pooling import Pool, pool
 from identification.result import FrictionFit
 from identification.structure.design import Candidate, design
 from rig_io.bench.emulator import emulate, standard_set

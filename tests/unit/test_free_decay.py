@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from identification.free_decay import fit_decay
+from identification.measurement.free_decay import fit_decay
 
 TIME = np.arange(20_000) / 1000
 

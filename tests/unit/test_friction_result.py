@@ -19,9 +19,9 @@ from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
 from identification.laws import LAWS
+from identification.measurement.presliding import PreSliding
 from identification.report.friction_figure import friction_figure
 from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
-from identification.structure.presliding import PreSliding
 
 CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])

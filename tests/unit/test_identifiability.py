@@ -7,7 +7,7 @@ import pytest
 from linear_problem import linear
 
 from identification.inference.identifiability import collinearity, of_gradient
-from identification.problem import Prior, Unknown, information, solve
+from identification.inference.problem import Prior, Unknown, information, solve
 
 
 def columns(cosine: float) -> np.ndarray:

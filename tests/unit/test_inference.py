@@ -10,7 +10,7 @@ from linear_problem import Curve, line, linear
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.choice import Inference, infer
-from identification.problem import Prior, Unknown, solve
+from identification.inference.problem import Prior, Unknown, solve
 
 
 def coloured_mean(memory: float, count: int = 4000) -> Curve:

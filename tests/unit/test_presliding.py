@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from identification.pooling import Pool, pool
-from identification.structure.presliding import PreSliding, presliding
+from identification.measurement.pooling import Pool, pool
+from identification.measurement.presliding import PreSliding, presliding
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 from rig_io.logs.log import EncoderCalibration
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.problem import Evaluation, Prior, Problem, Solution, Unknown, information, solve
+from identification.inference.problem import Evaluation, Prior, Problem, Solution, Unknown, information, solve
 
 RNG = np.random.default_rng(4)
 DESIGN = RNG.standard_normal((60, 3))

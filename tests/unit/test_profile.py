@@ -7,8 +7,8 @@ import pytest
 from linear_problem import Curve, line, linear
 
 from fmu_models.base.errors import StickslipError
+from identification.inference.problem import Prior, Unknown, information, solve
 from identification.inference.profile import Interval, profile
-from identification.problem import Prior, Unknown, information, solve
 
 
 @pytest.mark.parametrize("colour", [1.0, 4.0])

@@ -11,10 +11,10 @@ from fmu_models.base.errors import StickslipError
 from identification.conclusion import Options
 from identification.estimators import two_discs
 from identification.estimators.chart import bends_of
-from identification.joint_law import joint_law
 from identification.laws import LAWS
-from identification.pooling import pool
-from identification.slip_segments import long_enough
+from identification.laws.joint_law import joint_law
+from identification.measurement.pooling import pool
+from identification.measurement.slip_segments import long_enough
 from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, emulate
 from rig_io.logs import sidecar
 from rig_io.logs.arrangement import Arrangement

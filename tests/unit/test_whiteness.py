@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from identification.inference.problem import Evaluation
 from identification.inference.whiteness import BINS, whiteness
-from identification.problem import Evaluation
 
 CLUSTERS, ROWS = 20, 40
 

@@ -14,7 +14,7 @@ from identification.estimators import lugre, shooting, whole_cycle
 from identification.estimators.arcs import ArcProblem, Start
 from identification.fit import fit_friction
 from identification.laws import LAWS, LUGRE
-from identification.pooling import Pool, pool
+from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 
 CONTI = LAWS["Conti"]

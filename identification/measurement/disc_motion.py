@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.agreement import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
 from identification.inference.uncertainty import clustered_covariance
+from identification.measurement.sensor_checks import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped

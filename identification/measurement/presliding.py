@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.inference.uncertainty import clustered_covariance
-from identification.kinematics import SMOOTHING, DiscMotion
-from identification.pooling import Pool
-from identification.slip_segments import stretches
+from identification.measurement.disc_motion import SMOOTHING, DiscMotion
+from identification.measurement.pooling import Pool
+from identification.measurement.slip_segments import stretches
 from rig_io.sensors import edges
 
 BREAKAWAY = 0.93  # of the breakaway force, up to which a stick is used

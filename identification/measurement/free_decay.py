@@ -69,7 +69,7 @@ def fit_free_decay(log: RigLog) -> FreeDecay:
     Raises:
         StickslipError: no angle in the log, too few cycles, or an amplitude that does not decay.
     """
-    from identification.kinematics import angle_at_ticks
+    from identification.measurement.disc_motion import angle_at_ticks
 
     if log.kind != "free-decay":
         raise StickslipError(f"Log '{log.name}' is of kind '{log.kind}'; k/J and c/J need one of kind 'free-decay'.")

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from identification.comparison.family import FamilyComparison
+    from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
     from identification.measurement.pooling import Pool
-    from identification.result import FrictionFit
     from rig_io.logs.log import RigLog
 
 app = console.app("Friction: fit laws.")
@@ -63,7 +63,7 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
-    from identification.conclusion import Options
+    from identification.fit.conclude import Options
     from identification.inference.choice import Inference
 
     refuse_existing(result, figure, overwrite=overwrite)
@@ -120,9 +120,9 @@ def demo(
     """
     from fmu_models.codegen.package import export_built
     from identification.comparison.family import compare
-    from identification.model import fmu_parameters
+    from identification.fit.samples import samples_by_disc
+    from identification.fitted_model.model import fmu_parameters
     from identification.report.page import Findings, write_report
-    from identification.samples import samples_by_disc
     from rig_io.bench.emulator import emulate_set, standard_set
     from rig_io.logs.log import read_package
 
@@ -210,7 +210,7 @@ def fit_logs(
 
     options: of `identification.fit.fit_friction`.
     """
-    from identification.fit import fit_friction
+    from identification.fit.fit import fit_friction
     from identification.measurement.free_decay import fit_free_decay
     from identification.measurement.pooling import pool
 
@@ -223,8 +223,8 @@ def fit_logs(
 def draw_friction(found: FrictionFit, ready: Pool, path: Path, overwrite: bool) -> None:
     """Write the figure of a fit."""
     from fmu_models.report.figures import save_figure
+    from identification.fit.samples import samples_by_disc
     from identification.report.friction_figure import friction_figure
-    from identification.samples import samples_by_disc
 
     save_figure(friction_figure(found, samples_by_disc(found, ready)), path, overwrite=overwrite)
 
@@ -258,7 +258,7 @@ def read_fit(path: Path) -> FrictionFit:
     Raises:
         StickslipError: it cannot be read, or is none.
     """
-    from identification.result import FrictionFit
+    from identification.fit.result import FrictionFit
 
     try:
         text = path.read_text(encoding="utf-8")

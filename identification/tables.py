@@ -8,9 +8,9 @@ if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
 
+    from identification.fit.result import FrictionFit
     from identification.inference.profile import Interval
     from identification.measurement.free_decay import FreeDecay
-    from identification.result import FrictionFit
 
 
 def _table(title: str, *columns: tuple[str, str]) -> Table:

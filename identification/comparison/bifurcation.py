@@ -21,8 +21,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.comparison.portraits import Stick
-from identification.model import FittedModel, fmu_parameters
-from identification.result import FrictionFit
+from identification.fit.result import FrictionFit
+from identification.fitted_model.model import FittedModel, fmu_parameters
 
 if TYPE_CHECKING:
     from fmu_models.simulation.trajectory import Event

@@ -26,8 +26,8 @@ from identification.commands import (
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from identification.fit.result import FrictionFit
     from identification.report.page import Findings
-    from identification.result import FrictionFit
     from rig_io.logs.log import RigLog
 
 app = console.app("Friction: compare the fitted model with measurements.")
@@ -132,11 +132,11 @@ def _findings(
 ) -> Findings:
     """Everything that is in the report; what cannot be had is left out with a note."""
     from identification.comparison.family import compare as compare_families
+    from identification.fit.samples import samples_by_disc
     from identification.measurement.free_decay import fit_free_decay
     from identification.measurement.pooling import pool
     from identification.report.page import Findings
     from identification.report.residuals import refitted
-    from identification.samples import samples_by_disc
     from identification.structure.design import design
 
     families = compare_families(found, read, uncertainty=uncertainty, progress=lambda share: advance(0.5 * share))

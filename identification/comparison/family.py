@@ -26,9 +26,9 @@ from identification.comparison.portraits import (
     compare_motions,
     sequence_of,
 )
+from identification.fit.result import FrictionFit
+from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
 from identification.measurement.disc_motion import DiscMotion
-from identification.model import FittedModel, arrangement_of, fitted_model, rig_constants
-from identification.result import FrictionFit
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:

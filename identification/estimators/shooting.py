@@ -16,11 +16,20 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import Estimate, Estimator, Options
-from identification.estimators import inverse_dynamics, weak_form
-from identification.estimators.arcs import MARGIN, Arc, ArcProblem, Start, arc_problem, drive_signals, measured, noise
+from identification.estimators import savitzky_golay, weak_form
 from identification.estimators.chart import Bend, bends_of, solve_straight
+from identification.estimators.shooting_segments import (
+    MARGIN,
+    Arc,
+    ArcProblem,
+    Start,
+    arc_problem,
+    drive_signals,
+    measured,
+    noise,
+)
 from identification.estimators.two_discs import joint_rows, segments_at
+from identification.fit.conclude import Estimate, Estimator, Options
 from identification.inference.problem import Solution
 from identification.laws.joint_law import JointLaw
 from identification.laws.law import FittableLaw
@@ -69,7 +78,7 @@ def first_values(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     except StickslipError:
         if isinstance(law, JointLaw):
             raise
-        return inverse_dynamics.estimate(ready, law, options)
+        return savitzky_golay.estimate(ready, law, options)
 
 
 def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tuple[ArcProblem, Solution]:

@@ -23,10 +23,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem
 from identification.estimators.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
+from identification.fit.conclude import FrictionRows, Options
 from identification.inference.problem import TOLERANCE, Progress, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw

@@ -16,9 +16,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.conclusion import Estimate, Estimator, Options
-from identification.estimators.inverse_dynamics import STRUCTURE
 from identification.estimators.regression import Regression, regress
+from identification.estimators.savitzky_golay import STRUCTURE
+from identification.fit.conclude import Estimate, Estimator, Options
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.disc_motion import odd_count, savitzky_golay

@@ -19,10 +19,10 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import Estimate, Estimator, Options
 from identification.estimators import shooting
-from identification.estimators.arcs import Arc, ArcProblem, arc_problem, measured
 from identification.estimators.chart import solve_straight
+from identification.estimators.shooting_segments import Arc, ArcProblem, arc_problem, measured
+from identification.fit.conclude import Estimate, Estimator, Options
 from identification.inference.problem import Solution
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw

@@ -15,8 +15,8 @@ from fmu_models.base.files import refuse_existing
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from identification.fit.result import FrictionFit
     from identification.handover.values import HandedValue
-    from identification.result import FrictionFit
 
 app = console.app("Friction: hand fitted parameters on.")
 
@@ -115,7 +115,7 @@ def _write(
     fmi: str,
     overwrite: bool,
 ) -> None:
-    from identification.model import fitted_model
+    from identification.fitted_model.model import fitted_model
 
     if kind == ".toml" and source is not None:
         from fmu_models.scene.read import find

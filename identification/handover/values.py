@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.model import FittedModel, fitted_model
-from identification.result import FrictionFit
+from identification.fit.result import FrictionFit
+from identification.fitted_model.model import FittedModel, fitted_model
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fmu_models.codegen.package import version
-from identification.result import FrictionFit
+from identification.fit.result import FrictionFit
 
 RIG = (
     "P. Casini, O. Giannini, F. Vestroni, Experimental evidence of non-standard bifurcations in non-smooth oscillator "

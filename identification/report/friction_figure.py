@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.estimators.inverse_dynamics import FrictionSamples
-    from identification.result import FrictionFit
+    from identification.estimators.savitzky_golay import FrictionSamples
+    from identification.fit.result import FrictionFit
 
 # colours of Okabe and Ito, told apart by colour-blind readers
 MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
@@ -28,7 +28,7 @@ SHOWN = 400  # marks per log: more hide each other
 def friction_figure(fit: FrictionFit, samples: Mapping[str, FrictionSamples]) -> Figure:
     """Measured friction coefficient against slip speed, with the fitted law, and the residuals below; by disc.
 
-    samples: by driving disc, of `identification.samples`, whichever estimator fitted the law.
+    samples: by driving disc, of `identification.fit.samples`, whichever estimator fitted the law.
     """
     from matplotlib.figure import Figure
 

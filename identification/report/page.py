@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from identification.comparison.family import FamilyComparison
-    from identification.estimators.inverse_dynamics import FrictionSamples
+    from identification.estimators.savitzky_golay import FrictionSamples
+    from identification.fit.result import FrictionFit
     from identification.inference.problem import Evaluation
     from identification.measurement.free_decay import FreeDecay
-    from identification.result import FrictionFit
     from identification.structure.design import Design
     from rig_io.logs.log import RigLog
 

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from identification.fit.result import FrictionFit
     from identification.inference.problem import Evaluation
-    from identification.result import FrictionFit
 
 LAGS = 40
 

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.conclusion import Options
-from identification.fit import estimator_named
+from identification.fit.conclude import Options
+from identification.fit.fit import estimator_named
+from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool
-from identification.result import FrictionFit
 
 SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by itself
 SAME = 0.1  # standard deviations, up to which the fit counts as reproduced

@@ -10,8 +10,8 @@ from identification.comparison.table import metric_rows, sequence_rows
 
 if TYPE_CHECKING:
     from identification.comparison.family import FamilyComparison
+    from identification.fit.result import FittedParameter, FrictionFit
     from identification.measurement.free_decay import FreeDecay
-    from identification.result import FittedParameter, FrictionFit
     from identification.structure.design import Design
     from rig_io.logs.log import RigLog
 

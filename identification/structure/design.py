@@ -23,13 +23,13 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.arcs import STARTS, ZERO_UNCERTAINTY
+from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
+from identification.fit.result import FrictionFit
+from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST
 from identification.laws import LAWS, FittableLaw, find_law
 from identification.measurement.pooling import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
-from identification.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
-from identification.result import FrictionFit
 
 SPEEDS = 10  # candidates, from half the lowest drive speed of the logs to twice the highest
 LOADS = (0.5, 1.0, 2.0)  # of the normal force of the fit

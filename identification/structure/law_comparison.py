@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import Options
-from identification.fit import estimator_named
+from identification.fit.conclude import Options
+from identification.fit.fit import estimator_named
 from identification.inference.problem import Problem, Solution, prior_precision, solve
 from identification.inference.uncertainty import clustered_covariance, plain_covariance
 from identification.inference.whiteness import whiteness

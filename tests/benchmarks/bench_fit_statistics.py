@@ -18,9 +18,9 @@ from functools import partial
 
 import numpy as np
 
-from identification.fit import ESTIMATORS, fit_friction
+from identification.fit.fit import ESTIMATORS, fit_friction
+from identification.fit.result import FrictionFit
 from identification.measurement.pooling import pool
-from identification.result import FrictionFit
 from rig_io.bench.emulator import MicroSlip, emulate, material, standard_set
 from rig_io.sensors.laser import Laser
 

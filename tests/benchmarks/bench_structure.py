@@ -17,8 +17,8 @@ from tempfile import TemporaryDirectory
 
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.scene import Scene
-from identification.fit import DEFAULT, fit_friction
-from identification.result import FrictionFit
+from identification.fit.fit import DEFAULT, fit_friction
+from identification.fit.result import FrictionFit
 from rig_io.bench.emulator import STANDARD_SPEEDS, Disc, Emulation, MicroSlip, emulate, material
 from rig_io.logs.log import RigLog
 

@@ -15,8 +15,8 @@ from functools import partial
 
 import numpy as np
 
-from identification.fit import fit_friction
-from identification.result import FrictionFit
+from identification.fit.fit import fit_friction
+from identification.fit.result import FrictionFit
 from rig_io.bench.emulator import RIG, Disc, Emulation, MicroSlip, emulate, material
 from rig_io.logs.arrangement import CHANGEOVER, Arrangement
 from rig_io.logs.log import Quantity

@@ -12,7 +12,7 @@ import pytest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from identification import commands
-from identification.fit import fit_friction
+from identification.fit.fit import fit_friction
 from rig_io.bench.emulator import emulate_set, standard_set
 from rig_io.logs.log import read_package
 

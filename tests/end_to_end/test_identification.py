@@ -14,11 +14,11 @@ from benchmark_scripts import benchmark_script
 
 from fmu_models.base.errors import StickslipError
 from identification.comparison.family import compare
-from identification.fit import fit_friction
+from identification.fit.fit import fit_friction
+from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
-from identification.result import FrictionFit
 from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
 from rig_io.logs.log import Quantity, RigLog, read_package, write_package
 from rig_io.sensors.laser import Laser
@@ -225,7 +225,7 @@ def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: l
     script = (
         "import sys, time; start = time.perf_counter()\n"
         "from rig_io.logs.log import read_package\n"
-        "from identification.fit import fit_friction\n"
+        "from identification.fit.fit import fit_friction\n"
         f"fit = fit_friction(read_package({str(tmp_path / 'logs')!r}))\n"
         "assert abs(fit['mu_s'].value - 0.65) < 0.004\n"
         "left_out = {'matplotlib.figure', 'matplotlib.pyplot', 'sympy', 'rich', 'tomlkit', 'jinja2'}\n"

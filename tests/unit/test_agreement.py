@@ -11,7 +11,7 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from identification.comparison.measured import measured_motions
-from identification.fit import fit_friction
+from identification.fit.fit import fit_friction
 from identification.measurement.disc_motion import disc_motion
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import Pool, pool

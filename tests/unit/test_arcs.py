@@ -11,10 +11,10 @@ import pytest
 from scipy.optimize import least_squares
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import Options, conclude
 from identification.estimators import shooting
-from identification.estimators.arcs import ArcProblem, Start, noise
-from identification.fit import estimator_named, fit_friction
+from identification.estimators.shooting_segments import ArcProblem, Start, noise
+from identification.fit.conclude import Options, conclude
+from identification.fit.fit import estimator_named, fit_friction
 from identification.inference.choice import Inference
 from identification.inference.problem import solve
 from identification.laws import LAWS

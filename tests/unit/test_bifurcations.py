@@ -12,7 +12,7 @@ from made_fit import MATERIALS, RIG, made_fit
 from identification.comparison import bifurcation
 from identification.comparison.bifurcation import Transition, extrapolated, hopf_speed, transitions
 from identification.comparison.portraits import Portrait, Processing, Rest
-from identification.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
+from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
 
 
 @pytest.mark.parametrize(

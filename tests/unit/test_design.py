@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.fit import fit_friction
+from identification.fit.fit import fit_friction
+from identification.fit.result import FrictionFit
 from identification.measurement.pooling import Pool, pool
-from identification.result import FrictionFit
 from identification.structure.design import Candidate, design
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import RigLog

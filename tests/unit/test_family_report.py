@@ -18,12 +18,12 @@ from identification.comparison.bifurcation import BifurcationComparison, Measure
 from identification.comparison.family import FamilyComparison
 from identification.comparison.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions
 from identification.comparison.table import bifurcation_sentences, comparison_report
+from identification.fit.result import LogSummary
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
 from identification.report.family_figure import family_figure
 from identification.report.inline import inline_svg
 from identification.report.page import Findings, page, write_report
 from identification.report.residual_figure import correlations
-from identification.result import LogSummary
 
 TURN = 2 * np.pi * np.arange(PHASES) / PHASES
 VOID = {"meta", "br", "img", "hr", "link", "input"}

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
-from identification.estimators.inverse_dynamics import FrictionSamples
+from identification.estimators.savitzky_golay import FrictionSamples
+from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
 from identification.laws import LAWS
 from identification.measurement.presliding import PreSliding
 from identification.report.friction_figure import friction_figure
-from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 
 CONTI = LAWS["Conti"]
 TRUTH = np.array([0.65, 0.35, 15.0])

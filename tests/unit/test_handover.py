@@ -21,11 +21,11 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.start_values import copy_with_start_values, library_starts
 from fmu_models.scene.read import read_scene
 from fmu_models.simulation.run import simulate
+from identification.fit.result import FrictionFit
+from identification.fitted_model.model import fitted_model
 from identification.handover.scene import write_scene
 from identification.handover.ssp import write_parameter_set, write_ssp
 from identification.handover.values import HandedValue, check_targets, handed_values
-from identification.model import fitted_model
-from identification.result import FrictionFit
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
 

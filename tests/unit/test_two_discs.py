@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import Options
 from identification.estimators import two_discs
 from identification.estimators.chart import bends_of
+from identification.fit.conclude import Options
 from identification.laws import LAWS
 from identification.laws.joint_law import joint_law
 from identification.measurement.pooling import pool

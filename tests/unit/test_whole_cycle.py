@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.conclusion import Options
 from identification.estimators import lugre, shooting, whole_cycle
-from identification.estimators.arcs import ArcProblem, Start
-from identification.fit import fit_friction
+from identification.estimators.shooting_segments import ArcProblem, Start
+from identification.fit.conclude import Options
+from identification.fit.fit import fit_friction
 from identification.laws import LAWS, LUGRE
 from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set

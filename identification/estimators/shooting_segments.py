@@ -21,9 +21,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.simulation.signal import Signal
-from identification.conclusion import FrictionProblem, FrictionRows
-from identification.estimators.inverse_dynamics import friction_samples
+from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
+from identification.fit.conclude import FrictionProblem, FrictionRows
 from identification.inference.problem import Evaluation, Prior, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw, unknowns

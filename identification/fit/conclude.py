@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, Inferred, infer
 from identification.inference.problem import Prior, Problem, Progress, Solution, information, prior_precision
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
-from identification.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.estimators.inverse_dynamics import FrictionSamples, friction_samples
+from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
+from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.laws.joint_law import JointLaw, sought_law
 from identification.measurement.pooling import Pool
-from identification.result import FrictionFit
 
 
 def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.conclusion import Estimator, Options, conclude
+from identification.fit.conclude import Estimator, Options, conclude
+from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
 from identification.laws import LUGRE, find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
-from identification.result import FrictionFit
 from rig_io.logs.log import RigLog
 
 ESTIMATORS = {
@@ -19,7 +19,7 @@ ESTIMATORS = {
     "whole-cycle": "identification.estimators.whole_cycle",
     "lugre": "identification.estimators.lugre",
     "weak-form": "identification.estimators.weak_form",
-    "savitzky-golay": "identification.estimators.inverse_dynamics",
+    "savitzky-golay": "identification.estimators.savitzky_golay",
 }
 DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()

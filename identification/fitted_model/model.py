@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.measurement.pooling import RigValues, rig_values
-from identification.result import FrictionFit
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from fmu_models.commands import maps as map_commands
 from fmu_models.commands import models as model_commands
 from fmu_models.commands import scene as scene_commands
 from fmu_models.commands import stress as stress_commands
-from identification import commands as friction_commands
-from identification.comparison import commands as comparison_commands
-from identification.handover import commands as handover_commands
-from identification.one_dof import commands as machine_commands
-from identification.structure import commands as structure_commands
+from identification.commands import apply as handover_commands
+from identification.commands import compare as comparison_commands
+from identification.commands import fit as friction_commands
+from identification.commands import laws as structure_commands
+from identification.commands import machines as machine_commands
 from rig_io.commands import emulate as rig_commands
 
 app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.comparison.portraits import PHASES, Portrait, Rest
 from identification.measurement.slip_segments import stretches
+from identification.model_check.portraits import PHASES, Portrait, Rest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.comparison.bifurcation import BifurcationComparison
-    from identification.comparison.family import FamilyComparison
-    from identification.comparison.portraits import PortraitComparison
+    from identification.model_check.bifurcations import BifurcationComparison
+    from identification.model_check.families import FamilyComparison
+    from identification.model_check.portraits import PortraitComparison
 
 MEASURED: dict[str, Any] = {"color": "#999999", "linewidth": 4.0}
 MODEL: dict[str, Any] = {

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
-from identification.comparison.portraits import MEANING
-from identification.comparison.table import bifurcation_sentences
+from identification.model_check.portraits import MEANING
+from identification.model_check.table import bifurcation_sentences
 from identification.report import tables
 from identification.report.citations import citations
 from identification.report.inline import inline_svg
@@ -20,12 +20,12 @@ from identification.report.inline import inline_svg
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from identification.comparison.family import FamilyComparison
     from identification.estimators.savitzky_golay import FrictionSamples
     from identification.fit.result import FrictionFit
     from identification.inference.problem import Evaluation
     from identification.measurement.free_decay import FreeDecay
-    from identification.structure.design import Design
+    from identification.model_check.families import FamilyComparison
+    from identification.next_step.design import Design
     from rig_io.logs.log import RigLog
 
 TEMPLATE = "report.html.j2"

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from identification.comparison.table import metric_rows, sequence_rows
+from identification.model_check.table import metric_rows, sequence_rows
 
 if TYPE_CHECKING:
-    from identification.comparison.family import FamilyComparison
     from identification.fit.result import FittedParameter, FrictionFit
     from identification.measurement.free_decay import FreeDecay
-    from identification.structure.design import Design
+    from identification.model_check.families import FamilyComparison
+    from identification.next_step.design import Design
     from rig_io.logs.log import RigLog
 
 SHOWN = 6  # experiments

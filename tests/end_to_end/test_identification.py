@@ -13,12 +13,12 @@ import pytest
 from benchmark_scripts import benchmark_script
 
 from fmu_models.base.errors import StickslipError
-from identification.comparison.family import compare
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
+from identification.model_check.families import compare
 from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
 from rig_io.logs.log import Quantity, RigLog, read_package, write_package
 from rig_io.sensors.laser import Laser

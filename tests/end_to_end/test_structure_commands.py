@@ -12,13 +12,13 @@ import pytest
 from benchmark_scripts import benchmark_script
 from rich.console import Console
 
+from identification.commands.laws import print_laws
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import fitted_model
 from identification.laws import LAWS
 from identification.measurement.pooling import pool
-from identification.structure.commands import print_laws
-from identification.structure.law_comparison import compare_contacts, compare_on
+from identification.next_step.laws import compare_contacts, compare_on
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 from rig_io.logs.log import RigLog, read_package
 

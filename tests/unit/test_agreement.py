@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.comparison.measured import measured_motions
 from identification.fit.fit import fit_friction
 from identification.measurement.disc_motion import disc_motion
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import Pool, pool
+from identification.model_check.measured import measured_motions
 from rig_io.bench.emulator import RIG
 from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from made_fit import MATERIALS, RIG, made_fit
 
-from identification.comparison import bifurcation
-from identification.comparison.bifurcation import Transition, extrapolated, hopf_speed, transitions
-from identification.comparison.portraits import Portrait, Processing, Rest
 from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
+from identification.model_check import bifurcations
+from identification.model_check.bifurcations import Transition, extrapolated, hopf_speed, transitions
+from identification.model_check.portraits import Portrait, Processing, Rest
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_uncertainty_of_a_fold_is_that_of_its_parameters() -> None:
     found = Transition("disc0", 2.430235821, ("disc0",), ())
     constants = tuple(replace(c, standard_uncertainty=0.02) if c.name == "N" else c for c in fit.constants)
     known = replace(fit, constants=constants)
-    told = bifurcation.with_uncertainty(known, model, found, {})
+    told = bifurcations.with_uncertainty(known, model, found, {})
 
     def moved(**by: float) -> float:
         values = tuple(replace(q, value=q.value + by.get(q.name, 0.0)) for q in fit.parameters)
@@ -101,7 +101,7 @@ def test_stick_carried_on_to_zero_finds_the_fold(speeds: tuple[float, ...], most
     model = fitted_model(made_fit())
     portraits = [motion(model, {"disc0": speed}) for speed in speeds]
     rows = [
-        (speed, *bifurcation.stick_angle(one.sticks["disc0"], speed))
+        (speed, *bifurcations.stick_angle(one.sticks["disc0"], speed))
         for speed, one in zip(speeds, portraits, strict=True)
         if isinstance(one, Portrait)
     ]

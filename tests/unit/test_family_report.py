@@ -14,12 +14,12 @@ import pytest
 from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
-from identification.comparison.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
-from identification.comparison.family import FamilyComparison
-from identification.comparison.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions
-from identification.comparison.table import bifurcation_sentences, comparison_report
 from identification.fit.result import LogSummary
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
+from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
+from identification.model_check.families import FamilyComparison
+from identification.model_check.portraits import PHASES, Portrait, PortraitComparison, Rest, Stick, compare_motions
+from identification.model_check.table import bifurcation_sentences, comparison_report
 from identification.report.family_figure import family_figure
 from identification.report.inline import inline_svg
 from identification.report.page import Findings, page, write_report

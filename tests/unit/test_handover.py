@@ -23,9 +23,9 @@ from fmu_models.scene.read import read_scene
 from fmu_models.simulation.run import simulate
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import fitted_model
-from identification.handover.scene import write_scene
-from identification.handover.ssp import write_parameter_set, write_ssp
-from identification.handover.values import HandedValue, check_targets, handed_values
+from identification.transfer.scene import write_scene
+from identification.transfer.ssp import write_parameter_set, write_ssp
+from identification.transfer.values import HandedValue, check_targets, handed_values
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
 

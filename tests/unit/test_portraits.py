@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from identification.comparison.portraits import (
+from identification.model_check.portraits import (
     LIMITS,
     MEANING,
     PHASES,

@@ -12,7 +12,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
-from identification.commands import (
+from identification.commands.fit import (
     FigurePath,
     Logs,
     Repairs,
@@ -58,7 +58,7 @@ def compare(
 
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
     """
-    from identification.comparison.family import compare as compare_families
+    from identification.model_check.families import compare as compare_families
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
@@ -131,13 +131,13 @@ def _findings(
     found: FrictionFit, read: list[RigLog], residuals: bool, uncertainty: bool, advance: Callable[[float], None]
 ) -> Findings:
     """Everything that is in the report; what cannot be had is left out with a note."""
-    from identification.comparison.family import compare as compare_families
     from identification.fit.samples import samples_by_disc
     from identification.measurement.free_decay import fit_free_decay
     from identification.measurement.pooling import pool
+    from identification.model_check.families import compare as compare_families
+    from identification.next_step.design import design
     from identification.report.page import Findings
     from identification.report.residuals import refitted
-    from identification.structure.design import design
 
     families = compare_families(found, read, uncertainty=uncertainty, progress=lambda share: advance(0.5 * share))
     decays = [log for log in read if log.kind == "free-decay"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.scene.read import read_scene
-from identification.handover.values import HandedValue
+from identification.transfer.values import HandedValue
 
 if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene

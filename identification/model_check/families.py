@@ -14,10 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.comparison import bifurcation as bifurcations
-from identification.comparison.bifurcation import BifurcationComparison, MeasuredBifurcation, Transition
-from identification.comparison.measured import measured_motions
-from identification.comparison.portraits import (
+from identification.fit.result import FrictionFit
+from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
+from identification.measurement.disc_motion import DiscMotion
+from identification.model_check import bifurcations as bifurcations
+from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
+from identification.model_check.measured import measured_motions
+from identification.model_check.portraits import (
     MEANING,
     Portrait,
     PortraitComparison,
@@ -26,9 +29,6 @@ from identification.comparison.portraits import (
     compare_motions,
     sequence_of,
 )
-from identification.fit.result import FrictionFit
-from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
-from identification.measurement.disc_motion import DiscMotion
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:

@@ -10,15 +10,15 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from fmu_models.base.errors import StickslipError
-from identification.commands import Logs, read_fit, read_logs
+from identification.commands.fit import Logs, read_fit, read_logs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.console import Console
 
-    from identification.structure.design import Design
-    from identification.structure.law_comparison import LawComparison, LawScore
+    from identification.next_step.design import Design
+    from identification.next_step.laws import LawComparison, LawScore
 
 app = console.app("Which friction law, and which experiment next.")
 
@@ -41,7 +41,7 @@ def laws(
     Example: stickslip laws data/rigs/paper_rubber
     """
     from identification.measurement.pooling import pool
-    from identification.structure.law_comparison import compare_contacts, compare_on
+    from identification.next_step.laws import compare_contacts, compare_on
 
     with console.progress("comparing laws") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"))
@@ -72,7 +72,7 @@ def design(
 
     Example: stickslip design fit.json
     """
-    from identification.structure.design import design as designed
+    from identification.next_step.design import design as designed
 
     fit = read_fit(fitted)
     asked = {"speeds": _numbers(speeds, "--speeds"), "loads": _numbers(loads, "--loads")}

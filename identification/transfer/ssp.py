@@ -16,7 +16,7 @@ from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
 from fmu_models.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
 from identification.fitted_model.model import FittedModel
-from identification.handover.values import HandedValue
+from identification.transfer.values import HandedValue
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu

@@ -16,10 +16,10 @@ from fmu_models.base.files import refuse_existing, write_whole
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from identification.comparison.family import FamilyComparison
     from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
     from identification.measurement.pooling import Pool
+    from identification.model_check.families import FamilyComparison
     from rig_io.logs.log import RigLog
 
 app = console.app("Friction: fit laws.")
@@ -119,9 +119,9 @@ def demo(
     Example: stickslip demo first_look
     """
     from fmu_models.codegen.package import export_built
-    from identification.comparison.family import compare
     from identification.fit.samples import samples_by_disc
     from identification.fitted_model.model import fmu_parameters
+    from identification.model_check.families import compare
     from identification.report.page import Findings, write_report
     from rig_io.bench.emulator import emulate_set, standard_set
     from rig_io.logs.log import read_package
@@ -280,7 +280,7 @@ def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str]
 
 def print_comparison(families: Sequence[FamilyComparison], files: Sequence[str], out: Console) -> None:
     """Families, and the files written."""
-    from identification.comparison.table import comparison_report
+    from identification.model_check.table import comparison_report
 
     out.print(comparison_report(families))
     print_files(files, out)

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.comparison.portraits import MEANING, Portrait, Rest
+from identification.model_check.portraits import MEANING, Portrait, Rest
 
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from identification.comparison.bifurcation import BifurcationComparison
-    from identification.comparison.family import FamilyComparison
+    from identification.model_check.bifurcations import BifurcationComparison
+    from identification.model_check.families import FamilyComparison
 
 TURNED = 6  # logs from which on they stand in rows: as columns they would not fit a terminal
 
@@ -97,7 +97,7 @@ def _sentence(one: BifurcationComparison) -> str:
 
 
 def _change(one: BifurcationComparison) -> str:
-    from identification.comparison.bifurcation import Transition
+    from identification.model_check.bifurcations import Transition
 
     measured = one.measured
     return "" if measured is None else Transition(measured.varied, measured.low, measured.before, measured.after).words

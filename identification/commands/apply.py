@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from identification.fit.result import FrictionFit
-    from identification.handover.values import HandedValue
+    from identification.transfer.values import HandedValue
 
 app = console.app("Friction: hand fitted parameters on.")
 
@@ -54,8 +54,8 @@ def apply(
 
     Example: stickslip apply fit.json -o fitted.ssv
     """
-    from identification.commands import read_fit
-    from identification.handover.values import handed_values
+    from identification.commands.fit import read_fit
+    from identification.transfer.values import handed_values
 
     if output is None:
         raise StickslipError(f"Say what to write with -o FILE; it ends in one of {', '.join(TARGETS)}.")
@@ -119,18 +119,18 @@ def _write(
 
     if kind == ".toml" and source is not None:
         from fmu_models.scene.read import find
-        from identification.handover.scene import write_scene
+        from identification.transfer.scene import write_scene
 
         write_scene(find(source), output, values, overwrite=overwrite)
     elif kind == ".fmu":
         from fmu_models.fmu.fmu import Fmu
         from fmu_models.fmu.start_values import copy_with_start_values
-        from identification.handover.values import check_targets
+        from identification.transfer.values import check_targets
 
         fmu = Fmu.open(source) if source is not None else fitted_model(found, fmi_version=fmi).fmu
         copy_with_start_values(fmu, output, check_targets(values, fmu), overwrite=overwrite)
     else:
-        from identification.handover.ssp import write_parameter_set, write_ssp
+        from identification.transfer.ssp import write_parameter_set, write_ssp
 
         write = write_parameter_set if kind == ".ssv" else write_ssp
         write(output, values, fitted_model(found, fmi_version="2.0"), overwrite=overwrite)

@@ -7,7 +7,7 @@ sticking discs changes, the speed is halved in between. With one disc there are 
 Measured: a bracket, from the last speed with stick to the first without. At the fold the cycle grazes the stick line,
 so that the angle turned through in stick vanishes as the square root of the distance: its square, a parabola through
 the three fastest logs with stick, is carried on to zero. How long a disc sticks, from the time its slip speed is below
-a threshold: `identification.comparison.portraits.Stick`.
+a threshold: `identification.model_check.portraits.Stick`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.comparison.portraits import Stick
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, fmu_parameters
+from identification.model_check.portraits import Stick
 
 if TYPE_CHECKING:
     from fmu_models.simulation.trajectory import Event

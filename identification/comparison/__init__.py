@@ -1,1 +1,0 @@
-"""The fitted model held against measurements: portraits, families of drive speeds, bifurcations."""

@@ -277,7 +277,7 @@ def version() -> str:
 def _sources_digest() -> str:
     """Hash of every file of this package that an FMU depends on, and of the versions of the tools."""
     root = Path(__file__).parent.parent
-    folders = ("codegen", "engine", "language", "lowering", "oscillators")
+    folders = ("base", "codegen", "engine", "language", "lowering", "oscillators", "toolchain")
     files = sorted(path for folder in folders for path in (root / folder).rglob("*") if path.suffix != ".pyc")
     texts = [part for path in files if path.is_file() for part in (str(path.relative_to(root)), path.read_bytes())]
     return digest(*texts, *(metadata.version(name) for name in ("fmpy", "sympy", "ziglang")), version())

@@ -100,7 +100,7 @@ def export(
     values = console.assignments(settings, "parameter")
     if is_scene(model):
         scene = _scene(model, contacts)
-        path = path or Path(f"{toml_system.name}.fmu")
+        path = path or Path(f"{scene.name}.fmu")
         _export_scene(scene, path, values, fmi, overwrite)
     else:
         path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
@@ -248,9 +248,9 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, 
     from fmu_models.scene.reduce import export_scene
 
     free = arguments(scene, parameters=values)["parameters"]
-    if unknown := [name for name in free if name not in toml_system.free]:
+    if unknown := [name for name in free if name not in scene.free]:
         raise StickslipError(
-            f"Scene '{toml_system.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], toml_system.free)}"
+            f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
         )
     export_scene(dataclasses.replace(scene, free=free), path, fmi_version=fmi, overwrite=overwrite)
 

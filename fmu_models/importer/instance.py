@@ -122,7 +122,7 @@ def master_library() -> ctypes.CDLL:
     Raises:
         StickslipError: the compiler is missing.
     """
-    folder = Path(compiler.__file__).parent
+    folder = Path(compiler.__file__).parents[1] / "engine"
     parts = sorted(path for path in (folder / "master").iterdir() if path.suffix in (".c", ".h"))
     sources = {f"master/{path.name}": path.read_text("utf-8") for path in parts}
     sources |= {name: (folder / name).read_text("utf-8") for name in ("roots.c", "roots.h")}

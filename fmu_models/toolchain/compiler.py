@@ -85,7 +85,7 @@ def digest(*parts: bytes | str) -> str:
 
 def engine_sources() -> dict[str, str]:
     """Name and text of every hand-written C file and header of the engine."""
-    folder = Path(__file__).parent
+    folder = Path(__file__).parents[1] / "engine"
     return {path.name: path.read_text("utf-8") for path in sorted(folder.iterdir()) if path.suffix in (".c", ".h")}
 
 

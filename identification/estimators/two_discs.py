@@ -3,8 +3,8 @@
     sum_j a_j sum_i chi_i(th_j; x) N_i sgn(v_ij) mu_i(|v_ij|; q) = measured    (N),     v_i = r w_i - R th'
 
 a_j, measured: averages of `weak_form` (its bump). chi_i: 1 where disc i touches, which the angle decides
-(`rig_io.logs.arrangement`) and the changeover x; within the one sample interval that passes the changeover it is the share
-of the interval, so that the equations are continuous in x. A log of one disc has N_i = 0 for the other.
+(`rig_io.logs.arrangement`) and the changeover x; within the one sample interval that passes the changeover it is the
+share of the interval, so that the equations are continuous in x. A log of one disc has N_i = 0 for the other.
 
 Windows that hold a stick are left out. While the disc sticks to one driving disc its motion is known beforehand, and
 the equation gives the force that holds it, of which the law says only |F| <= N mu_s: an inequality that the raw angle,

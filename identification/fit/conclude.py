@@ -75,7 +75,7 @@ class FrictionProblem(Problem):
 @dataclass(frozen=True)
 class Options:
     """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
-    estimated along with the law, with what is known of them as priors; progress: see `identification.inference.problem`."""
+    estimated along with the law, with what is known of them as priors; progress: see `inference.problem`."""
 
     nuisance: tuple[str, ...] = ()
     progress: Progress | None = None

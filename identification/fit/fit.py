@@ -49,7 +49,7 @@ def fit_friction(
     """Friction law from stick-slip logs of one rig, all pooled.
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
-    `identification.measurement.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
+    `measurement.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
     uncertainty, and the fit says so. inference: how its uncertainty is found, and ``progress`` the fraction of
     that work done.
 

@@ -45,7 +45,7 @@ class SimulatedMotion:
 class FittedModel:
     """The FMU of the rig and the values it runs with.
 
-    contacts: discs that touch; arrangement: of two discs, as in `rig_io.logs.log.Experiment`; parameters: of the FMU, by
+    contacts: discs that touch; arrangement: of two discs, as in `logs.log.Experiment`; parameters: of the FMU, by
     name; start: of states, in place of stick on the first disc; sticks: whether the law knows exact stick.
     """
 

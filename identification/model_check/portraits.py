@@ -278,7 +278,7 @@ def _comes_to_zero(slip: np.ndarray, mask: np.ndarray, step: float, window: floa
 
 
 def compare_motions(measured: Portrait | Rest, model: Portrait | Rest) -> tuple[Verdict, ...]:
-    """The metrics of `identification.model_check.portraits`, each against its acceptance level; where one of the two has
+    """The metrics of `model_check.portraits`, each against its acceptance level; where one of the two has
     no stick, only whether the other has none either is judged."""
     first, second = sequence_of(measured), sequence_of(model)
     # where a cycle begins does not count

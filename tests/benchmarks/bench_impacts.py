@@ -22,7 +22,8 @@ import numpy as np
 
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation import run, whole_run
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import instance
 
 GAMMA, E = 0.8, 0.8
 IMPACTS = 1000
@@ -85,7 +86,7 @@ def ours(stop: float) -> Callable[[], tuple[np.ndarray, int, float]]:
     start = {"g": 1.0, "A": GAMMA, "omega": 1.0, "e": E, "x": HEIGHT, "v": SPEED}
 
     def run() -> tuple[np.ndarray, int, float]:
-        with run.instance(fmu, start, PHASE, 1e-14) as (slave, _):
+        with instance(fmu, start, PHASE, 1e-14) as (slave, _):
             library = whole_run.library_of(slave.dll, "bouncing_ball")
             begin = time.perf_counter()
             result = whole_run.run(library, slave.component, request)

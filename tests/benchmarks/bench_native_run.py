@@ -19,7 +19,8 @@ import numpy as np
 
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation import run, whole_run
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.run import instance
 
 STOP = 25.0
 J, K, C, R, DISC, N, MU_S, MU_K, P, W = 0.0548, 2.62, 0.055, 0.125, 0.06, 8.0, 0.65, 0.35, 15.0, 0.83
@@ -72,7 +73,7 @@ def ours() -> Callable[[], tuple[np.ndarray, int, float]]:
     request = whole_run.Request(np.array([STOP]), references, [], np.zeros(0), none, none)
 
     def run() -> tuple[np.ndarray, int, float]:
-        with run.instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-14) as (slave, _):
+        with instance(fmu, {"N0": N, "w0": W}, 0.0, 1e-14) as (slave, _):
             library = whole_run.library_of(slave.dll, "disc_rig")
             begin = time.perf_counter()
             result = whole_run.run(library, slave.component, request)

@@ -378,7 +378,7 @@ def test_a_kept_instance_forgets_the_run_before(monkeypatch):
         again = new.run(times, **run)
     assert len(first.events) >= 4 and not np.array_equal(first.values[:700], other.values)
     assert same(first, again)
-    monkeypatch.setattr(native, "ALLOWANCE", 48)
+    monkeypatch.setattr(whole_run, "ALLOWANCE", 48)
     with SensitiveRun(fmu, by=by, recorded=["theta", "omega", "F0"]) as pieces:
         assert same(first, pieces.run(times, **run))
 

@@ -85,7 +85,7 @@ def test_no_more_than_asked_for():
 
 
 def test_nothing_is_lost_between_short_calls(monkeypatch):
-    monkeypatch.setattr(native, "ALLOWANCE", 1)
+    monkeypatch.setattr(whole_run, "ALLOWANCE", 1)
     found = crossings(FREE, "theta", level=0.3, direction=0, stop_time=20.0, **HARMONIC)
     assert found.times == pytest.approx(sine_crossings(0.3, 0, 20.0), abs=1e-12)
 

@@ -52,7 +52,7 @@ def test_output_times_do_not_change_the_motion(rig: Fmu) -> None:
 
 def test_a_run_pauses_however_long_it_takes_to_the_next_output(monkeypatch: pytest.MonkeyPatch) -> None:
     """LuGre at 30 m/s: thousands of steps to the one output time; after every hundred an interrupt can come."""
-    monkeypatch.setattr(native, "ALLOWANCE", 100)
+    monkeypatch.setattr(whole_run, "ALLOWANCE", 100)
     fmu = Fmu.open(built("block_on_belt", laws={"belt": "lugre"}))
     calls: list[float] = []
     run = simulate(fmu, 0.01, inputs={"v_belt": 30.0}, output_times=[0.01], progress=calls.append)
@@ -121,8 +121,8 @@ def test_many_knots_are_passed(rig: Fmu) -> None:
 
 def test_events_beyond_the_buffer_are_all_kept(rig: Fmu, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = simulate(rig, 60.0)
-    monkeypatch.setattr(native, "EVENT_CAPACITY", 1008)
-    monkeypatch.setattr(native, "ALLOWANCE", 3)
+    monkeypatch.setattr(whole_run, "EVENT_CAPACITY", 1008)
+    monkeypatch.setattr(whole_run, "ALLOWANCE", 3)
     fractions: list[float] = []
     pieces = simulate(rig, 60.0, progress=fractions.append)
     assert pieces.events == whole.events and len(whole.events) > 100

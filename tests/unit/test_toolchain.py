@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.toolchain import compiler
+from fmu_models.toolchain import compiler as toolchain
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest
 
 SOURCE = {"all.c": '__attribute__((visibility("default"))) int answer(void);\nint answer(void) { return 42; }\n'}
@@ -21,13 +21,13 @@ def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[list[str]]
     monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(cache_folder() / "zig"))
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
     runs: list[list[str]] = []
-    run = compiler.subprocess.run
+    run = toolchain.subprocess.run
 
     def recorded(command: list[str], **options: object) -> object:
         runs.append(command)
         return run(command, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr(compiler.subprocess, "run", recorded)
+    monkeypatch.setattr(toolchain.subprocess, "run", recorded)
     return runs
 
 
@@ -79,6 +79,6 @@ def test_where_one_text_ends_counts() -> None:
 
 
 def test_a_machine_without_fmus_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiler.platform, "machine", lambda: "riscv64")
+    monkeypatch.setattr(toolchain.platform, "machine", lambda: "riscv64")
     with pytest.raises(StickslipError, match="riscv64"):
-        compiler.this_platform()
+        toolchain.this_platform()

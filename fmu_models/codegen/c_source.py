@@ -14,7 +14,7 @@ import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
 from fmu_models.codegen.jets import Constants, Recurrences, Slots
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
 from fmu_models.lowering.hybrid_system import HybridSystem

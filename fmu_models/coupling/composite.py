@@ -18,7 +18,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
 
 if TYPE_CHECKING:
-    from fmu_models.coupling.toml_system import CoupledSystem
+    from fmu_models.coupling.system import CoupledSystem
 
 GROUP = np.dtype([(name, "i8") for name in ("unit", "first", "n", "discrete")])
 STAGE = np.dtype(

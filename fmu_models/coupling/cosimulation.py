@@ -31,7 +31,7 @@ from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
-    from fmu_models.coupling.toml_system import CoupledSystem
+    from fmu_models.coupling.system import CoupledSystem
 
 CONTROL_TOLERANCE = 1e-4  # a method of second order needs too many steps for much less
 UNIT_TOLERANCE = 1e-8  # of the units' own integration: well below what the exchange costs

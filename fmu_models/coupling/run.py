@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite
-from fmu_models.coupling.toml_system import EXCHANGE_BY_STEPS, CoupledSystem
+from fmu_models.coupling.system import EXCHANGE_BY_STEPS, CoupledSystem
 from fmu_models.importer import instance
 from fmu_models.importer.driver import Driver
 from fmu_models.simulation.results import Provenance, Recording

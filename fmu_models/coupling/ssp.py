@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.coupling.toml_system import CoupledSystem, Unit, opened
+from fmu_models.coupling.system import CoupledSystem, Unit, opened
 from fmu_models.coupling.wiring import Connection, conversion, unit_of
 from fmu_models.fmu import archive
 from fmu_models.fmu.fmu import Fmu

@@ -20,9 +20,9 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.checks import check_names, quantity_names, stranger
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
-from fmu_models.language.mechanism import Output, quantities_of_type
+from fmu_models.language.declaration import Output, quantities_of_type
 from fmu_models.language.quantities import TIME, Input, InternalState, Parameter, State
-from fmu_models.language.units import check_automaton_units
+from fmu_models.language.units import check_expression_units
 
 _SIDES = {"+": 1, "-": 2, "both": 3}
 
@@ -113,7 +113,7 @@ class Automaton:
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "flows", {x: sympy.sympify(e) for x, e in self.flows.items()})
         _check(self)
-        check_automaton_units(self)
+        check_expression_units(self.name, self.states, _expected_units(self))
 
     @property
     def contacts(self) -> tuple[Switch, ...]:
@@ -169,6 +169,18 @@ class Automaton:
             StickslipError: always.
         """
         raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
+
+
+def _expected_units(automaton: Automaton) -> Iterator[tuple[str, sympy.Expr, str]]:
+    for state, flow in automaton.flows.items():
+        yield f"the flow of {state.name}", flow, state.rate.unit
+    for switch in automaton.switches:
+        yield f"switch '{switch.name}'", switch.function, switch.unit
+    for reset in automaton.resets:
+        for state, value in reset.to.items():
+            yield f"the reset of {state.name}", value, state.unit
+    for output in automaton.outputs:
+        yield f"output '{output.name}'", output.expression, output.unit
 
 
 def _check(automaton: Automaton) -> None:

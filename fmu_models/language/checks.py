@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol
+from fmu_models.language.declaration import Body
 from fmu_models.language.impacts import MAX_IMPACTS, Impact
 from fmu_models.language.inertia import check_definite, mass_matrix
 from fmu_models.language.quantities import TIME, Acceleration, Coordinate, Input, Parameter, Rate
 from fmu_models.language.stops import Stop
-
-if TYPE_CHECKING:
-    from fmu_models.language.mechanism import Mechanism
 
 # what lowering adds to the outputs of every mechanism
 POWERS = ("energy", "power_input", "power_dissipated", "power_stops")
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-def check_mechanism(mechanism: Mechanism) -> None:
+def check_mechanism(mechanism: Body) -> None:
     """Refuse a declaration that contradicts itself.
 
     Raises:
@@ -76,7 +74,7 @@ def quantity_names(parameters: Iterable[Parameter], inputs: Iterable[Input]) -> 
         yield source.rate.name, f"the rate of input {source.name}"
 
 
-def _names(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+def _names(mechanism: Body) -> Iterator[tuple[str, str]]:
     """Every name that a user of the model will meet, with what it belongs to."""
     yield from quantity_names(mechanism.parameters, mechanism.inputs)
     for q in mechanism.coordinates:
@@ -100,7 +98,7 @@ def _names(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         yield name, "a quantity that every mechanism shows"
 
 
-def _check_energies(mechanism: Mechanism) -> None:
+def _check_energies(mechanism: Body) -> None:
     velocities = [q.v for q in mechanism.coordinates]
     if mechanism.potential_energy.has(*velocities):
         raise StickslipError(
@@ -165,7 +163,7 @@ def _check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate
         )
 
 
-def _check_impacts(mechanism: Mechanism) -> None:
+def _check_impacts(mechanism: Body) -> None:
     impacts = mechanism.impacts
     if len(impacts) > MAX_IMPACTS:
         raise StickslipError(
@@ -176,7 +174,7 @@ def _check_impacts(mechanism: Mechanism) -> None:
         check_definite(mechanism)
 
 
-def _check_symbols(mechanism: Mechanism) -> None:
+def _check_symbols(mechanism: Body) -> None:
     """Every symbol is a quantity of this mechanism, used where it exists."""
     states = {s for q in mechanism.coordinates for s in (q, q.v)} | set(mechanism.internal_states) | {TIME}
     contacts = {symbol for contact in mechanism.contacts for symbol in contact.shown}

@@ -5,24 +5,22 @@ It is, if and only if the determinants of its upper left squares are positive (S
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
+from fmu_models.language.declaration import Body
 from fmu_models.language.quantities import TIME, Parameter
 
-if TYPE_CHECKING:
-    from fmu_models.language.mechanism import Mechanism
 
-
-def mass_matrix(mechanism: Mechanism) -> sympy.Matrix:
+def mass_matrix(mechanism: Body) -> sympy.Matrix:
     """M, (n_coordinates, n_coordinates)."""
     return sympy.hessian(mechanism.kinetic_energy, [q.v for q in mechanism.coordinates])
 
 
-def inertia_requirements(mechanism: Mechanism) -> tuple[Requirement, ...]:
+def inertia_requirements(mechanism: Body) -> tuple[Requirement, ...]:
     """What makes M positive definite, as far as the parameters alone decide it and their signs do not show it."""
     found = []
     for n, determinant in enumerate(_minors(mass_matrix(mechanism)), start=1):
@@ -33,7 +31,7 @@ def inertia_requirements(mechanism: Mechanism) -> tuple[Requirement, ...]:
     return tuple(found)
 
 
-def check_definite(mechanism: Mechanism) -> None:
+def check_definite(mechanism: Body) -> None:
     """Refuse a mass matrix that is not positive definite at the start values of everything.
 
     Raises:

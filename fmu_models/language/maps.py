@@ -20,9 +20,9 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.checks import check_names, quantity_names
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.mechanism import quantities_of_type
+from fmu_models.language.declaration import quantities_of_type
 from fmu_models.language.quantities import Parameter, State
-from fmu_models.language.units import check_rule_units
+from fmu_models.language.units import check_expression_units
 
 # a wrong inverse misses by far more than rounding, a right one by no more than that of a few operations
 _INVERSE_ACCURACY = 1e-8
@@ -65,7 +65,8 @@ class Map:
         _check(self)
         whole = {state: (0.0, float(turn)) for state, turn in self.modulus.items()}
         object.__setattr__(self, "box", {x: (whole | dict(self.box))[x] for x in self.states})
-        check_rule_units(self.name, self.states, self.rule)
+        rules = ((f"the rule of {state.name}", after, state.unit) for state, after in self.rule.items())
+        check_expression_units(self.name, self.states, rules)
         if self.inverse is not None:
             _check_inverse(self, self.inverse)
 

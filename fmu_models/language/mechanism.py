@@ -12,31 +12,18 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
+from fmu_models.language.declaration import Contact, Output, quantities_of_type
 from fmu_models.language.impacts import Impact
 from fmu_models.language.inertia import inertia_requirements
-from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
-from fmu_models.language.stops import Stop, StopLaw
+from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter
+from fmu_models.language.stops import StopLaw
 from fmu_models.language.units import check_units
-
-Q = TypeVar("Q", bound=Quantity)
-Contact = Friction | Stop | Impact
-
-
-@dataclass(frozen=True, eq=False)
-class Output:
-    """A quantity to be shown; its expression may also use accelerations and what contacts show, such as forces."""
-
-    name: str
-    expression: sympy.Expr
-    unit: str
-    description: str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -197,7 +184,3 @@ class Mechanism:
 
 def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:
     return set().union(*(expression.free_symbols for expression in expressions))
-
-
-def quantities_of_type(symbols: set[sympy.Basic], kind: type[Q]) -> tuple[Q, ...]:
-    return tuple(sorted((s for s in symbols if isinstance(s, kind)), key=lambda s: s.declared))

@@ -11,20 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.unit_names import parse_unit
 from fmu_models.language.contacts import ContactSymbol, Friction
+from fmu_models.language.declaration import Body
 from fmu_models.language.impacts import Impact
 from fmu_models.language.quantities import Quantity
-
-if TYPE_CHECKING:
-    from fmu_models.language.automaton import Automaton
-    from fmu_models.language.mechanism import Mechanism
-    from fmu_models.language.stops import Stop
+from fmu_models.language.stops import Stop
 
 Dimension = tuple[tuple[str, sympy.Rational], ...]
 _NONE: Dimension = ()
@@ -34,7 +31,7 @@ class _Mismatch(Exception):
     """Two dimensions that cannot go together; the message says which."""
 
 
-def check_units(mechanism: Mechanism) -> None:
+def check_units(mechanism: Body) -> None:
     """Refuse a mechanism whose units do not match.
 
     Raises:
@@ -59,33 +56,17 @@ def check_units(mechanism: Mechanism) -> None:
         units.expect(f"output '{output.name}'", output.expression, output.unit)
 
 
-def check_automaton_units(automaton: Automaton) -> None:
-    """Refuse an automaton whose units do not match.
+def check_expression_units(
+    model: str, states: Sequence[Quantity], expected: Iterable[tuple[str, sympy.Expr, str]]
+) -> None:
+    """Refuse a model without a body in which an expression, given with what it is, has another unit than it should.
 
     Raises:
         StickslipError: which expression, and what does not match in it.
     """
-    units = _Units(automaton.name, automaton.states)
-    for state, flow in automaton.flows.items():
-        units.expect(f"the flow of {state.name}", flow, state.rate.unit)
-    for switch in automaton.switches:
-        units.expect(f"switch '{switch.name}'", switch.function, switch.unit)
-    for reset in automaton.resets:
-        for state, value in reset.to.items():
-            units.expect(f"the reset of {state.name}", value, state.unit)
-    for output in automaton.outputs:
-        units.expect(f"output '{output.name}'", output.expression, output.unit)
-
-
-def check_rule_units(model: str, states: Sequence[Quantity], rule: Mapping[Any, sympy.Expr]) -> None:
-    """Refuse a map whose rule gives a state another unit than it has.
-
-    Raises:
-        StickslipError: which state, and what does not match.
-    """
     units = _Units(model, states)
-    for state, after in rule.items():
-        units.expect(f"the rule of {state.name}", after, state.unit)
+    for what, expression, unit in expected:
+        units.expect(what, expression, unit)
 
 
 def _check_friction(units: _Units, contact: Friction) -> None:

@@ -24,7 +24,8 @@ from typing import Any
 
 import sympy
 
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.declaration import Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.hybrid_system import ContactDynamics
 from fmu_models.lowering.lagrange import time_derivative

@@ -18,7 +18,7 @@ from typing import Any
 import sympy
 
 from fmu_models.language.automaton import Automaton, Switch
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, only_parameters, terms
 

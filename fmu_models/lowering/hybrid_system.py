@@ -24,7 +24,7 @@ from typing import Literal
 import sympy
 
 from fmu_models.language.contacts import ContactSymbol, Requirement
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import Acceleration, Coordinate, Input, InternalState, Parameter, State, Velocity
 
 

@@ -8,9 +8,10 @@ import sympy
 
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
+from fmu_models.language.declaration import Contact, Output
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.language.inertia import mass_matrix
-from fmu_models.language.mechanism import Contact, Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.stops import Stop
 from fmu_models.lowering.energy import derived_outputs
 from fmu_models.lowering.filippov import lower_automaton

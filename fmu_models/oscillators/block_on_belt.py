@@ -17,8 +17,9 @@ Source: the scaled single-contact oscillator of Casini, Giannini, Vestroni, Nonl
 from __future__ import annotations
 
 from fmu_models.language.contacts import Friction
+from fmu_models.language.declaration import Output
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
 
 m = Parameter("m", 1.0, "kg", "mass of the block", positive=True)

@@ -12,7 +12,7 @@ Source: linear characteristic of a regulated drive of second order; its constant
 from __future__ import annotations
 
 from fmu_models.language.automaton import Automaton
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import Input, Parameter, State
 
 K = Parameter("K", 1.0, "N m s/rad", "torque per lack of speed", minimum=0.0)

@@ -21,8 +21,9 @@ from __future__ import annotations
 import sympy
 
 from fmu_models.language.contacts import Friction
+from fmu_models.language.declaration import Output
 from fmu_models.language.laws.stribeck_cubic import StribeckCubic
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 
 m = Parameter("m", 1.0, "kg", "mass of the block", positive=True)

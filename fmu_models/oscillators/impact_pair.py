@@ -19,8 +19,9 @@ from __future__ import annotations
 import sympy
 
 from fmu_models.language.contacts import Requirement
+from fmu_models.language.declaration import Output
 from fmu_models.language.impacts import Impact, Newton
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Parameter
 
 m = Parameter("m", 1.0, "kg", "mass of the particle", positive=True)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import sympy
 
 from fmu_models.language.automaton import Automaton, Switch
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Parameter, State
 
 d = Parameter("d", 0.02, "1/s", "half the viscous damping per mass", minimum=0.0)

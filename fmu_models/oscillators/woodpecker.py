@@ -24,8 +24,9 @@ edge and the woodpecker is farthest back.
 from __future__ import annotations
 
 from fmu_models.language.contacts import Requirement
+from fmu_models.language.declaration import Output
 from fmu_models.language.impacts import Impact, Newton
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 
 m_M = Parameter("m_M", 0.0003, "kg", "mass of the sleeve", positive=True)

@@ -11,7 +11,7 @@ from fmu_models.base import console
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fmu_models.coupling.toml_system import CoupledSystem
+    from fmu_models.coupling.system import CoupledSystem
     from fmu_models.simulation.results import Recording
 
 SHOWN_EVENTS = 10

@@ -63,7 +63,7 @@ def fit(
 
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
-    from identification.fit.conclude import Options
+    from identification.estimators.base import Options
     from identification.inference.choice import Inference
 
     refuse_existing(result, figure, overwrite=overwrite)
@@ -124,7 +124,7 @@ def demo(
     from identification.model_check.families import compare
     from identification.report.page import Findings, write_report
     from rig_io.bench.emulator import emulate_set, standard_set
-    from rig_io.logs.log import read_package
+    from rig_io.packages.datapackage import read_package
 
     refuse_existing(folder)
     targets = {
@@ -181,7 +181,8 @@ def read_logs(paths: Sequence[Path], constants: dict[str, float], repair: str | 
     import warnings
     from dataclasses import replace
 
-    from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants, read_log, read_package
+    from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
+    from rig_io.packages.datapackage import read_log, read_package
 
     for name in constants:
         if name not in RIG_UNITS:
@@ -270,7 +271,7 @@ def read_fit(path: Path) -> FrictionFit:
 
 
 def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
-    from identification.tables import decay_table, fit_report
+    from identification.report.terminal_tables import decay_table, fit_report
 
     if decay:
         out.print(decay_table(decay))

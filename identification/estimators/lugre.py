@@ -17,8 +17,8 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification import laws
 from identification.estimators import shooting, whole_cycle
+from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ArcProblem
-from identification.fit.conclude import Estimate, Estimator, Options
 from identification.inference.problem import solve
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.fit.conclude import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
+from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
 from identification.inference.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.pooling import Pool, RigValues

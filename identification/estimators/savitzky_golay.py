@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.regression import Regression, regress
-from identification.fit.conclude import Estimate, Estimator, Options
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
-from identification.measurement.disc_motion import odd_count, savitzky_golay
+from identification.measurement.motion import odd_count, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 

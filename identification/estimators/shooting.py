@@ -17,6 +17,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import savitzky_golay, weak_form
+from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import Bend, bends_of, solve_straight
 from identification.estimators.shooting_segments import (
     MARGIN,
@@ -29,7 +30,6 @@ from identification.estimators.shooting_segments import (
     noise,
 )
 from identification.estimators.two_discs import joint_rows, segments_at
-from identification.fit.conclude import Estimate, Estimator, Options
 from identification.inference.problem import Solution
 from identification.laws.joint_law import JointLaw
 from identification.laws.law import FittableLaw

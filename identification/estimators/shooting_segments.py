@@ -21,13 +21,13 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.simulation.signal import Signal
+from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
-from identification.fit.conclude import FrictionProblem, FrictionRows
 from identification.inference.problem import Evaluation, Prior, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw, unknowns
-from identification.measurement.disc_motion import DiscMotion
+from identification.measurement.motion import DiscMotion
 from identification.measurement.pooling import Pool, rig_values
 from rig_io.logs.arrangement import MODELS
 

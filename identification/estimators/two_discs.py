@@ -23,14 +23,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators.base import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem
-from identification.estimators.weak_form import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
-from identification.fit.conclude import FrictionRows, Options
+from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.inference.problem import TOLERANCE, Progress, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw
-from identification.measurement.disc_motion import odd_count, savitzky_golay
+from identification.measurement.motion import odd_count, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough, slip_segments
 from rig_io.logs.log import RigLog

@@ -16,20 +16,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identification.estimators import two_discs
+from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.regression import Regression, regress
 from identification.estimators.savitzky_golay import STRUCTURE
-from identification.fit.conclude import Estimate, Estimator, Options
+from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
-from identification.measurement.disc_motion import odd_count, savitzky_golay
+from identification.measurement.motion import odd_count, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment
-
-WINDOW = 0.264  # natural periods
-SPACING = 0.022  # natural periods between windows
-SPEED_WINDOW, SPEED_ORDER = 0.122, 4  # natural periods; order of the local polynomial that gives the slip speed
-BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums stand for integrals
-UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
@@ -39,9 +35,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         StickslipError: no slip segment holds a window, or friction has the wrong sign.
     """
     if isinstance(law, JointLaw):
-        from identification.estimators.two_discs import estimate as estimate_both
-
-        return Estimate(ESTIMATOR, law, *estimate_both(ready, law, options))
+        return Estimate(ESTIMATOR, law, *two_discs.estimate(ready, law, options))
     return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options.progress))
 
 
@@ -64,29 +58,6 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
     return Regression(np.concatenate(slips), average, np.concatenate(measured), cluster, log, tuple(whiten))
-
-
-def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
-    """Weights (count,) of mu, of sum 1, and weights (count,) of the angle that give the averaged friction
-    coefficient."""
-    s = np.linspace(-1, 1, count)
-    half = 0.5 * (count - 1) * step
-    inside = 1 - s**2
-    bump = inside**BUMP
-    first = -2 * BUMP * s * inside ** (BUMP - 1) / half
-    second = (4 * BUMP * (BUMP - 1) * s**2 * inside ** (BUMP - 2) - 2 * BUMP * inside ** (BUMP - 1)) / half**2
-    weights = (rig.J * second - rig.c * first + rig.k * bump) / (rig.R * rig.N)
-    return bump / bump.sum(), weights / bump.sum()
-
-
-def whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
-    """Matrix (rows, rows) that makes the noise of windows ``stride`` samples apart white, of the variance of one
-    window."""
-    count = len(weights)
-    lagged = np.array([weights[lag * stride :] @ weights[: max(count - lag * stride, 0)] for lag in range(rows)])
-    place = np.arange(rows)
-    covariance = lagged[np.abs(place[:, None] - place)] / lagged[0] + UNMODELLED * np.eye(rows)
-    return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
 ESTIMATOR = Estimator("weak-form", STRUCTURE, estimate)

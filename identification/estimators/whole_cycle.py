@@ -20,9 +20,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting
+from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import solve_straight
 from identification.estimators.shooting_segments import Arc, ArcProblem, arc_problem, measured
-from identification.fit.conclude import Estimate, Estimator, Options
 from identification.inference.problem import Solution
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw

@@ -8,16 +8,15 @@ apart).
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, Inferred, infer
-from identification.inference.problem import Prior, Problem, Progress, Solution, information, prior_precision
+from identification.inference.problem import Problem, Solution, information, prior_precision
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -28,80 +27,6 @@ BINS = 12
 # condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed,
 # and rounding hides all beyond 1e15
 SINGULAR = 1e7
-GAIN_STEP, DELAY_STEP, CONSTANT_STEP = 1e-4, 1e-5, 1e-4  # relative, s, relative: for differences of smooth functions
-
-
-@dataclass(frozen=True, eq=False)
-class FrictionRows:
-    """Friction as an estimator saw it.
-
-    speed: (n,) m/s, mean slip speed; least, greatest: (n,) m/s, its range; measured, fitted: (n,) friction coefficient;
-    cluster: (n,) labels; log: (n,) number of the log; place: (n,) of the driving disc among the contacts.
-    """
-
-    speed: np.ndarray
-    least: np.ndarray
-    greatest: np.ndarray
-    measured: np.ndarray
-    fitted: np.ndarray
-    cluster: np.ndarray
-    log: np.ndarray
-    place: np.ndarray
-
-
-class FrictionProblem(Problem):
-    """A problem whose first unknowns are the parameters of a friction law, nuisance parameters after them.
-
-    held: constants of the rig that are taken as given; residual_unit: of ``rows``' residual that a user reads.
-    """
-
-    held: tuple[Prior, ...]
-    residual_unit: str
-
-    @abstractmethod
-    def rows(self, x: np.ndarray) -> FrictionRows:
-        """Friction against slip speed at x (m,)."""
-
-    @abstractmethod
-    def by_held(self, x: np.ndarray) -> Mapping[str, np.ndarray]:
-        """Derivatives (n,) of the residuals by each constant held, per its unit; and by ``gain`` (relative) and
-        ``delay`` (s) of the laser, if these are not among the unknowns."""
-
-    @abstractmethod
-    def rms(self, x: np.ndarray) -> float:
-        """Root mean square of the residual that a user reads, in ``residual_unit``."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
-    estimated along with the law, with what is known of them as priors; progress: see `inference.problem`."""
-
-    nuisance: tuple[str, ...] = ()
-    progress: Progress | None = None
-
-
-@dataclass(frozen=True)
-class Estimator:
-    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, and whether it
-    takes the contact as rigid."""
-
-    name: str
-    structure: tuple[str, ...]
-    estimate: Callable[[Pool, FittableLaw, Options], Estimate]
-    rigid: bool = True
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """A solved problem, the estimator that it is of (one that was to give first values only, if the later stages could
-    not be finished), the law that was fitted, and what to warn of."""
-
-    estimator: Estimator
-    law: FittableLaw
-    problem: FrictionProblem
-    solution: Solution
-    warnings: tuple[str, ...] = ()
 
 
 def conclude(

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.fit.conclude import Estimator, Options, conclude
+from identification.estimators.base import Estimator, Options
+from identification.fit.conclude import conclude
 from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
 from identification.laws import LUGRE, find_law

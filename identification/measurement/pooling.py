@@ -15,16 +15,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import (
-    SMOOTHING,
-    DiscMotion,
-    SensorFit,
-    corrected,
-    disc_motion,
-    fuse,
-    zeroed,
-)
+from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
+from identification.measurement.motion import SMOOTHING, DiscMotion, SensorFit
 from identification.measurement.sensor_checks import check_stick_speed, drive_doubts
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
 from rig_io.logs.arrangement import Arrangement

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.inference.uncertainty import clustered_covariance
-from identification.measurement.disc_motion import SMOOTHING, DiscMotion
+from identification.measurement.motion import SMOOTHING, DiscMotion
 from identification.measurement.pooling import Pool
 from identification.measurement.slip_segments import stretches
 from rig_io.sensors import edges

@@ -17,7 +17,7 @@ from identification.inference.uncertainty import clustered_covariance
 from rig_io.logs.log import EncoderCalibration, LaserCalibration, RigLog
 
 if TYPE_CHECKING:
-    from identification.measurement.disc_motion import DiscMotion, EdgeEquations
+    from identification.measurement.motion import DiscMotion, EdgeEquations
 
 DELAY_SUSPECT = 0.2e-3  # s: a delay moves p by 5 % per ms, a change below this by less than its noise
 SURE = 5.0  # standard deviations

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import SMOOTHING, DiscMotion
+from identification.measurement.motion import SMOOTHING, DiscMotion
 
 THRESHOLD = 0.01  # m/s
 TRIM = 1.0  # smoothing windows at both ends: half of one would leave values chosen by their own noise (p: -2 %)

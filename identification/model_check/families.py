@@ -16,7 +16,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
-from identification.measurement.disc_motion import DiscMotion
+from identification.measurement.motion import DiscMotion
 from identification.model_check import bifurcations as bifurcations
 from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.measured import measured_motions

@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import SMOOTHING, DiscMotion, fuse, zeroed
+from identification.measurement.disc_motion import fuse, zeroed
 from identification.measurement.free_decay import fit_free_decay
+from identification.measurement.motion import SMOOTHING, DiscMotion
 from identification.measurement.pooling import check_same_rig, motions_in_pieces
 from rig_io.logs.log import RigLog
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import SMOOTHING, savitzky_golay
+from identification.measurement.motion import SMOOTHING, savitzky_golay
 from identification.measurement.slip_segments import THRESHOLD, stretches
 
 PHASES = 400  # points of a mean cycle

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.fit.conclude import Options
+from identification.estimators.base import Options
 from identification.fit.fit import estimator_named
 from identification.inference.problem import Problem, Solution, prior_precision, solve
 from identification.inference.uncertainty import clustered_covariance, plain_covariance

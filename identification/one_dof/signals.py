@@ -16,7 +16,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from identification.one_dof.recipe import EFFORT, FRICTION, ROLES, TIME, VELOCITY, WEIGHT, Filter, Recipe, Signal
-from rig_io.repair.table import Table, conversion
+from rig_io.logs.table import Table
+from rig_io.repair.table import conversion
 
 GAP = 10.0  # median sample intervals: a longer one is a gap
 CHEBYSHEV_ORDER, CHEBYSHEV_RIPPLE = 8, 0.05  # dB
@@ -151,7 +152,7 @@ class _Chain:
         return self.made[name]
 
     def _derivative(self, signal: Signal) -> np.ndarray:
-        from identification.measurement.disc_motion import savitzky_golay
+        from identification.measurement.motion import savitzky_golay
 
         values = self.signal(str(signal.of))
         local = signal.savitzky_golay

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.measurement.disc_motion import odd_count
+from identification.measurement.motion import odd_count
 from identification.one_dof.memory import memory
 from identification.one_dof.recipe import FRICTION, SLIP_UNITS, TIME, Recipe
 from identification.one_dof.signals import prepare

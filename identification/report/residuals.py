@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.fit.conclude import Options
+from identification.estimators.base import Options
 from identification.fit.fit import estimator_named
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation

@@ -98,7 +98,7 @@ def constants_table(fit: FrictionFit) -> Table:
 
 def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> Table:
     """The logs given, which of them were fitted, and their checksums."""
-    from rig_io.logs.sidecar import file_hash
+    from rig_io.packages.sidecar import file_hash
 
     used = {one.name: one for one in fit.logs}
     rows = []

@@ -20,8 +20,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from rig_io.bench.drive import Ripple
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.datapackage import check_target
-from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog, write_package
+from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog
+from rig_io.packages.datapackage import check_target, write_package
 from rig_io.repair.table import SHORTEST
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser

@@ -6,21 +6,20 @@ column). Raw volts, counts and edge times are kept; `rig_io.sensors` turns them 
 
 from __future__ import annotations
 
-import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.arrangement import Arrangement
 
-if TYPE_CHECKING:
-    import numpy as np
-
 Kind = Literal["stick-slip", "free-decay"]
+GAP = 5.0  # sample intervals: across a longer step nothing may be filtered or simulated
 
 
 class StickslipWarning(UserWarning):
@@ -217,8 +216,6 @@ class RigLog:
 
         The first keeps the log's name, the others are 'name, part 2' and on; times stay as they are.
         """
-        from rig_io.repair.clock import gaps
-
         begins = sorted({*self.breaks, *(int(at) for at in gaps(self.time))})
         if not begins:
             return (self,)
@@ -234,57 +231,7 @@ class RigLog:
         )
 
 
-def read_log(
-    path: str | os.PathLike[str],
-    *,
-    rig: RigConstants | None = None,
-    calibration: Calibration | None = None,
-    experiment: Experiment | None = None,
-    repair: Collection[str] = (),
-) -> RigLog:
-    """Read one log and its entry in the ``datapackage.json`` beside it.
-
-    What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
-    needs no sidecar. repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the
-    first of rows with one time is kept). What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
-
-    Raises:
-        StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
-    """
-    from rig_io.logs.datapackage import load_log
-
-    return load_log(Path(path), rig, calibration, experiment, repair)
-
-
-def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) -> list[RigLog]:
-    """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
-
-    repair: as in `read_log`.
-
-    Raises:
-        StickslipError: as in `read_log`.
-    """
-    from rig_io.logs.datapackage import load_package
-
-    return load_package(Path(path), repair)
-
-
-def write_package(
-    folder: str | os.PathLike[str],
-    logs: Iterable[RigLog],
-    *,
-    title: str = "",
-    description: str = "",
-    overwrite: bool = False,
-) -> Path:
-    """Write logs as CSV files with ``datapackage.json``, whole or not at all; returns the folder.
-
-    With ``overwrite`` files of the same names are replaced one by one, ``datapackage.json`` last; others stay.
-
-    Raises:
-        StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, there is
-            no log, or two have one name.
-    """
-    from rig_io.logs.datapackage import save_package
-
-    return save_package(Path(folder), list(logs), title, description, overwrite)
+def gaps(time: np.ndarray) -> np.ndarray:
+    """Samples (m,) before which a rising clock (n,) leaps by more than `GAP` of its usual intervals."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=np.int64)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError
-from rig_io.repair.table import Table
+from rig_io.logs.table import Table
 
 
 def reader_of(path: Path) -> Any:
@@ -30,7 +30,7 @@ def reader_of(path: Path) -> Any:
 def read_table(path: str | os.PathLike[str]) -> Table:
     """Every column of a log file of any kind, under the names it has there, in the units it has there.
 
-    No column is required, and none is checked: that is `rig_io.logs.log.read_log`, for the columns of the disc rig.
+    No column is required, and none is checked: `packages.datapackage.read_log` does, for the disc rig.
 
     Raises:
         StickslipError: the file cannot be read as a table of numbers; says what was found and what to do.

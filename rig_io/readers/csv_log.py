@@ -18,7 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import StickslipWarning
-from rig_io.repair.table import Table, content
+from rig_io.logs.table import Table, content
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -19,12 +19,12 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.columns import TIME
+from rig_io.logs.log import GAP
 
 if TYPE_CHECKING:
-    from rig_io.repair.table import Table
+    from rig_io.logs.table import Table
 
 SHORTEST = 10  # samples; fewer cannot show a single movement
-GAP = 5.0  # sample intervals: across a longer step nothing may be filtered or simulated
 UNEVEN = 0.02  # of the sample interval: a clock that departs by less counts as even
 SHARE = 0.05  # of the steps that must be uneven before the digits are blamed: a lost or doubled row is rarer
 DIGITS = 9  # after the point, the most that are looked at
@@ -90,12 +90,6 @@ def mended(stamps: np.ndarray, table: Table, repair: Collection[str]) -> Clock:
         times.append(time + shift)
         moved.append(np.full(len(time), shift))
     return Clock(np.concatenate(kept), np.concatenate(times), np.concatenate(moved), tuple(breaks), tuple(said))
-
-
-def gaps(time: np.ndarray) -> np.ndarray:
-    """Samples (m,) before which a rising clock (n,) leaps by more than `GAP` of its usual intervals."""
-    steps = np.diff(time)
-    return np.flatnonzero(steps > GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=np.int64)
 
 
 def _interval(time: np.ndarray) -> float:

@@ -3,59 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
+from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
 from rig_io.repair.plausible import check_sizes
 
 AHEAD = 0.010  # s; an edge stamped later than this after its tick was stamped by another clock
-
-
-def content(path: Path, expected: str) -> bytes:
-    """The bytes of a log's file.
-
-    Raises:
-        StickslipError: there is none, it cannot be read or is empty (``expected`` says what it should hold).
-    """
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise StickslipError(f"There is no log '{path}'. Check the name and the folder.") from error
-    except OSError as error:
-        raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
-    if not data.strip():
-        raise StickslipError(f"The log '{path}' is empty. Expected {expected}.")
-    return data
-
-
-@dataclass(frozen=True)
-class Table:
-    """Numbers as read. columns: name -> (n_rows,) float64 (NaN where a cell holds no number).
-
-    units: those the file itself states; first_line: line of the first row in the file, None where a file has no lines;
-    scalars: single numbers beside the columns; left_out: name -> why it is no column; rows: in the file, where they
-    are not those of the file one by one.
-    """
-
-    source: str
-    columns: Mapping[str, np.ndarray]
-    units: Mapping[str, str]
-    first_line: int | None
-    scalars: Mapping[str, float] = field(default_factory=dict)
-    left_out: Mapping[str, str] = field(default_factory=dict)
-    rows: np.ndarray | None = None
-
-    def place(self, row: int) -> str:
-        """Where a row (from 0) is in the file, for messages."""
-        if self.rows is not None:
-            row = int(self.rows[row])
-        return f"sample {row + 1}" if self.first_line is None else f"line {self.first_line + row}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from fmu_models.simulation.run import simulate
 from identification import commands
 from identification.fit.fit import fit_friction
 from rig_io.bench.emulator import emulate_set, standard_set
-from rig_io.logs.log import read_package
+from rig_io.packages.datapackage import read_package
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 SCENE = Path(__file__).parents[2] / "data" / "scenes" / "disc_rig_class_a.toml"

@@ -20,7 +20,8 @@ from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare
 from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
-from rig_io.logs.log import Quantity, RigLog, read_package, write_package
+from rig_io.logs.log import Quantity, RigLog
+from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors.laser import Laser
 
 ROOT = Path(__file__).parents[2]
@@ -224,7 +225,7 @@ def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: l
     write_package(tmp_path / "logs", logs)
     script = (
         "import sys, time; start = time.perf_counter()\n"
-        "from rig_io.logs.log import read_package\n"
+        "from rig_io.packages.datapackage import read_package\n"
         "from identification.fit.fit import fit_friction\n"
         f"fit = fit_friction(read_package({str(tmp_path / 'logs')!r}))\n"
         "assert abs(fit['mu_s'].value - 0.65) < 0.004\n"

@@ -20,7 +20,8 @@ from identification.laws import LAWS
 from identification.measurement.pooling import pool
 from identification.next_step.laws import compare_contacts, compare_on
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
-from rig_io.logs.log import RigLog, read_package
+from rig_io.logs.log import RigLog
+from rig_io.packages.datapackage import read_package
 
 ROOT = Path(__file__).parents[2]
 RIGS = ROOT / "data" / "rigs" / "paper_rubber"

@@ -9,11 +9,11 @@ from typing import Any
 import sympy
 
 from fmu_models.codegen.package import export
-from fmu_models.coupling.toml_system import CoupledSystem, Unit
+from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import Input, Parameter, State
 
 

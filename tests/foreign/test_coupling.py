@@ -13,7 +13,8 @@ from models import Models
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.coupling.run import couple
-from fmu_models.coupling.toml_system import CoupledSystem, Unit, read
+from fmu_models.coupling.system import CoupledSystem, Unit
+from fmu_models.coupling.toml_system import read
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.motion_error import MotionError

@@ -14,7 +14,8 @@ from typer.testing import CliRunner
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands.models import app
 from fmu_models.coupling.run import couple
-from fmu_models.coupling.toml_system import CoupledSystem, Unit, read
+from fmu_models.coupling.system import CoupledSystem, Unit
+from fmu_models.coupling.toml_system import read
 from fmu_models.coupling.wiring import Connection, conversion
 
 LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rig_io.logs.table import Table
 from rig_io.readers.csv_log import write
-from rig_io.repair.table import Table
 
 RATE = 1000.0  # Hz
 

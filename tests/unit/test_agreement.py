@@ -16,7 +16,8 @@ from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import Pool, pool
 from identification.model_check.measured import measured_motions
 from rig_io.bench.emulator import RIG
-from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog, read_package
+from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, LaserCalibration, RigLog
+from rig_io.packages.datapackage import read_package
 
 DATA = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 

@@ -1,95 +1,92 @@
-"""The floors of the house: imports point downwards only."""
+"""The floors of the house: imports point downwards only, and never in a circle, those for types alone included."""
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
 
-# what each room may import, beside itself, the standard library and third parties; fmu_models means its top floor
-BASE = {"fmu_models.base.errors", "fmu_models.base.files"}
-ROOMS = {
-    "fmu_models.base.errors": set(),
-    "fmu_models.base.files": {"fmu_models.base.errors"},
-    "fmu_models.base.console": BASE,
-    "fmu_models.engine": BASE,
-    "fmu_models.language": BASE,
-    "fmu_models.oscillators": BASE | {"fmu_models.language"},
-    "fmu_models.maps": BASE | {"fmu_models.language"},
-    "fmu_models.lowering": BASE | {"fmu_models.language"},
-    "fmu_models.codegen": BASE
-    | {"fmu_models.language", "fmu_models.lowering", "fmu_models.engine", "fmu_models.oscillators"},
-    "fmu_models.simulation": BASE | {"fmu_models.codegen", "fmu_models.engine"},
-    "fmu_models.analyses": BASE | {"fmu_models.language", "fmu_models.simulation"},
-    "fmu_models.scene": BASE
-    | {
-        "fmu_models.language",
-        "fmu_models.lowering",
-        "fmu_models.codegen",
-        "fmu_models.engine",
-        "fmu_models.simulation",
-        "fmu_models.analyses",
-    },
-    "fmu_models.validation.methods": BASE | {"fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
-    "fmu_models.validation.bench": BASE
-    | {
-        "fmu_models.base.console",
-        "fmu_models.oscillators",
-        "fmu_models.lowering",
-        "fmu_models.simulation",
-        "fmu_models.validation.methods",
-        "fmu_models.scene",
-    },
-    "fmu_models.report": BASE
-    | {"fmu_models.base.console", "fmu_models.language", "fmu_models.lowering", "fmu_models.simulation"},
-    "fmu_models.validation.stress": BASE
-    | {
-        "fmu_models.codegen",
-        "fmu_models.base.console",
-        "fmu_models.language",
-        "fmu_models.lowering",
-        "fmu_models.oscillators",
-        "fmu_models.report",
-        "fmu_models.simulation",
-    },
-    "fmu_models.commands.models": {"fmu_models"},
-    "fmu_models.commands.maps": {"fmu_models"},
-    "fmu_models.commands.scene": {"fmu_models"},
-    "fmu_models.commands.bench": {"fmu_models"},
-    "rig_io": {"fmu_models"},
-    "identification": {"fmu_models", "rig_io"},
-}
-FILES = sorted(path for top in ("fmu_models", "rig_io", "identification") for path in (ROOT / top).rglob("*.py"))
+# from the ground up; a room may import rooms of lower floors, not its neighbours
+FLOORS = (
+    ("fmu_models.base",),
+    ("fmu_models.toolchain", "fmu_models.language"),
+    ("fmu_models.lowering", "fmu_models.oscillators", "fmu_models.maps"),
+    ("fmu_models.codegen",),
+    ("fmu_models.fmu",),
+    ("fmu_models.simulation",),
+    ("fmu_models.importer", "fmu_models.analyses"),
+    ("fmu_models.coupling", "fmu_models.scene"),
+    ("fmu_models.report",),
+    ("fmu_models.validation",),
+    ("fmu_models.commands",),
+    ("rig_io.logs",),
+    ("rig_io.readers", "rig_io.repair", "rig_io.sensors"),
+    ("rig_io.packages",),
+    ("rig_io.bench",),
+    ("rig_io.commands",),
+    ("identification.inference",),
+    ("identification.laws", "identification.measurement"),
+    ("identification.estimators",),
+    ("identification.fit",),
+    ("identification.fitted_model",),
+    ("identification.model_check", "identification.next_step", "identification.transfer", "identification.one_dof"),
+    ("identification.report",),
+    ("identification.commands",),
+    ("identification.cli",),
+)
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+PACKAGES = ("fmu_models", "rig_io", "identification")
 
 
-def room_of(module: str) -> str | None:
-    """The room a module of ours belongs to; None for a package's own root and for modules of others."""
-    return next((room for room in ROOMS if module == room or module.startswith(room + ".")), None)
+def _name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def imports(path: Path) -> list[str]:
-    """Absolute names of every module that the file imports, wherever in it, `from a import b` counted as a.b."""
-    found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative imports hide the floor they reach"
-            found += [f"{node.module}.{alias.name}" for alias in node.names]
-    return found
+FILES = {_name(path): path for top in PACKAGES for path in sorted((ROOT / top).rglob("*.py"))}
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_point_downwards(path):
-    module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+def room_of(module: str) -> str:
+    """The first two names: a room, or a package's own root."""
+    return ".".join(module.split(".")[:2])
+
+
+def imports(module: str) -> Iterator[str]:
+    """Modules of ours that a module imports, wherever in it; ``from a import b`` is a.b where that is a module."""
+    for node in ast.walk(ast.parse(FILES[module].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}: relative imports hide the floor they reach"
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from (name if name in FILES else node.module or "" for name in names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+ARROWS = {module: {target for target in imports(module) if target in FILES} - {module} for module in FILES}
+
+
+@pytest.mark.parametrize("module", [module for module in FILES if module not in PACKAGES])
+def test_imports_point_downwards(module):
     room = room_of(module)
-    assert room or module == "fmu_models", f"{module} is in no room: give it one in ROOMS"
-    for imported in imports(path):
-        target = room_of(imported)
-        if target is None or target == room:
+    assert room in FLOOR, f"{module} is in no room: give it one in FLOORS"
+    for target in ARROWS[module]:
+        if target in PACKAGES or room_of(target) == room:
             continue
-        allowed = ROOMS[room] if room else set()
-        assert any(target == a or target.startswith(a + ".") for a in allowed), f"{module} may not import {imported}"
+        assert FLOOR[room_of(target)] < FLOOR[room], f"{module} may not import {target}, which is not below it"
+
+
+def test_no_circle():
+    try:
+        TopologicalSorter(ARROWS).prepare()
+    except CycleError as error:
+        pytest.fail(f"files import each other in a circle: {' -> '.join(error.args[1])}")
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_loose_files(package):
+    loose = {path.name for path in (ROOT / package).glob("*.py")} - {"__init__.py", "cli.py"}
+    assert not loose, f"give {', '.join(sorted(loose))} a room"

@@ -12,8 +12,9 @@ from scipy.optimize import least_squares
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting
+from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ArcProblem, Start, noise
-from identification.fit.conclude import Options, conclude
+from identification.fit.conclude import conclude
 from identification.fit.fit import estimator_named, fit_friction
 from identification.inference.choice import Inference
 from identification.inference.problem import solve

@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton, Reset, Switch
-from fmu_models.language.mechanism import Output
+from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Input, Parameter, State
 from fmu_models.lowering.lower import lower
 from fmu_models.simulation.run import simulate

@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import RigLog, StickslipWarning, read_log
+from rig_io.logs.log import RigLog, StickslipWarning
+from rig_io.packages.datapackage import read_log
 
 ROWS = 3000
 FIELDS = {"time": "s", "laser": "V", "encoder_count": "1", "encoder_edge_time": "s", "drive0_count": "1"}

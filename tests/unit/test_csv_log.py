@@ -24,10 +24,8 @@ from rig_io.logs.log import (
     RigConstants,
     RigLog,
     StickslipWarning,
-    read_log,
-    read_package,
-    write_package,
 )
+from rig_io.packages.datapackage import read_log, read_package, write_package
 from rig_io.readers import csv_log
 
 RIG = RigConstants(J=Quantity(0.0548, "kg*m^2", 3e-4), R=Quantity(0.125, "m", 5e-5), N0=Quantity(4.905, "N"))

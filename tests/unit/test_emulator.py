@@ -21,7 +21,8 @@ from rig_io.bench.emulator import (
     material,
     standard_set,
 )
-from rig_io.logs.log import Quantity, read_package
+from rig_io.logs.log import Quantity
+from rig_io.packages.datapackage import read_package
 from rig_io.sensors import (
     Encoder,
     Laser,

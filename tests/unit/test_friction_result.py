@@ -183,7 +183,7 @@ def test_figures_are_written_whole(tmp_path: Path) -> None:
 def test_tables_show_what_is_known_of_a_fit() -> None:
     from rich.console import Console
 
-    from identification.tables import fit_report
+    from identification.report.terminal_tables import fit_report
 
     def shown(fit: FrictionFit) -> str:
         console = Console(width=200, record=True, file=io.StringIO())
@@ -210,7 +210,7 @@ def test_tables_show_what_is_known_of_a_fit() -> None:
 def test_tables_show_values_and_warnings() -> None:
     from rich.console import Console
 
-    from identification.tables import fit_report
+    from identification.report.terminal_tables import fit_report
 
     console = Console(width=160, record=True, file=io.StringIO())
     console.print(fit_report(result()))

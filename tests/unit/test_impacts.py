@@ -15,9 +15,10 @@ from compiled_model import CompiledModel
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.model_description import Description
 from fmu_models.language.contacts import Friction
+from fmu_models.language.declaration import Output
 from fmu_models.language.impacts import MAX_IMPACTS, Impact, Newton, Poisson
 from fmu_models.language.laws.coulomb import Coulomb
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, InternalState, Parameter
 from fmu_models.language.values import check_values
 from fmu_models.lowering.lower import lower

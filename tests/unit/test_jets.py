@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_source import sources
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.declaration import Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 from fmu_models.lowering.lower import lower
 from fmu_models.oscillators import load

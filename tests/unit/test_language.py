@@ -10,9 +10,10 @@ import sympy
 from fmu_models import oscillators
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Friction, Requirement
+from fmu_models.language.declaration import Output
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter, per_second
 from fmu_models.language.values import check_values
 

@@ -19,9 +19,10 @@ from compiled_model import CompiledModel
 from fmu_models.codegen.c_source import instantiation_token, sources
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.contacts import Friction
+from fmu_models.language.declaration import Output
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 from fmu_models.lowering.lower import lower
 from fmu_models.oscillators import load, names

@@ -16,7 +16,8 @@ from scipy.io import savemat
 from scipy.sparse import csr_array
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import StickslipWarning, read_log
+from rig_io.logs.log import StickslipWarning
+from rig_io.packages.datapackage import read_log
 from rig_io.readers import matlab_log, read_table
 from rig_io.readers.mat5 import HEADER
 

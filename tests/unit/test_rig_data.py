@@ -10,8 +10,9 @@ import pytest
 
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.columns import COLUMNS
-from rig_io.logs.log import RigLog, read_package
-from rig_io.logs.sidecar import file_hash
+from rig_io.logs.log import RigLog
+from rig_io.packages.datapackage import read_package
+from rig_io.packages.sidecar import file_hash
 
 DATA = Path(__file__).parents[2] / "data"
 README = (DATA / "README.md").read_text(encoding="utf-8")

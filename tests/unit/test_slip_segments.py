@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import angle_at_ticks, disc_motion, fuse, odd_count
+from identification.measurement.disc_motion import angle_at_ticks, disc_motion, fuse
+from identification.measurement.motion import odd_count
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import TRIM, long_enough, slip_segments, stretches
 from rig_io.logs.log import (

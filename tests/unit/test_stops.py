@@ -13,6 +13,7 @@ from compiled_model import CompiledModel
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_source import sources
 from fmu_models.language.contacts import Friction, Law
+from fmu_models.language.declaration import Output
 from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.conti_viscous import ContiViscous
@@ -22,7 +23,7 @@ from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
 from fmu_models.language.laws.stribeck_cubic import StribeckCubic
 from fmu_models.language.laws.tanh import Tanh
-from fmu_models.language.mechanism import Mechanism, Output
+from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 from fmu_models.language.stops import Stop
 from fmu_models.language.values import check_values

@@ -9,16 +9,17 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import two_discs
+from identification.estimators.base import Options
 from identification.estimators.chart import bends_of
-from identification.fit.conclude import Options
 from identification.laws import LAWS
 from identification.laws.joint_law import joint_law
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import long_enough
 from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, emulate
-from rig_io.logs import sidecar
 from rig_io.logs.arrangement import Arrangement
-from rig_io.logs.log import Experiment, Quantity, RigLog, read_package, write_package
+from rig_io.logs.log import Experiment, Quantity, RigLog
+from rig_io.packages import sidecar
+from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors import Laser, laser_angle
 
 CLEAN = {

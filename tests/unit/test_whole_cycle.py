@@ -10,8 +10,8 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import lugre, shooting, whole_cycle
+from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ArcProblem, Start
-from identification.fit.conclude import Options
 from identification.fit.fit import fit_friction
 from identification.laws import LAWS, LUGRE
 from identification.measurement.pooling import Pool, pool

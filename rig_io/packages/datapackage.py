@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import tempfile
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
-from rig_io.logs import sidecar
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
-from rig_io.logs.sidecar import SIDECAR, mapping
-from rig_io.readers import reader_of
+from rig_io.packages import sidecar
+from rig_io.packages.sidecar import SIDECAR, mapping
+from rig_io.readers import csv_log, reader_of
 from rig_io.repair.counters import counted
 from rig_io.repair.table import check_edges, checked
 
@@ -25,14 +26,24 @@ from rig_io.repair.table import check_edges, checked
 _INSTRUMENTS = {"laser": "laser", "encoder_count": "encoder", "drive0_count": "drive0", "drive1_count": "drive1"}
 
 
-def load_log(
-    path: Path,
-    rig: RigConstants | None,
-    calibration: Calibration | None,
-    experiment: Experiment | None,
-    repair: Collection[str],
+def read_log(
+    path: str | os.PathLike[str],
+    *,
+    rig: RigConstants | None = None,
+    calibration: Calibration | None = None,
+    experiment: Experiment | None = None,
+    repair: Collection[str] = (),
 ) -> RigLog:
-    """See `rig_io.logs.log.read_log`."""
+    """Read one log and its entry in the ``datapackage.json`` beside it.
+
+    What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
+    needs no sidecar. repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the
+    first of rows with one time is kept). What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
+
+    Raises:
+        StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
+    """
+    path = Path(path)
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
     reader = reader_of(path)
@@ -52,7 +63,7 @@ def load_log(
     check_edges(known.table, values, breaks)
     doubts = (*known.said, *mended)
     for doubt in doubts:
-        warnings.warn(f"{table.source}: {doubt}", StickslipWarning, stacklevel=3)
+        warnings.warn(f"{table.source}: {doubt}", StickslipWarning, stacklevel=2)
     time = values.pop(TIME.name)
     return RigLog(
         name=str(resource.get("name", path.stem)),
@@ -89,19 +100,26 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     return package, resources[path.name]
 
 
-def load_package(path: Path, repair: Collection[str]) -> list[RigLog]:
-    """See `rig_io.logs.log.read_package`."""
+def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) -> list[RigLog]:
+    """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
+
+    repair: as in `read_log`.
+
+    Raises:
+        StickslipError: as in `read_log`.
+    """
+    path = Path(path)
     found = path / SIDECAR if path.is_dir() else path
     if not found.exists():
         raise StickslipError(f"There is no {SIDECAR} in '{path}'. Name a folder that holds one.")
     if found.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
     resources = sidecar.load_json(found)["resources"]
-    return [load_log(found.parent / str(r["path"]), None, None, None, repair) for r in resources]
+    return [read_log(found.parent / str(r["path"]), repair=repair) for r in resources]
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
-    """Refuse before the work what `save_package` would refuse after it.
+    """Refuse before the work what `write_package` would refuse after it.
 
     Raises:
         StickslipError: no name, a name that cannot be a file's, two alike, or a folder that holds something already.
@@ -119,8 +137,23 @@ def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
         raise StickslipError(f"'{folder}' exists already. Choose another name, or allow it to be overwritten.")
 
 
-def save_package(folder: Path, logs: list[RigLog], title: str, description: str, overwrite: bool) -> Path:
-    """See `rig_io.logs.log.write_package`."""
+def write_package(
+    folder: str | os.PathLike[str],
+    logs: Iterable[RigLog],
+    *,
+    title: str = "",
+    description: str = "",
+    overwrite: bool = False,
+) -> Path:
+    """Write logs as CSV files with ``datapackage.json``, whole or not at all; returns the folder.
+
+    With ``overwrite`` files of the same names are replaced one by one, ``datapackage.json`` last; others stay.
+
+    Raises:
+        StickslipError: the folder holds something already (and ``overwrite`` is false) or cannot be written, there is
+            no log, or two have one name.
+    """
+    folder, logs = Path(folder), list(logs)
     check_target(folder, [log.name for log in logs], overwrite)
     target = folder.resolve()
     try:
@@ -146,8 +179,6 @@ def save_package(folder: Path, logs: list[RigLog], title: str, description: str,
 
 
 def _write(work: Path, logs: list[RigLog], title: str, description: str) -> None:
-    from rig_io.readers import csv_log
-
     for log in logs:
         csv_log.write(work / f"{log.name}.csv", {TIME.name: log.time, **log.columns})
     package = sidecar.package(work.name, logs, work, title, description)

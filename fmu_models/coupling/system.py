@@ -1,0 +1,111 @@
+"""A system of several FMUs as values: its units, what connects them, and how it is run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.coupling.wiring import Connection, Wire, split, wires
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer import request
+
+EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
+EXCHANGE_BY_STEPS = ("jacobi", "gauss-seidel")
+SOLVERS = (*EXCHANGE, *EXCHANGE_BY_STEPS)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One FMU of a system, with values by name in its own units of measure."""
+
+    fmu: Fmu
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledSystem:
+    """Units by name and what connects them.
+
+    Attributes:
+        connections: as written; ``wires`` are the checked ones.
+        solver: one of SOLVERS; "auto" integrates all as one where every unit has Model Exchange, otherwise it steps the
+            units one by one ("jacobi").
+        step: communication step, s; the first one where steps are controlled; None: a thousandth of the run.
+        adaptive: the steps of a co-simulation are controlled; None: where every unit can be put back.
+        tolerance: relative error of a step; None: 1e-8, of a co-simulation with controlled steps 1e-4.
+        outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
+
+    Raises:
+        StickslipError: a name, value or connection that does not fit; names the place.
+    """
+
+    name: str
+    units: Mapping[str, Unit]
+    connections: Sequence[Connection] = ()
+    solver: str = "auto"
+    step: float | None = None
+    adaptive: bool | None = None
+    tolerance: float | None = None
+    start_time: float = 0.0
+    stop_time: float = 20.0
+    outputs: Sequence[str] = ()
+    wires: tuple[Wire, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        if not self.units:
+            raise StickslipError(f"The system '{self.name}' has no units. Name at least one FMU.")
+        if self.solver not in SOLVERS:
+            raise StickslipError(f"There is no solver '{self.solver}'.{nearest(self.solver, SOLVERS)}")
+        if self.step is not None and not (math.isfinite(self.step) and self.step > 0):
+            raise StickslipError(f"The step must be a positive number of seconds, found {self.step:g}.")
+        if not (math.isfinite(self.start_time) and math.isfinite(self.stop_time) and self.stop_time > self.start_time):
+            raise StickslipError(
+                f"The run must end after it starts, found start {self.start_time:g} s and stop {self.stop_time:g} s."
+            )
+        if self.tolerance is not None and not (1e-14 <= self.tolerance <= 0.1):
+            raise StickslipError(f"The tolerance must lie between 1e-14 and 0.1, found {self.tolerance:g}.")
+        object.__setattr__(self, "wires", wires(self.fmus, self.connections))
+        fed = {wire.target for wire in self.wires}
+        for name, unit in self.units.items():
+            try:
+                request.start_values(unit.fmu, unit.parameters, unit.start)
+                request.table(unit.fmu, unit.inputs, 0.0, 1.0)
+            except StickslipError as error:
+                raise StickslipError(f"Unit '{name}': {error}") from error
+            for variable in unit.inputs:
+                if (name, variable) in fed:
+                    raise StickslipError(
+                        f"Unit '{name}': the input '{variable}' is given a value, but is fed by a connection."
+                    )
+        for output in self.outputs:
+            unit, variable = split(self.fmus, output, "outputs")
+            if not request.is_number(self.fmus[unit], variable):
+                raise StickslipError(f"outputs: '{output}' cannot be recorded: it is no single number.")
+
+    def changed(self, **settings: Any) -> CoupledSystem:
+        """The same system with other settings; errors as for a new one."""
+        names = (f.name for f in fields(self) if f.init)
+        return CoupledSystem(**{**{name: getattr(self, name) for name in names}, **settings})
+
+    @property
+    def fmus(self) -> dict[str, Fmu]:
+        """The FMU of every unit."""
+        return {name: unit.fmu for name, unit in self.units.items()}
+
+    @property
+    def exchanges_models(self) -> bool:
+        """Whether every unit has Model Exchange, so that all can be integrated as one."""
+        return all(unit.fmu.description.modelExchange is not None for unit in self.units.values())
+
+
+def opened(where: str, file: Path, open_file: Callable[[Path], Fmu] = Fmu.open) -> Fmu:
+    try:
+        return open_file(file)
+    except StickslipError as error:
+        raise StickslipError(f"{where}: {error}") from error

@@ -1,0 +1,65 @@
+"""What checks and lowering know of a declared body: its energies, contacts and outputs, whatever class holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import sympy
+
+from fmu_models.language.contacts import Friction, Requirement
+from fmu_models.language.impacts import Impact
+from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
+from fmu_models.language.stops import Stop
+
+Q = TypeVar("Q", bound=Quantity)
+Contact = Friction | Stop | Impact
+
+
+@dataclass(frozen=True, eq=False)
+class Output:
+    """A quantity to be shown; its expression may also use accelerations and what contacts show, such as forces."""
+
+    name: str
+    expression: sympy.Expr
+    unit: str
+    description: str
+
+
+class Body(Protocol):
+    """A body with its contacts; the attributes are those of a `Mechanism`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def coordinates(self) -> Sequence[Coordinate]: ...
+    @property
+    def kinetic_energy(self) -> sympy.Expr: ...
+    @property
+    def potential_energy(self) -> sympy.Expr: ...
+    @property
+    def dissipation(self) -> sympy.Expr: ...
+    @property
+    def applied(self) -> Mapping[Coordinate, sympy.Expr]: ...
+    @property
+    def contacts(self) -> Sequence[Contact]: ...
+    @property
+    def outputs(self) -> Sequence[Output]: ...
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
+    @property
+    def inputs(self) -> tuple[Input, ...]: ...
+    @property
+    def internal_states(self) -> tuple[InternalState, ...]: ...
+    @property
+    def impacts(self) -> tuple[Impact, ...]: ...
+    @property
+    def symbols(self) -> set[sympy.Basic]: ...
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]: ...
+
+
+def quantities_of_type(symbols: set[sympy.Basic], kind: type[Q]) -> tuple[Q, ...]:
+    """Those of one kind among the symbols, in the order of their declaration."""
+    return tuple(sorted((s for s in symbols if isinstance(s, kind)), key=lambda s: s.declared))

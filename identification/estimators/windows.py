@@ -1,0 +1,36 @@
+"""Windows of the weak form: the bump that averages, and the whitening of windows that overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identification.measurement.pooling import RigValues
+
+WINDOW = 0.264  # natural periods
+SPACING = 0.022  # natural periods between windows
+SPEED_WINDOW, SPEED_ORDER = 0.122, 4  # natural periods; order of the local polynomial that gives the slip speed
+BUMP = 4  # power of 1 - s^2: three derivatives vanish at the ends, so that sums stand for integrals
+UNMODELLED = 1e-3  # of the noise power, added white: no whitening matrix then trusts a direction without noise
+
+
+def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (count,) of mu, of sum 1, and weights (count,) of the angle that give the averaged friction
+    coefficient."""
+    s = np.linspace(-1, 1, count)
+    half = 0.5 * (count - 1) * step
+    inside = 1 - s**2
+    bump = inside**BUMP
+    first = -2 * BUMP * s * inside ** (BUMP - 1) / half
+    second = (4 * BUMP * (BUMP - 1) * s**2 * inside ** (BUMP - 2) - 2 * BUMP * inside ** (BUMP - 1)) / half**2
+    weights = (rig.J * second - rig.c * first + rig.k * bump) / (rig.R * rig.N)
+    return bump / bump.sum(), weights / bump.sum()
+
+
+def whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
+    """Matrix (rows, rows) that makes the noise of windows ``stride`` samples apart white, of the variance of one
+    window."""
+    count = len(weights)
+    lagged = np.array([weights[lag * stride :] @ weights[: max(count - lag * stride, 0)] for lag in range(rows)])
+    place = np.arange(rows)
+    covariance = lagged[np.abs(place[:, None] - place)] / lagged[0] + UNMODELLED * np.eye(rows)
+    return np.linalg.inv(np.linalg.cholesky(covariance))

@@ -1,0 +1,93 @@
+"""One angle and the drives' speeds on an even clock: what every estimator starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rig_io.logs.log import RigLog
+
+SMOOTHING = (
+    0.045  # of the natural period: the window of the smoothing that serves only to find edges, gains and segments
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SensorFit:
+    """How laser and encoder agree.
+
+    gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
+    (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
+    encoder); doubts: where the delay is not one and the same, in words.
+    """
+
+    gain: float = 0.0
+    delay: float = 0.0
+    covariance: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
+    rms: float = 0.0
+    lines: int = 0
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class DiscMotion:
+    """Motion of the disc in one log, on an even clock.
+
+    time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
+    the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
+    estimator uses a segment that holds one); doubts: what was done to the samples, in words.
+    """
+
+    log: RigLog
+    time: np.ndarray
+    angle: np.ndarray
+    drives: np.ndarray
+    filled: np.ndarray
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def drive(self) -> np.ndarray:
+        """Speed (n,) in rad/s of the driving disc, or of the first of two."""
+        return self.drives[0]
+
+    @property
+    def step(self) -> float:
+        """Sample interval, s."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    def smoothed(self, window: float, order: int = 2, derivative: int = 0) -> np.ndarray:
+        """Savitzky-Golay value or derivative (n,) of the angle. window: s."""
+        return savitzky_golay(self.angle, self.step, window, order, derivative)
+
+    def slip(self, r: float, R: float, window: float) -> np.ndarray:
+        """Slip speed (n_discs, n) of each drive against the disc, r w - R th', in m/s, smoothed over ``window`` s."""
+        return r * self.drives - R * self.smoothed(window, derivative=1)
+
+
+def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:
+    """Local polynomial value or derivative (n,) on an even clock of ``step`` s; the window (s) becomes an odd count."""
+    from scipy.signal import savgol_filter
+
+    count = odd_count(window, step)
+    return np.asarray(savgol_filter(angle, count, min(order, count - 1), deriv=derivative, delta=step))
+
+
+def odd_count(window: float, step: float) -> int:
+    """Odd number of samples nearest to a window, three or more."""
+    return max(2 * round((window / step - 1) / 2) + 1, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeEquations:
+    """One row for each edge of the encoder, of all motions.
+
+    design: (n, 2 + n_motions), by gain, delay and the motion's offset; edge: (n,) rad, edge less laser; line: (n,)
+    number of the ruled line, by angle; time: (n,) s; motion: (n,) number of the motion.
+    """
+
+    design: np.ndarray
+    edge: np.ndarray
+    line: np.ndarray
+    time: np.ndarray
+    motion: np.ndarray

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from rig_io.logs.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
 from rig_io.logs.table import Table, content
-from rig_io.readers.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
 
 SUFFIXES = (".mat",)
 

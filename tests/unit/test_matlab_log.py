@@ -17,9 +17,9 @@ from scipy.sparse import csr_array
 
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.log import StickslipWarning
+from rig_io.logs.mat5 import HEADER
 from rig_io.packages.datapackage import read_log
 from rig_io.readers import matlab_log, read_table
-from rig_io.readers.mat5 import HEADER
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 TIME = 0.001 * np.arange(30)

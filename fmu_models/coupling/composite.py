@@ -1,4 +1,4 @@
-"""Units as one FMU: the C structure of the coupled system (engine/master/coupling.h), and its description."""
+"""Units as one FMU: the C structure of the coupled system (importer/c/exchange.h), and its description."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STAGE = np.dtype(
 class Coupling(ctypes.Structure):
     _fields_ = (
         ("n_units", c_int64),
-        *((name, c_void_p) for name in ("faces", "first_state", "first_indicator")),
+        *((name, c_void_p) for name in ("fmus", "first_state", "first_indicator")),
         ("n_stages", c_int64),
         *((name, c_void_p) for name in ("stages", "reads", "writes", "output_types", "input_types")),
         *((name, c_void_p) for name in ("output_references", "input_references")),
@@ -51,7 +51,7 @@ class Coupling(ctypes.Structure):
 def library() -> ctypes.CDLL:
     """The compiled master with the functions of the coupled system declared."""
     made = instance.master_library()
-    made.coupling_face.restype, made.coupling_face.argtypes = None, (POINTER(instance.Face), POINTER(Coupling))
+    made.coupling_fill.restype, made.coupling_fill.argtypes = None, (POINTER(instance.Face), POINTER(Coupling))
     for name, arguments in {
         "exchange": (POINTER(Coupling), c_int32),
         "read": (POINTER(instance.Face), POINTER(instance.Variables), c_void_p),
@@ -99,7 +99,7 @@ class Composite:
         self.arrays: dict[str, np.ndarray] = {}
         faces = [one.face for one in self.instances]
         self._pointers = (POINTER(instance.Face) * len(faces))(*(ctypes.pointer(face) for face in faces))
-        self.c.n_units, self.c.faces = len(faces), ctypes.addressof(self._pointers)
+        self.c.n_units, self.c.fmus = len(faces), ctypes.addressof(self._pointers)
         firsts = {}
         for name in ("state", "indicator"):
             counts = [getattr(face, f"n_{name}s") for face in faces]
@@ -109,7 +109,7 @@ class Composite:
         self.first_indicator = firsts["indicator"]
         self._wire(stages(system.fmus, system.wires))
         self._variables()
-        library().coupling_face(byref(self.face), byref(self.c))
+        library().coupling_fill(byref(self.face), byref(self.c))
         self.face.completes = int(any(face.completes for face in faces))
 
     def close(self) -> None:

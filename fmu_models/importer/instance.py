@@ -1,4 +1,4 @@
-"""Any FMU as raw function pointers for the master (engine/master), and the C structures of its contract."""
+"""Any FMU as raw function pointers for the master (importer/c), and the C structures of its contract."""
 
 from __future__ import annotations
 
@@ -122,10 +122,10 @@ def master_library() -> ctypes.CDLL:
     Raises:
         StickslipError: the compiler is missing.
     """
-    folder = Path(compiler.__file__).parents[1] / "engine"
-    parts = sorted(path for path in (folder / "master").iterdir() if path.suffix in (".c", ".h"))
-    sources = {f"master/{path.name}": path.read_text("utf-8") for path in parts}
-    sources |= {name: (folder / name).read_text("utf-8") for name in ("roots.c", "roots.h")}
+    package = Path(compiler.__file__).parents[1]
+    parts = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
+    parts += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
+    sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in parts}
     # one unit: the calls into the FMU sit in the innermost loops
     names = [name for name in sources if name.endswith(".c")]
     sources["all.c"] = "".join(f'#include "{name}"\n' for name in names)

@@ -1,4 +1,4 @@
-"""The C structures of engine/native.c and engine/sensitivity.c, and the calls that make a whole run."""
+"""The C structures of engine/whole_run, and the calls that make a whole run."""
 
 from __future__ import annotations
 

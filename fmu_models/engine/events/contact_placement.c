@@ -1,8 +1,8 @@
 /*
  * Where contacts are: states from depths, gaps and slip speeds at one instant, and coordinates from states.
  *
- *     all:      friction and stops; marks contacts at zero slip, which are candidates (mode_selection.c), and bodies that rest at the end
- *               of a region
+ *     all:      friction and stops; marks contacts at zero slip, which are candidates (mode_selection.c), and bodies
+ *               that rest at the end of a region
  *     rigid:    a rigid contact from its gap: open, resting at its wall, running into it, or an error below it
  *     others:   friction with a force of its own, and stops, after the velocities have jumped
  */
@@ -93,7 +93,8 @@ void placement_open(Run *r, int c)
     }
 }
 
-/* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below it */
+/* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below
+   it */
 int placement_rigid(Run *r, int c, signed char *candidate)
 {
     const double depth = r->scratch.depth[c][0];
@@ -102,8 +103,9 @@ int placement_rigid(Run *r, int c, signed char *candidate)
     candidate[c] = 0;
     if (!placement_at_wall(r, c) && (starts || fabs(depth) > gap_resolution(r, &r->scratch, c))) {
         if (depth > 0.0) {
-            return run_fail(r, "the wall of the rigid contact '%s' is penetrated by %.6g at t = %.17g: %s", model_contact_names[c], depth,
-                            r->at.time, starts ? "start with a gap of zero or more" : "an input moved it through the body");
+            return run_fail(r, "the wall of the rigid contact '%s' is penetrated by %.6g at t = %.17g: %s",
+                            model_contact_names[c], depth, r->at.time,
+                            starts ? "start with a gap of zero or more" : "an input moved it through the body");
         }
         placement_open(r, c);
         return 0;
@@ -122,7 +124,8 @@ int placement_rigid(Run *r, int c, signed char *candidate)
     return 0;
 }
 
-/* contact states where depths decide; marks contacts at zero slip, and regions at whose end the body rests: counted as entered */
+/* contact states where depths decide; marks contacts at zero slip, and regions at whose end the body rests: counted as
+   entered */
 void placement_all(Run *r, signed char *candidate, signed char *resting)
 {
     placement_load(r);
@@ -135,7 +138,8 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
         candidate[c] = 0;
         if (model_contact_bounded[c]) {
             const double depth = r->scratch.depth[c][0];
-            const int at_bound = fabs(depth) <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+            const int at_bound = fabs(depth)
+                                 <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
             /* at the bound itself the rate of the depth decides; at rest there a stop does not count as entered */
             double rate = 0.0;
             if (at_bound) {

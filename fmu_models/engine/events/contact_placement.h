@@ -23,7 +23,8 @@ void placement_friction(Run *r, int normal, signed char *candidate);
 int placement_rigid(Run *r, int c, signed char *candidate);
 /* move the coordinates onto the walls of the contacts marked; after placement_load and placement_load_inertia */
 void placement_on_walls(Run *r, const signed char *at_walls);
-/* closed rigid contacts stay at their walls, whatever rounding adds up to: moves the coordinates and marks the contacts; 1 if any */
+/* closed rigid contacts stay at their walls, whatever rounding adds up to: moves the coordinates and marks the
+   contacts; 1 if any */
 int placement_closed_on_walls(Run *r, signed char *closed);
 
 #endif

@@ -2,20 +2,24 @@
  * Impacts of rigid contacts: the velocities after one, and the end of a chatter of infinitely many.
  *
  *     impact:   gamma = rates of the gaps, and slip speeds; gamma+ = gamma- + G Lambda
- *               Newton    Lambda_N >= 0,             gamma_N+ >= -e gamma_N-,   one of them an equality; gamma_T by Coulomb's law
+ *               Newton    Lambda_N >= 0,             gamma_N+ >= -e gamma_N-,   one of them an equality; gamma_T by
+ *                         Coulomb's law
  *               Poisson   compression: Lambda_N >= 0,  gamma_N >= 0,    one of them an equality
  *                         expansion:   Lambda_N >= e Lambda_N of compression,  gamma_N+ >= 0,  one of them an equality
  *               Coulomb   |Lambda_T| <= mu Lambda_N; gamma_T+ = 0 where smaller, else Lambda_T against gamma_T+
- *               All contacts at their wall take part, closed ones too. All assignments {no impulse, slip+, slip-, stick} are tried;
- *               of several solutions the one that loses most energy is taken, of equal ones the one with most contacts held.
+ *               All contacts at their wall take part, closed ones too. All assignments {no impulse, slip+, slip-,
+ *               stick} are tried; of several solutions the one that loses most energy is taken, of equal ones the one
+ *               with most contacts held.
  *               None: an error that names the contacts.
- *     chatter:  after an impact with speed w+ off a wall that is approached with the acceleration P (P' its rate), the bounces
- *               end after   2 u / P - (4/3) P' u^2 / P^3,   u = w+ / (1 - e).
- *               From the bounce on at which w+ is below `chatter` of the fastest, the contact is held and the end of the bounces is an event.
+ *     chatter:  after an impact with speed w+ off a wall that is approached with the acceleration P (P' its rate), the
+ *               bounces end after   2 u / P - (4/3) P' u^2 / P^3,   u = w+ / (1 - e).
+ *               From the bounce on at which w+ is below `chatter` of the fastest, the contact is held and the end of
+ *               the bounces is an event.
  *
  * Newton's restitution with friction can gain energy; work says so. Poisson's cannot.
  *
- * Sources: Glocker and Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7 (1995).
+ * Sources: Glocker and Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7
+ *          (1995).
  */
 #include "impact.h"
 
@@ -26,10 +30,10 @@
 
 typedef struct {
     int count;
-    int contact[NC];      /* rigid contacts that take part */
-    int choices[NC];      /* assignments of each */
+    int contact[NC]; /* rigid contacts that take part */
+    int choices[NC]; /* assignments of each */
     Real given[NC], target[NC];
-    double speed;         /* scale of the rates */
+    double speed; /* scale of the rates */
 } Problem;
 
 /* the tangential state of choice 0, 1, 2: most held first */
@@ -62,7 +66,8 @@ static int write_phase(const Problem *problem, long code, ImpactPhase *phase)
 }
 
 /* whether impulses and the rates after them obey the laws of the assignment; work: of the impulses */
-static int phase_holds(const Run *r, const Problem *problem, const ImpactPhase *phase, const double *impulse, double *work)
+static int phase_holds(const Run *r, const Problem *problem, const ImpactPhase *phase, const double *impulse,
+                       double *work)
 {
     const Jets *j = &r->scratch;
     const double tolerance = r->tolerances.margin;
@@ -86,7 +91,8 @@ static int phase_holds(const Run *r, const Problem *problem, const ImpactPhase *
             return 0;
         }
         /* not a number holds nowhere */
-        if (!(phase->held[c] ? impulse[c] - problem->given[c] >= -tolerance * largest : after[c] - problem->target[c] >= -speed)) {
+        if (!(phase->held[c] ? impulse[c] - problem->given[c] >= -tolerance * largest
+                             : after[c] - problem->target[c] >= -speed)) {
             return 0;
         }
         if (friction < 0 || phase->friction[friction] == CONTACT_AWAY) {
@@ -137,8 +143,11 @@ static RunStatus no_solution(Run *r, const Problem *problem)
 {
     char names[128];
     run_name_contacts(problem->contact, problem->count, names, sizeof names);
-    return run_fail(r, "no impulses of %s obey the laws of impact and friction at t = %.17g: friction so strong jams them; "
-                       "lower their coefficients of friction", names, r->at.time);
+    return run_fail(
+        r,
+        "no impulses of %s obey the laws of impact and friction at t = %.17g: friction so strong jams them; "
+        "lower their coefficients of friction",
+        names, r->at.time);
 }
 
 RunStatus impact_resolve(Run *r, const signed char *takes_part)

@@ -1,7 +1,8 @@
 /*
  * Which friction contacts stick and which slip, which rigid contacts stay closed and which open, from one instant on.
  *
- *     choose:     of all assignments {stick, slip+, slip-} and {closed, open} to the candidates, most held first, the first in which
+ *     choose:     of all assignments {stick, slip+, slip-} and {closed, open} to the candidates, most held first, the
+ *                 first in which
  *                     every sticking candidate    has margin = capacity - |force| > 0, and its slip stays at rest
  *                     every slipping candidate    has sign * (rate of slip) > 0
  *                     every closed candidate      has force > 0, and its gap stays zero
@@ -12,8 +13,8 @@
  *                 does not find the one just resolved (a release has zero slip and zero rate of slip).
  *     project:    velocities onto zero slip of the contacts that stick, or that leave zero slip on its wrong side
  *
- * With friction alone, no assignment fits only if rounding decides; then every candidate keeps its state. Closed rigid contacts
- * with much friction can be without any (Painleve); that is an error, which names them.
+ * With friction alone, no assignment fits only if rounding decides; then every candidate keeps its state. Closed rigid
+ * contacts with much friction can be without any (Painleve); that is an error, which names them.
  */
 #include "mode_selection.h"
 
@@ -27,11 +28,11 @@ typedef struct {
     int contact[NC];
     const signed char *at_limit; /* sticking contacts whose margin is zero by construction, whatever rounding says */
     signed char before[NC];
-    double slip[NC];             /* slip speeds at the instant */
-    int series_order;            /* orders of the trial's series in r->scratch, 0 if only order 0 is there */
+    double slip[NC];  /* slip speeds at the instant */
+    int series_order; /* orders of the trial's series in r->scratch, 0 if only order 0 is there */
     double length;
-    signed char zeros[NC];       /* leading zeros of the indicator of each candidate in this trial */
-    double tie;                  /* a stick margin below this fraction of the capacity is one */
+    signed char zeros[NC]; /* leading zeros of the indicator of each candidate in this trial */
+    double tie;            /* a stick margin below this fraction of the capacity is one */
 } Trial;
 
 /* the largest term of c[from..order] over length */
@@ -44,7 +45,8 @@ static double largest_term(const double *c, int from, int order, double length)
     return largest;
 }
 
-/* the sign of the first coefficient of c[from..order] whose term over length exceeds floor, 0 if none does; from moves to it */
+/* the sign of the first coefficient of c[from..order] whose term over length exceeds floor, 0 if none does; from moves
+   to it */
 static int first_sign(const double *c, int order, double length, double floor, int *from)
 {
     for (int k = *from; k <= order; k++) {
@@ -102,7 +104,8 @@ static int unloaded(Run *r, int c)
     return fabs(r->scratch.force[normal][0]) <= r->tolerances.margin * magnitude / r->scratch.G[normal][normal][0];
 }
 
-/* with the force of its rigid contact, what friction can hold starts at zero: it must grow faster than what it has to hold */
+/* with the force of its rigid contact, what friction can hold starts at zero: it must grow faster than what it has to
+   hold */
 static int stick_starts_unloaded(Run *r, Trial *trial, int c)
 {
     Jets *j = &r->scratch;
@@ -195,8 +198,10 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
         return rate > 0.0;
     }
     expand(r, trial);
-    /* the force of a rigid contact has just fallen to zero, and a single term can do that: what it leaves is rounding */
-    if (decides && fabs(rate) * trial->length > r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)) {
+    /* the force of a rigid contact has just fallen to zero, and a single term can do that: what it leaves is
+       rounding */
+    if (decides
+        && fabs(rate) * trial->length > r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)) {
         return rate > 0.0;
     }
     double series[TIE_ORDER + 1];
@@ -205,8 +210,7 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     }
     int zeros = 2;
     const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
-    if (j->force[c][0] == 0.0
-        && largest <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) {
+    if (j->force[c][0] == 0.0 && largest <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) {
         trial->zeros[c] = ALL_ZERO; /* a contact that carries no force may ride along at zero slip for good */
         return 1;
     }
@@ -331,13 +335,17 @@ static RunStatus no_state(Run *r, const Trial *trial)
 {
     char names[128];
     run_name_contacts(trial->contact, trial->count, names, sizeof names);
-    return run_fail(r, "no states of %s fit the motion at t = %.17g: with so much friction a closed rigid contact can neither hold nor "
-                       "open (Painleve); lower its coefficient of friction", names, r->at.time);
+    return run_fail(
+        r,
+        "no states of %s fit the motion at t = %.17g: with so much friction a closed rigid contact can neither hold "
+        "nor open (Painleve); lower its coefficient of friction",
+        names, r->at.time);
 }
 
 RunStatus selection_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
-    /* between a margin too negative to be a tie and a rate of slip too small not to be one nothing fits: then look less closely */
+    /* between a margin too negative to be a tie and a rate of slip too small not to be one nothing fits: then look less
+       closely */
     const double COARSER = 1e3;
     Trial trial = {.count = 0, .at_limit = at_limit, .tie = r->tolerances.margin};
     int rigid = 0;
@@ -370,8 +378,8 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
         const int c = trial.contact[i];
         const int opens = model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY;
         /* the gap has one zero more than its rate */
-        r->at.known[c][model_contact_is_impact[c] ? SLOT_NORMAL : SLOT_TANGENTIAL]
-            = (signed char)(trial.zeros[c] + (opens && trial.zeros[c] < ALL_ZERO));
+        r->at.known[c][model_contact_is_impact[c] ? SLOT_NORMAL : SLOT_TANGENTIAL] =
+            (signed char)(trial.zeros[c] + (opens && trial.zeros[c] < ALL_ZERO));
     }
     *moved |= project(r, &trial);
     return RUN_OK;

@@ -1,12 +1,14 @@
 /*
  * Model Exchange: evaluations at single instants, for importers that integrate by themselves.
  *
- *     indicator:  a continuous residual that is positive while a contact keeps its state, shifted by a small part of its scale:
- *                 it is positive right after an event, so that an importer does not see a second one
- *     event:      closed rigid contacts are brought back to their walls, which the importer's own integration drifts off
- *                 a rigid contact that has passed its wall met it a little earlier: the motion goes back to there by its series,
- *                 the impact is resolved, and the engine itself goes on to the present time. So neither the shift nor the place
- *                 where the importer stopped changes the energy, and bounces shorter than both are not lost
+ *     indicator:  a continuous residual that is positive while a contact keeps its state, shifted by a small part of
+ *                 its scale: it is positive right after an event, so that an importer does not see a second one
+ *     event:      closed rigid contacts are brought back to their walls, which the importer's own integration drifts
+ *                 off
+ *                 a rigid contact that has passed its wall met it a little earlier: the motion goes back to there
+ *                 by its series, the impact is resolved, and the engine itself goes on to the present time. So neither
+ *                 the shift nor the place where the importer stopped changes the energy, and bounces shorter than both
+ *                 are not lost
  *                 everything else is resolved where it is
  */
 #include "model_exchange.h"
@@ -53,7 +55,8 @@ static double watched(Run *r, int c, Slot slot)
         return 1.0;
     }
     if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
-        return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time : j->force[c][0] + force_shift(r, j, c);
+        return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time
+                                                    : j->force[c][0] + force_shift(r, j, c);
     }
     if (slot == SLOT_NORMAL) {
         return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
@@ -101,12 +104,9 @@ static int rigid_has_fallen(const Run *r, int c, double value)
 {
     const Jets *j = &r->scratch;
     switch (r->at.state[c]) {
-    case CONTACT_AWAY:
-        return value <= 0.0 || (j->depth[c][0] >= 0.0 && j->slip[c][0] < 0.0);
-    case CONTACT_CHATTERING:
-        return value <= 4.0 * DBL_EPSILON * fabs(r->at.time);
-    default:
-        return value <= 2.0 * force_shift(r, j, c);
+    case CONTACT_AWAY: return value <= 0.0 || (j->depth[c][0] >= 0.0 && j->slip[c][0] < 0.0);
+    case CONTACT_CHATTERING: return value <= 4.0 * DBL_EPSILON * fabs(r->at.time);
+    default: return value <= 2.0 * force_shift(r, j, c);
     }
 }
 
@@ -135,7 +135,8 @@ static void undo_drift(Run *r)
     }
 }
 
-/* go back to where the first of the rigid contacts that arrive met its wall, and note which do there; by how much time */
+/* go back to where the first of the rigid contacts that arrive met its wall, and note which do there; by how much
+   time */
 static double go_back(Run *r)
 {
     enum { ORDER = 8 };
@@ -174,8 +175,8 @@ static double go_back(Run *r)
 }
 
 /*
- * Rigid contacts that leave their wall so slowly that the importer's own errors may put them below it, by so much. Its tolerance
- * may not be known: the leeway grows where a contact is seen below its wall while it leaves.
+ * Rigid contacts that leave their wall so slowly that the importer's own errors may put them below it, by so much. Its
+ * tolerance may not be known: the leeway grows where a contact is seen below its wall while it leaves.
  */
 static void give_leeway(Run *r, const signed char *leaves)
 {

@@ -5,6 +5,9 @@
  *     advance(t):  until the present segment covers t: go to its end; resolve the event that waits there; next segment
  *                  then evaluate the segment at t and keep it, so that many short calls cost no more than one long one
  *     An event at t itself is resolved: segments are half-open, (start, end].
+ *
+ * The way of an event runs down: a step (taylor.c) ends where an indicator falls (event_location.c); the transition there
+ * (transition.c) asks which contacts are held from then on (mode_selection.c), after where they are (contact_placement.c).
  */
 #include "run.h"
 
@@ -16,8 +19,8 @@
 #include "gap_tolerance.h"
 #include "transition.h"
 
-/* a segment may reach this many times beyond the time asked for, so that short calls share it; a goal that lies farther ahead
-   counts instead, so that the times at which a caller looks do not change the motion */
+/* a segment may reach this many times beyond the time asked for, so that short calls share it; a goal that lies farther
+   ahead counts instead, so that the times at which a caller looks do not change the motion */
 static const double LOOK_AHEAD = 1024.0;
 
 RunStatus run_initialize(Run *r)
@@ -28,7 +31,8 @@ RunStatus run_initialize(Run *r)
     if (violation) {
         return run_fail(r, "%s", violation);
     }
-    if (run_check_finite(r, "start value of state", r->at.x, MODEL_NX) || run_check_finite(r, "input", r->at.u, MODEL_NU)
+    if (run_check_finite(r, "start value of state", r->at.x, MODEL_NX)
+        || run_check_finite(r, "input", r->at.u, MODEL_NU)
         || run_check_finite(r, "rate of input", r->at.du, MODEL_NU)) {
         return RUN_ERROR;
     }
@@ -51,8 +55,11 @@ RunStatus run_initialize(Run *r)
     }
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_remembers[c] && r->at.state[c] != CONTACT_AWAY && !(r->at.memory[c] > 0.0)) {
-            return run_fail(r, "the motion starts inside the stop '%s', whose force depends on the speed at which it was entered: "
-                               "give that speed as %s_memory, or start outside", model_contact_names[c], model_contact_names[c]);
+            return run_fail(
+                r,
+                "the motion starts inside the stop '%s', whose force depends on the speed at which it was entered: "
+                "give that speed as %s_memory, or start outside",
+                model_contact_names[c], model_contact_names[c]);
         }
     }
     return RUN_OK;
@@ -184,13 +191,17 @@ RunStatus run_check_pace(Run *r)
         return RUN_OK;
     }
     if (2 * events > steps) {
-        return run_fail(r, "contacts switch %.1e times per second at t = %.10g, so that the %g s still to come would take %.0e "
-                           "events: ask for a shorter time, or start elsewhere",
-                        (double)events / passed, r->at.time, left, (double)events / passed * left);
+        return run_fail(
+            r,
+            "contacts switch %.1e times per second at t = %.10g, so that the %g s still to come would take %.0e "
+            "events: ask for a shorter time, or start elsewhere",
+            (double)events / passed, r->at.time, left, (double)events / passed * left);
     }
-    return run_fail(r, "the motion is so fast or so stiff at t = %.10g that the %g s still to come would take %.0e steps of %.0e s: "
-                       "ask for a shorter time, or soften what is stiff",
-                    r->at.time, left, (double)steps / passed * left, passed / (double)steps);
+    return run_fail(
+        r,
+        "the motion is so fast or so stiff at t = %.10g that the %g s still to come would take %.0e steps of %.0e s: "
+        "ask for a shorter time, or soften what is stiff",
+        r->at.time, left, (double)steps / passed * left, passed / (double)steps);
 }
 
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)

@@ -6,13 +6,15 @@
 
 /* choose the contact states for the state x at r->time from scratch; RUN_ERROR with message if p or x is unusable */
 RunStatus run_initialize(Run *r);
-/* inputs may have jumped: choose again for contacts at zero slip or with a violated stick; changed (may be NULL): x moved */
+/* inputs may have jumped: choose again for contacts at zero slip or with a violated stick; changed (may be NULL): x
+   moved */
 RunStatus run_reconsider(Run *r, int *changed);
 
 /*
  * Move to time t with events handled inside. With stop_at_event, return RUN_EVENT right after the first change of a
- * contact state; r->time says where. sink (may be NULL) gets every change of contact state. With a section watched, return
- * RUN_CROSSING at each of its crossings; with pause_at set, RUN_PAUSED once so many steps are made, to be called again.
+ * contact state; r->time says where. sink (may be NULL) gets every change of contact state. With a section watched,
+ * return RUN_CROSSING at each of its crossings; with pause_at set, RUN_PAUSED once so many steps are made, to be called
+ * again.
  */
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context);
 

@@ -8,8 +8,8 @@
  *                               tangential  touching -> released (away if no longer inside); released -> touching
  *                     impact    normal      open -> impact; closed -> candidate; chattering -> closed
  *                 a switch with a jump of the states makes it first
- *     impact:     all rigid contacts at their wall take part (impact.c); afterwards those that leave it are open, those that do
- *                 not are candidates, and whatever else feels the new velocities is placed anew
+ *     impact:     all rigid contacts at their wall take part (impact.c); afterwards those that leave it are open, those
+ *                 that do not are candidates, and whatever else feels the new velocities is placed anew
  *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
  *                 and all that stick or are closed (another contact's change can tear them loose)
  *     choose:     mode_selection.c
@@ -49,7 +49,8 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     double speed[NC];
     for (int c = 0; c < MODEL_NC; c++) {
         const int rigid = model_contact_is_impact[c];
-        takes_part[c] = (signed char)(rigid && (arrives[c] || contact_is_held(r->at.state, c) || placement_at_wall(r, c)));
+        takes_part[c] =
+            (signed char)(rigid && (arrives[c] || contact_is_held(r->at.state, c) || placement_at_wall(r, c)));
         r->struck[c] = (signed char)(takes_part[c] && !contact_is_held(r->at.state, c) && r->scratch.slip[c][0] < 0.0);
         speed[c] = -r->scratch.slip[c][0];
     }
@@ -64,7 +65,8 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         if (!takes_part[c]) {
             continue;
         }
-        const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c]))) || placement_at_zero_slip(r, c);
+        const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c])))
+                          || placement_at_zero_slip(r, c);
         r->at.known[c][SLOT_NORMAL] = 1;
         r->at.memory[c] = r->struck[c] ? fmax(r->at.memory[c], speed[c]) : r->at.memory[c];
         candidate[c] = (signed char)rests;
@@ -282,7 +284,9 @@ RunStatus transition_make(Run *r, int *moved)
             if (falls) {
                 const int inside = r->scratch.depth[c][0] > 0.0;
                 r->at.known[c][SLOT_TANGENTIAL] = 1;
-                r->at.state[c] = r->at.state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
+                r->at.state[c] = r->at.state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING
+                                 : inside                           ? CONTACT_RELEASED
+                                                                    : CONTACT_AWAY;
             }
         } else {
             const double reached = fabs(r->scratch.slip[c][0]); /* a fallen function is zero but for its rounding */
@@ -303,8 +307,8 @@ RunStatus transition_make(Run *r, int *moved)
     return any ? settle(r, moved) : RUN_OK;
 }
 
-/* whether events crowd into ever shorter times; asked once per event */
-static int crowds(Run *r)
+/* whether events accumulate at a time; asked once per event */
+static int accumulate(Run *r)
 {
     r->longest_pause = fmax(r->longest_pause, r->at.time - r->last_event);
     r->last_event = r->at.time;
@@ -328,9 +332,11 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
     for (int c = 0; c < MODEL_NC; c++) {
         last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
         if (r->entered[c] && model_contact_remembers[c] && !(r->at.memory[c] > 0.0)) {
-            return run_fail(r, "the stop '%s' is entered without speed at t = %.17g, but its force depends on the speed at which it "
-                               "was entered: start with a speed towards it, or away from it",
-                            model_contact_names[c], r->at.time);
+            return run_fail(
+                r,
+                "the stop '%s' is entered without speed at t = %.17g, but its force depends on the speed at which it "
+                "was entered: start with a speed towards it, or away from it",
+                model_contact_names[c], r->at.time);
         }
         if (r->at.state[c] != before[c] || r->struck[c]) {
             r->events++;
@@ -341,14 +347,17 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
             work = r->struck[c] ? 0.0 : work; /* of simultaneous impacts it is told once */
         }
     }
-    if (crowds(r)) {
-        return run_fail(r, "contact '%s' switches ever faster at t = %.17g: %d events since t = %.17g, without an end in sight",
-                        model_contact_names[last], r->at.time, r->accumulated_events, r->accumulation_start);
+    if (accumulate(r)) {
+        return run_fail(
+            r, "contact '%s' switches ever faster at t = %.17g: %d events since t = %.17g, without an end in sight",
+            model_contact_names[last], r->at.time, r->accumulated_events, r->accumulation_start);
     }
     if (++r->stalled > r->tolerances.max_iterations) {
-        return run_fail(r, "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
-                           "not determined by the model, or rounding hides how it goes on",
-                        model_contact_names[last], r->at.time, r->stalled);
+        return run_fail(
+            r,
+            "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
+            "not determined by the model, or rounding hides how it goes on",
+            model_contact_names[last], r->at.time, r->stalled);
     }
     return RUN_OK;
 }

@@ -12,7 +12,8 @@
 #include "../events/run.h"
 
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
-                       void *environment, int logging, int quiet) {
+                       void *environment, int logging, int quiet)
+{
     Instance *m = calloc(1, sizeof *m);
     if (!m) return NULL;
     m->core.co_simulation = co_simulation;
@@ -32,7 +33,8 @@ Instance *instance_new(const char *name, const char *token, int co_simulation, S
     return m;
 }
 
-void instance_free(Instance *m) {
+void instance_free(Instance *m)
+{
     if (!m) return;
     while (m->fmu_states) {
         FmuState *next = m->fmu_states->next;
@@ -42,7 +44,8 @@ void instance_free(Instance *m) {
     free(m);
 }
 
-Status instance_refuse(Instance *m, const char *format, ...) {
+Status instance_refuse(Instance *m, const char *format, ...)
+{
     char message[512];
     va_list arguments;
     if (!m->logger || (m->quiet && !m->logging)) return STATUS_ERROR;
@@ -53,7 +56,8 @@ Status instance_refuse(Instance *m, const char *format, ...) {
     return STATUS_ERROR;
 }
 
-static const char *phase_name(int phase) {
+static const char *phase_name(int phase)
+{
     switch (phase) {
     case PHASE_INSTANTIATED: return "before initialization";
     case PHASE_INITIALIZATION: return "in initialization mode";
@@ -65,29 +69,34 @@ static const char *phase_name(int phase) {
     }
 }
 
-Status instance_enter(Instance *m, int phases, const char *function) {
+Status instance_enter(Instance *m, int phases, const char *function)
+{
     if (!m) return STATUS_ERROR;
     if (m->core.phase & phases) return STATUS_OK;
     return instance_refuse(m, "%s: not allowed %s of %s", function, phase_name(m->core.phase),
                            m->core.co_simulation ? "Co-Simulation" : "Model Exchange");
 }
 
-Status instance_array(Instance *m, const void *array, size_t n, const char *function, const char *what) {
+Status instance_array(Instance *m, const void *array, size_t n, const char *function, const char *what)
+{
     if (array || n == 0) return STATUS_OK;
     return instance_refuse(m, "%s: %s is NULL", function, what);
 }
 
-Status instance_same(Instance *m, const char *function, size_t n, size_t n_values) {
+Status instance_same(Instance *m, const char *function, size_t n, size_t n_values)
+{
     if (n == n_values) return STATUS_OK;
     return instance_refuse(m, "%s: %zu values for %zu references of scalar variables", function, n_values, n);
 }
 
-static Status check_size(Instance *m, const char *function, size_t n, size_t expected, const char *what) {
+static Status check_size(Instance *m, const char *function, size_t n, size_t expected, const char *what)
+{
     if (n == expected) return STATUS_OK;
     return instance_refuse(m, "%s: %zu %s given, the model has %zu", function, n, what, expected);
 }
 
-Status instance_categories(Instance *m, size_t n, const char *const categories[], const char *function) {
+Status instance_categories(Instance *m, size_t n, const char *const categories[], const char *function)
+{
     if (instance_array(m, categories, n, function, "categories")) return STATUS_ERROR;
     for (size_t i = 0; i < n; i++)
         if (!categories[i] || strcmp(categories[i], "logStatusError") != 0)
@@ -97,17 +106,20 @@ Status instance_categories(Instance *m, size_t n, const char *const categories[]
 }
 
 /* an error of the engine ends the run: its state can no longer be trusted */
-static Status failed(Instance *m, const char *function, const char *message) {
+static Status failed(Instance *m, const char *function, const char *message)
+{
     m->core.phase = PHASE_FAILED;
     return instance_refuse(m, "%s: at time %.17g: %s", function, m->core.run.at.time, message);
 }
 
-static Status check_parameters(Instance *m, const char *function) {
+static Status check_parameters(Instance *m, const char *function)
+{
     const char *violation = model_violation(m->core.run.at.p);
     return violation ? instance_refuse(m, "%s: %s", function, violation) : STATUS_OK;
 }
 
-Status instance_reset(Instance *m) {
+Status instance_reset(Instance *m)
+{
     run_reset(&m->core.run);
     m->core.phase = PHASE_INSTANTIATED;
     m->core.settled = m->core.event_pending = 0;
@@ -117,7 +129,8 @@ Status instance_reset(Instance *m) {
 }
 
 Status instance_set_up(Instance *m, const char *function, int tolerance_defined, double tolerance, double start_time,
-                       int stop_defined, double stop_time) {
+                       int stop_defined, double stop_time)
+{
     Core *core = &m->core;
     if (!isfinite(start_time)) return instance_refuse(m, "%s: the start time is not finite", function);
     if (stop_defined && !(stop_time >= start_time))
@@ -136,13 +149,15 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
     return STATUS_OK;
 }
 
-Status instance_exit_initialization(Instance *m, const char *function) {
+Status instance_exit_initialization(Instance *m, const char *function)
+{
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
     m->core.phase = m->core.co_simulation && !m->event_mode_used ? PHASE_STEP : PHASE_EVENT;
     return STATUS_OK;
 }
 
-Status instance_settle(Instance *m, const char *function, int *changed) {
+Status instance_settle(Instance *m, const char *function, int *changed)
+{
     Core *core = &m->core;
     if (changed) *changed = 0;
     if (core->settled) return STATUS_OK;
@@ -158,7 +173,8 @@ Status instance_settle(Instance *m, const char *function, int *changed) {
     return STATUS_OK;
 }
 
-Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event) {
+Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event)
+{
     Core *core = &m->core;
     double end = fmax(time + step, core->run.at.time);
     double slack = INSTANCE_TIME_SLACK * step + 4.0 * DBL_EPSILON * fabs(time);
@@ -166,9 +182,11 @@ Status instance_step(Instance *m, const char *function, double time, double step
     if (!isfinite(time) || !isfinite(step) || !(step > 0.0))
         return instance_refuse(m, "%s: a step of %g s from time %g is not possible", function, step, time);
     if (fabs(time - core->run.at.time) > slack)
-        return instance_refuse(m, "%s: the step starts at %.17g but the FMU is at %.17g", function, time, core->run.at.time);
+        return instance_refuse(m, "%s: the step starts at %.17g but the FMU is at %.17g", function, time,
+                               core->run.at.time);
     if (core->stop_defined && end > core->stop_time + slack)
-        return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end, core->stop_time);
+        return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end,
+                               core->stop_time);
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
     core->run.goal = end;
     switch (run_advance(&core->run, end, stop_at_event, NULL, NULL)) {
@@ -181,7 +199,8 @@ Status instance_step(Instance *m, const char *function, double time, double step
     return STATUS_OK;
 }
 
-Status instance_enter_event(Instance *m, const char *function) {
+Status instance_enter_event(Instance *m, const char *function)
+{
     int from = m && m->core.co_simulation && m->event_mode_used ? PHASE_STEP : PHASE_CONTINUOUS;
     if (instance_enter(m, from, function)) return STATUS_ERROR;
     m->core.phase = PHASE_EVENT;
@@ -190,7 +209,8 @@ Status instance_enter_event(Instance *m, const char *function) {
     return STATUS_OK;
 }
 
-Status instance_resolve(Instance *m, const char *function) {
+Status instance_resolve(Instance *m, const char *function)
+{
     Core *core = &m->core;
     int moved = 0;
     if (!core->event_pending) return STATUS_OK;
@@ -200,7 +220,8 @@ Status instance_resolve(Instance *m, const char *function) {
     return STATUS_OK;
 }
 
-Status instance_update(Instance *m, const char *function, int *changed) {
+Status instance_update(Instance *m, const char *function, int *changed)
+{
     int moved = 0;
     *changed = 0;
     if (check_parameters(m, function) || instance_resolve(m, function)) return STATUS_ERROR;
@@ -211,7 +232,8 @@ Status instance_update(Instance *m, const char *function, int *changed) {
     return STATUS_OK;
 }
 
-Status instance_set_time(Instance *m, const char *function, double time) {
+Status instance_set_time(Instance *m, const char *function, double time)
+{
     if (instance_enter(m, PHASE_EVENT | PHASE_CONTINUOUS, function)) return STATUS_ERROR;
     if (!isfinite(time)) return instance_refuse(m, "%s: the time is not finite", function);
     if (time == m->core.run.at.time) return STATUS_OK;
@@ -220,9 +242,11 @@ Status instance_set_time(Instance *m, const char *function, double time) {
     return STATUS_OK;
 }
 
-Status instance_set_states(Instance *m, const char *function, const double *x, size_t n) {
+Status instance_set_states(Instance *m, const char *function, const double *x, size_t n)
+{
     if (instance_enter(m, PHASE_CONTINUOUS, function)) return STATUS_ERROR;
-    if (check_size(m, function, n, MODEL_NX, "states") || instance_array(m, x, n, function, "states")) return STATUS_ERROR;
+    if (check_size(m, function, n, MODEL_NX, "states") || instance_array(m, x, n, function, "states"))
+        return STATUS_ERROR;
     for (size_t i = 0; i < n; i++)
         if (!isfinite(x[i])) return instance_refuse(m, "%s: state %zu is not finite", function, i);
     if (n) memcpy(m->core.run.at.x, x, n * sizeof *x);
@@ -231,35 +255,42 @@ Status instance_set_states(Instance *m, const char *function, const double *x, s
 }
 
 /* Model Exchange results exist from initialization on; there they need contact states that fit the start values */
-static Status check_result(Instance *m, const char *function, const void *result, size_t n, size_t expected, const char *what) {
+static Status check_result(Instance *m, const char *function, const void *result, size_t n, size_t expected,
+                           const char *what)
+{
     int phases = PHASES_READABLE & ~PHASE_STEP;
     if (instance_enter(m, phases, function) || check_size(m, function, n, expected, what)) return STATUS_ERROR;
     if (instance_array(m, result, n, function, what)) return STATUS_ERROR;
     return m->core.phase == PHASE_INITIALIZATION ? instance_settle(m, function, NULL) : STATUS_OK;
 }
 
-static Status checked(Instance *m, const char *function, RunStatus status) {
+static Status checked(Instance *m, const char *function, RunStatus status)
+{
     return status == RUN_ERROR ? instance_refuse(m, "%s: %s", function, m->core.run.message) : STATUS_OK;
 }
 
-Status instance_states(Instance *m, const char *function, double *x, size_t n) {
+Status instance_states(Instance *m, const char *function, double *x, size_t n)
+{
     if (check_result(m, function, x, n, MODEL_NX, "states")) return STATUS_ERROR;
     if (n) memcpy(x, m->core.run.at.x, n * sizeof *x);
     return STATUS_OK;
 }
 
-Status instance_nominals(Instance *m, const char *function, double *x, size_t n) {
+Status instance_nominals(Instance *m, const char *function, double *x, size_t n)
+{
     if (check_result(m, function, x, n, MODEL_NX, "nominal values")) return STATUS_ERROR;
     if (n) memcpy(x, model_nominal_states, n * sizeof *x);
     return STATUS_OK;
 }
 
-Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n) {
+Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n)
+{
     if (check_result(m, function, dx, n, MODEL_NX, "derivatives")) return STATUS_ERROR;
     return n ? checked(m, function, exchange_derivatives(&m->core.run, dx)) : STATUS_OK;
 }
 
-Status instance_indicators(Instance *m, const char *function, double *z, size_t n) {
+Status instance_indicators(Instance *m, const char *function, double *z, size_t n)
+{
     if (check_result(m, function, z, n, MODEL_NI, "event indicators")) return STATUS_ERROR;
     return n ? checked(m, function, exchange_indicators(&m->core.run, z)) : STATUS_OK;
 }

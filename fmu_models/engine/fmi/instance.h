@@ -4,7 +4,8 @@
  * Life (FMI 2 names in brackets where they differ):
  *     INSTANTIATED -> INITIALIZATION -> Model Exchange: EVENT <-> CONTINUOUS
  *                                       Co-Simulation:  STEP (<-> EVENT, FMI 3 with event mode)
- *     any of the last three -> TERMINATED; an error of the engine -> FAILED, which only reset, free and an FMU state leave.
+ *     any of the last three -> TERMINATED; an error of the engine -> FAILED, which only reset, free and an FMU state
+ *     leave.
  * A call that is not allowed, or whose arguments make no sense, is refused with a logged reason and without any effect.
  */
 #ifndef STICKSLIP_INSTANCE_H
@@ -57,19 +58,21 @@ typedef void (*Say)(Instance *instance, Status status, const char *category, con
 struct Instance {
     Core core;
     int event_mode_used, early_return_allowed; /* FMI 3 Co-Simulation */
-    int logging;               /* log debug messages */
-    int quiet;                 /* without logging be silent about errors as well (FMI 3) */
+    int logging;                               /* log debug messages */
+    int quiet;                                 /* without logging be silent about errors as well (FMI 3) */
     Say say;
-    void (*logger)(void);      /* the importer's callback, cast back by say */
+    void (*logger)(void); /* the importer's callback, cast back by say */
     void *environment;
-    FmuState *fmu_states;      /* states handed out and not yet freed */
+    FmuState *fmu_states; /* states handed out and not yet freed */
     char name[128];
 };
 
-/* a step of an importer may miss the present time by this fraction of its length: importers add up floating-point steps */
+/* a step of an importer may miss the present time by this fraction of its length: importers add up floating-point
+   steps */
 #define INSTANCE_TIME_SLACK 1e-6
 
-/* NULL if there is no room for it, or with a token of another model; token errors are said through the instance's logger */
+/* NULL if there is no room for it, or with a token of another model; token errors are said through the instance's
+   logger */
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
                        void *environment, int logging, int quiet);
 void instance_free(Instance *m);

@@ -7,19 +7,29 @@
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 
-static const char *const kind_names[] = {"the time",   "a parameter", "an input",        "the rate of an input",
-                                         "a state",    "the memory of a stop", "a derivative", "an output",
-                                         "the state of a contact", "an indicator", "nothing"};
+static const char *const kind_names[] = {"the time",
+                                         "a parameter",
+                                         "an input",
+                                         "the rate of an input",
+                                         "a state",
+                                         "the memory of a stop",
+                                         "a derivative",
+                                         "an output",
+                                         "the state of a contact",
+                                         "an indicator",
+                                         "nothing"};
 
 /* the contact of memory number i, or how many memories there are if i is beyond them */
-static int memory_contact(int i) {
+static int memory_contact(int i)
+{
     int found = 0;
     for (int c = 0; c < MODEL_NC; c++)
         if (model_contact_remembers[c] && found++ == i) return c;
     return found;
 }
 
-Kind variables_locate(uint32_t vr, int *index) {
+Kind variables_locate(uint32_t vr, int *index)
+{
     const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, memory_contact(MODEL_NC),
                           MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
     long rest = (long)vr;
@@ -34,19 +44,22 @@ Kind variables_locate(uint32_t vr, int *index) {
     return UNKNOWN;
 }
 
-uint32_t variables_rate_of(uint32_t vr) {
+uint32_t variables_rate_of(uint32_t vr)
+{
     int i;
     return variables_locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
 }
 
-int variables_is_input(uint32_t vr) {
+int variables_is_input(uint32_t vr)
+{
     int i;
     Kind kind = variables_locate(vr, &i);
     return kind == INPUT || kind == RATE;
 }
 
 /* RUN_OK once e holds what a variable of this kind is read from */
-static RunStatus evaluate(Run *r, Kind kind, Evaluation *e) {
+static RunStatus evaluate(Run *r, Kind kind, Evaluation *e)
+{
     if (kind == DERIVATIVE && !e->has_derivatives) {
         e->has_derivatives = 1;
         return exchange_derivatives(r, e->derivatives);
@@ -62,7 +75,8 @@ static RunStatus evaluate(Run *r, Kind kind, Evaluation *e) {
     return RUN_OK;
 }
 
-static double read_value(const Run *r, Kind kind, int i, const Evaluation *e) {
+static double read_value(const Run *r, Kind kind, int i, const Evaluation *e)
+{
     switch (kind) {
     case TIME: return r->at.time;
     case PARAMETER: return r->at.p[i];
@@ -79,7 +93,8 @@ static double read_value(const Run *r, Kind kind, int i, const Evaluation *e) {
     return NAN;
 }
 
-int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value) {
+int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value)
+{
     int i;
     Kind kind = variables_locate(vr, &i);
     if (kind == UNKNOWN || evaluate(&m->core.run, kind, e) == RUN_ERROR) return 0;
@@ -88,14 +103,16 @@ int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value) {
 }
 
 /* values that follow from others exist once the contact states have been chosen */
-static Status check_readable(Instance *m, const char *function, Kind kind) {
+static Status check_readable(Instance *m, const char *function, Kind kind)
+{
     if (kind < DERIVATIVE) return STATUS_OK;
     if (m->core.phase == PHASE_INSTANTIATED)
         return instance_refuse(m, "%s: %s is known only after initialization has begun", function, kind_names[kind]);
     return m->core.phase == PHASE_INITIALIZATION ? instance_settle(m, function, NULL) : STATUS_OK;
 }
 
-Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value) {
+Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value)
+{
     Evaluation e = {0};
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
@@ -114,7 +131,8 @@ Status variables_get(Instance *m, const char *function, const uint32_t *vr, size
     return STATUS_OK;
 }
 
-Status variables_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value) {
+Status variables_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value)
+{
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
     if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
@@ -122,15 +140,16 @@ Status variables_get_contacts(Instance *m, const char *function, const uint32_t 
         int i;
         Kind kind = variables_locate(vr[k], &i);
         if (kind != CONTACT)
-            return instance_refuse(m, "%s: value reference %u is %s, not the state of a contact", function, (unsigned)vr[k],
-                                   kind_names[kind]);
+            return instance_refuse(m, "%s: value reference %u is %s, not the state of a contact", function,
+                                   (unsigned)vr[k], kind_names[kind]);
         if (check_readable(m, function, kind)) return STATUS_ERROR;
         value[k] = m->core.run.at.state[i];
     }
     return STATUS_OK;
 }
 
-static Status check_writable(Instance *m, const char *function, uint32_t vr, double value) {
+static Status check_writable(Instance *m, const char *function, uint32_t vr, double value)
+{
     int i, phases = 0;
     Kind kind = variables_locate(vr, &i);
     switch (kind) {
@@ -140,14 +159,17 @@ static Status check_writable(Instance *m, const char *function, uint32_t vr, dou
     case STATE:
     case MEMORY: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION; break;
     default:
-        return instance_refuse(m, "%s: value reference %u is %s and cannot be set", function, (unsigned)vr, kind_names[kind]);
+        return instance_refuse(m, "%s: value reference %u is %s and cannot be set", function, (unsigned)vr,
+                               kind_names[kind]);
     }
     if (instance_enter(m, phases, function)) return STATUS_ERROR;
-    if (!isfinite(value)) return instance_refuse(m, "%s: the value of reference %u is not finite", function, (unsigned)vr);
+    if (!isfinite(value))
+        return instance_refuse(m, "%s: the value of reference %u is not finite", function, (unsigned)vr);
     return STATUS_OK;
 }
 
-Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value) {
+Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
+{
     int parameters = 0, others = 0;
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
@@ -167,8 +189,10 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
                                            : &r->at.x[i];
         if (*target == value[k]) continue;
         *target = value[k];
-        if (kind == PARAMETER) parameters = 1;
-        else others = 1;
+        if (kind == PARAMETER)
+            parameters = 1;
+        else
+            others = 1;
     }
     if (parameters) run_parameters_changed(&m->core.run);
     if (others) run_touched(&m->core.run);
@@ -177,33 +201,40 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
     return STATUS_OK;
 }
 
-Status variables_none(Instance *m, const char *function, size_t n, const char *type) {
+Status variables_none(Instance *m, const char *function, size_t n, const char *type)
+{
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     return n ? instance_refuse(m, "%s: the model has no variables %s", function, type) : STATUS_OK;
 }
 
 /* the derivatives are affine in the rates of the inputs, so their slope is an exact difference */
-static RunStatus add_rate_slope(Run *r, const double *rates, double *dxdot, double *ydot) {
+static RunStatus add_rate_slope(Run *r, const double *rates, double *dxdot, double *ydot)
+{
     double saved[MODEL_ROOM(MODEL_NU)], scale = 0.0;
     double dx[2][MODEL_ROOM(MODEL_NX)], y[2][MODEL_ROOM(MODEL_NY)];
     RunStatus status = RUN_OK;
-    for (int i = 0; i < MODEL_NU; i++) scale = fmax(scale, fabs(rates[i]));
+    for (int i = 0; i < MODEL_NU; i++)
+        scale = fmax(scale, fabs(rates[i]));
     if (scale == 0.0) return RUN_OK;
     memcpy(saved, r->at.du, sizeof saved);
     for (int side = 0; side < 2 && status == RUN_OK; side++) {
-        for (int i = 0; i < MODEL_NU; i++) r->at.du[i] = side * rates[i] / scale;
+        for (int i = 0; i < MODEL_NU; i++)
+            r->at.du[i] = side * rates[i] / scale;
         status = exchange_derivatives(r, dx[side]);
         if (status == RUN_OK) status = run_outputs(r, y[side]);
     }
     memcpy(r->at.du, saved, sizeof saved);
     if (status != RUN_OK) return status;
-    for (int i = 0; i < MODEL_NX; i++) dxdot[i] += scale * (dx[1][i] - dx[0][i]);
-    for (int i = 0; i < MODEL_NY; i++) ydot[i] += scale * (y[1][i] - y[0][i]);
+    for (int i = 0; i < MODEL_NX; i++)
+        dxdot[i] += scale * (dx[1][i] - dx[0][i]);
+    for (int i = 0; i < MODEL_NY; i++)
+        ydot[i] += scale * (y[1][i] - y[0][i]);
     return RUN_OK;
 }
 
 Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
-                            const uint32_t *known, size_t n_known, const double *seed, double *sensitivity) {
+                             const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
+{
     double xdot[MODEL_ROOM(MODEL_NX)] = {0}, udot[MODEL_ROOM(MODEL_NU)] = {0}, rates[MODEL_ROOM(MODEL_NU)] = {0};
     double dxdot[MODEL_ROOM(MODEL_NX)] = {0}, ydot[MODEL_ROOM(MODEL_NY)] = {0};
     int i;
@@ -215,9 +246,12 @@ Status variables_directional(Instance *m, const char *function, const uint32_t *
     for (size_t k = 0; k < n_known; k++) {
         Kind kind = variables_locate(known[k], &i);
         if (!isfinite(seed[k])) return instance_refuse(m, "%s: seed %zu is not finite", function, k);
-        if (kind == STATE) xdot[i] += seed[k];
-        else if (kind == INPUT) udot[i] += seed[k];
-        else if (kind == RATE) rates[i] += seed[k];
+        if (kind == STATE)
+            xdot[i] += seed[k];
+        else if (kind == INPUT)
+            udot[i] += seed[k];
+        else if (kind == RATE)
+            rates[i] += seed[k];
         else
             return instance_refuse(m, "%s: known %u is %s; only states, inputs and their rates are supported", function,
                                    (unsigned)known[k], kind_names[kind]);
@@ -229,9 +263,10 @@ Status variables_directional(Instance *m, const char *function, const uint32_t *
                                    (unsigned)unknown[k], kind_names[kind]);
     }
     if (m->core.phase == PHASE_INITIALIZATION && instance_settle(m, function, NULL)) return STATUS_ERROR;
-    if (run_directional(&m->core.run, xdot, udot, dxdot, ydot) == RUN_ERROR ||
-        add_rate_slope(&m->core.run, rates, dxdot, ydot) == RUN_ERROR)
+    if (run_directional(&m->core.run, xdot, udot, dxdot, ydot) == RUN_ERROR
+        || add_rate_slope(&m->core.run, rates, dxdot, ydot) == RUN_ERROR)
         return instance_refuse(m, "%s: %s", function, m->core.run.message);
-    for (size_t k = 0; k < n_unknown; k++) sensitivity[k] = variables_locate(unknown[k], &i) == OUTPUT ? ydot[i] : dxdot[i];
+    for (size_t k = 0; k < n_unknown; k++)
+        sensitivity[k] = variables_locate(unknown[k], &i) == OUTPUT ? ydot[i] : dxdot[i];
     return STATUS_OK;
 }

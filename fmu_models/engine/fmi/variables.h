@@ -26,10 +26,11 @@ Kind variables_locate(uint32_t vr, int *index);
 int variables_is_input(uint32_t vr);
 /* refuse any reference: the model has no variables of that type (or none that can be set) */
 Status variables_none(Instance *m, const char *function, size_t n, const char *type);
-/* the value of one variable of any type; 0 if there is none. Needs a settled instance that is past its initialization */
+/* the value of one variable of any type; 0 if there is none. Needs a settled instance that is past its
+   initialization */
 int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value);
 
 Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
-                            const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
+                             const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
 
 #endif

@@ -30,10 +30,7 @@ static inline Real jet_integral(const Real *a, const Real *b, int k, int last)
 }
 
 /* a b */
-static inline Real jet_product(const Real *a, const Real *b, int k)
-{
-    return jet_convolution(a, b, k, 0, k);
-}
+static inline Real jet_product(const Real *a, const Real *b, int k) { return jet_convolution(a, b, k, 0, k); }
 
 /* a a, with the symmetric terms added once */
 static inline Real jet_square(const Real *a, int k)

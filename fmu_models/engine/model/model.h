@@ -38,9 +38,9 @@
  */
 #define MODEL_NX (MODEL_NQ + MODEL_NV + MODEL_NZ) /* states: q, then v, then z */
 
-enum { MODEL_MAX_ORDER = 30 };             /* highest Taylor order of the states */
+enum { MODEL_MAX_ORDER = 30 }; /* highest Taylor order of the states */
 #define MODEL_TERMS (MODEL_MAX_ORDER + 1)
-#define MODEL_ROOM(n) ((n) > 0 ? (n) : 1)  /* C has no arrays of length zero */
+#define MODEL_ROOM(n) ((n) > 0 ? (n) : 1) /* C has no arrays of length zero */
 enum { NC = MODEL_ROOM(MODEL_NC) };
 
 /* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
@@ -51,19 +51,22 @@ typedef enum {
     CONTACT_SLIP_MINUS = -1,
     CONTACT_STICK = 0,
     CONTACT_SLIP_PLUS = 1,
-    CONTACT_AWAY = 2,      /* a rigid contact: open */
-    CONTACT_TOUCHING = 3,  /* a rigid contact: closed */
+    CONTACT_AWAY = 2,     /* a rigid contact: open */
+    CONTACT_TOUCHING = 3, /* a rigid contact: closed */
     CONTACT_RELEASED = 4,
     CONTACT_CHATTERING = 5 /* a rigid contact: held like a closed one, while infinitely many small bounces die out */
 } ContactState;
 
-/* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or release */
+/* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or
+   release */
 typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
 
 /* one phase of an impact */
 typedef struct {
-    signed char held[MODEL_ROOM(MODEL_NC)];     /* the rate after it is prescribed: rigid contacts with an impulse, friction that sticks */
-    signed char friction[MODEL_ROOM(MODEL_NC)]; /* how the friction of rigid contacts with an impulse slips; else away */
+    signed char held[MODEL_ROOM(
+        MODEL_NC)]; /* the rate after it is prescribed: rigid contacts with an impulse, friction that sticks */
+    signed char
+        friction[MODEL_ROOM(MODEL_NC)]; /* how the friction of rigid contacts with an impulse slips; else away */
 } ImpactPhase;
 
 #include "scalar_real.h"
@@ -75,16 +78,21 @@ extern const double model_start_inputs[MODEL_ROOM(MODEL_NU)];
 extern const double model_start_states[MODEL_ROOM(MODEL_NX)];
 extern const double model_nominal_states[MODEL_ROOM(MODEL_NX)]; /* typical magnitudes (in all.c) */
 extern const char *const model_contact_names[MODEL_ROOM(MODEL_NC)];
-extern const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)];   /* 0: the law is continuous at zero slip */
+extern const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)]; /* 0: the law is continuous at zero slip */
 extern const unsigned char model_contact_is_stop[MODEL_ROOM(MODEL_NC)];
-extern const unsigned char model_contact_bounded[MODEL_ROOM(MODEL_NC)];  /* has a depth: stops, friction with a region */
-extern const unsigned char model_contact_releases[MODEL_ROOM(MODEL_NC)]; /* a stop that lets go when its force falls to zero */
+extern const unsigned char model_contact_bounded[MODEL_ROOM(MODEL_NC)]; /* has a depth: stops, friction with a region */
+extern const unsigned char
+    model_contact_releases[MODEL_ROOM(MODEL_NC)]; /* a stop that lets go when its force falls to zero */
 extern const unsigned char model_contact_remembers[MODEL_ROOM(MODEL_NC)]; /* its law reads memory */
-extern const unsigned char model_contact_rooted[MODEL_ROOM(MODEL_NC)];   /* its law has half-integer powers of its depth */
-extern const unsigned char model_contact_resets[MODEL_ROOM(MODEL_NC)];   /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
+extern const unsigned char
+    model_contact_rooted[MODEL_ROOM(MODEL_NC)]; /* its law has half-integer powers of its depth */
+extern const unsigned char
+    model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
-extern const signed char model_contact_partner[MODEL_ROOM(MODEL_NC)];    /* of a rigid contact its friction, of that the rigid contact; -1: none */
-extern const unsigned char model_contact_poisson[MODEL_ROOM(MODEL_NC)];  /* restitution by Poisson's rule, else by Newton's */
+extern const signed char model_contact_partner[MODEL_ROOM(
+    MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
+extern const unsigned char
+    model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
 
 /* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
 static inline int contact_is_held(const signed char *state, int c)
@@ -95,7 +103,8 @@ static inline int contact_is_held(const signed char *state, int c)
     return state[c] == CONTACT_STICK;
 }
 
-/* whether it has a force by a law of its own: it slips or touches, and is neither a rigid contact nor the friction of one */
+/* whether it has a force by a law of its own: it slips or touches, and is neither a rigid contact nor the friction of
+   one */
 static inline int contact_has_law(const signed char *state, int c)
 {
     if (MODEL_IMPACTS > 0 && (model_contact_is_impact[c] || model_contact_partner[c] >= 0)) {

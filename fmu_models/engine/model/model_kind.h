@@ -1,8 +1,8 @@
 /*
  * The part of the contract that depends on the kind of number. The arithmetic of model and engine exists twice: for
  * real numbers, and for numbers a + i eps b whose imaginary part carries the derivative b of the real part a along some
- * direction (exact to rounding, since eps^2 vanishes beside 1): the tangent kind, in which tangents/tangent.c moves derivatives
- * through steps and events. scalar_real.h or scalar_tangent.h says which kind this inclusion is of.
+ * direction (exact to rounding, since eps^2 vanishes beside 1): the tangent kind, in which tangents/tangent.c moves
+ * derivatives through steps and events. scalar_real.h or scalar_tangent.h says which kind this inclusion is of.
  */
 
 /* one Taylor series: coefficient k belongs to (time since the start of the step)^k, or to that power of its root */
@@ -11,21 +11,21 @@ typedef Real Series[MODEL_TERMS + 1];
 /* all series of one step; the engine fills t, u, x and sign, the model the rest */
 typedef struct {
     Series t;
-    double time_rest;                         /* what rounding took from t[0]; only a phase needs it */
-    int apart;                                /* no contact touches: orders of slip beyond the rate are left out */
+    double time_rest; /* what rounding took from t[0]; only a phase needs it */
+    int apart;        /* no contact touches: orders of slip beyond the rate are left out */
     Series u[MODEL_ROOM(MODEL_NU)];
-    Series du[MODEL_ROOM(MODEL_NU)];          /* rates of the inputs */
+    Series du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs */
     Series x[MODEL_ROOM(MODEL_NX)];
-    double sign[MODEL_ROOM(MODEL_NC)];        /* of the slip speed of each slipping contact, +1 or -1; else 0 */
-    Real memory[MODEL_ROOM(MODEL_NC)];      /* speed at which the contact was last entered */
-    Series a[MODEL_ROOM(MODEL_NV)];           /* rates of v without contact forces */
+    double sign[MODEL_ROOM(MODEL_NC)]; /* of the slip speed of each slipping contact, +1 or -1; else 0 */
+    Real memory[MODEL_ROOM(MODEL_NC)]; /* speed at which the contact was last entered */
+    Series a[MODEL_ROOM(MODEL_NV)];    /* rates of v without contact forces */
     Series zrate[MODEL_ROOM(MODEL_NZ)];
     Series slip[MODEL_ROOM(MODEL_NC)];
-    Series slip_rate[MODEL_ROOM(MODEL_NC)];   /* without contact forces */
-    Series capacity[MODEL_ROOM(MODEL_NC)];    /* largest force in stick */
-    Series depth[MODEL_ROOM(MODEL_NC)];       /* of a contact with bounds; positive inside */
-    Series release[MODEL_ROOM(MODEL_NC)];     /* of a stop that releases by force: has the sign of its force */
-    Series force[MODEL_ROOM(MODEL_NC)];       /* lambda */
+    Series slip_rate[MODEL_ROOM(MODEL_NC)]; /* without contact forces */
+    Series capacity[MODEL_ROOM(MODEL_NC)];  /* largest force in stick */
+    Series depth[MODEL_ROOM(MODEL_NC)];     /* of a contact with bounds; positive inside */
+    Series release[MODEL_ROOM(MODEL_NC)];   /* of a stop that releases by force: has the sign of its force */
+    Series force[MODEL_ROOM(MODEL_NC)];     /* lambda */
     Series y[MODEL_ROOM(MODEL_NY)];
     Series W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
     Series G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
@@ -36,24 +36,25 @@ typedef struct {
 typedef struct {
     int count;
     int contact[MODEL_ROOM(MODEL_NC)];
-    Real drag[MODEL_ROOM(MODEL_NC)];                    /* force of the slipping friction of each, per force of its own */
+    Real drag[MODEL_ROOM(MODEL_NC)]; /* force of the slipping friction of each, per force of its own */
     Real inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
 } Sticking;
 
 /* where the flow is: what series start from */
 typedef struct {
     Real time;
-    double time_rest;                                   /* low part of the time, which rounding of sums took from it */
+    double time_rest; /* low part of the time, which rounding of sums took from it */
     Real p[MODEL_ROOM(MODEL_NP)];
     Real d[MODEL_ROOM(MODEL_ND)];
     Real u[MODEL_ROOM(MODEL_NU)];
-    Real du[MODEL_ROOM(MODEL_NU)];                      /* rates of the inputs, constant over a step */
+    Real du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs, constant over a step */
     Real x[MODEL_ROOM(MODEL_NX)];
-    signed char state[MODEL_ROOM(MODEL_NC)];            /* ContactState */
-    Real memory[MODEL_ROOM(MODEL_NC)];                  /* speed at which a stop was last entered, 0: never; the largest
-                                                           speed of impact of a rigid contact since it was last closed */
-    double settles[MODEL_ROOM(MODEL_NC)];               /* when the chatter of a rigid contact is over */
-    signed char known[MODEL_ROOM(MODEL_NC)][SLOTS];     /* leading coefficients of the indicators known to be zero */
+    signed char state[MODEL_ROOM(MODEL_NC)];        /* ContactState */
+    Real memory[MODEL_ROOM(MODEL_NC)];              /* speed at which a stop was last entered, 0: never; the largest
+                                                           speed of impact of a rigid contact since it was last closed
+                                                           */
+    double settles[MODEL_ROOM(MODEL_NC)];           /* when the chatter of a rigid contact is over */
+    signed char known[MODEL_ROOM(MODEL_NC)][SLOTS]; /* leading coefficients of the indicators known to be zero */
     Sticking sticking;
 } Point;
 

@@ -235,7 +235,8 @@ static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
     return sum;
 }
 
-/* order k of what follows from the forces of rigid contacts: their slipping friction, and what their friction can hold */
+/* order k of what follows from the forces of rigid contacts: their slipping friction, and what their friction can
+   hold */
 static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
 {
     for (int c = 0; c < MODEL_NC; c++) {
@@ -321,7 +322,8 @@ int contact_project(Point *at, Jets *j, const signed char *member)
     return moved;
 }
 
-void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, const Real *given, const Real *target, Real *impulse)
+void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, const Real *given, const Real *target,
+                     Real *impulse)
 {
     Sticking s;
     contact_factor(at, j, phase->held, phase->friction, &s);

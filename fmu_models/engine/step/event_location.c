@@ -46,8 +46,8 @@ static double fall_from_bound(const double *series, double sign, int known, int 
 }
 
 /*
- * the gap of an open rigid contact. Beyond `exact` its series is known roughly only, to within the last two of its terms: where the
- * gap may be that small the step has to end; nothing falls yet.
+ * the gap of an open rigid contact. Beyond `exact` its series is known roughly only, to within the last two of its
+ * terms: where the gap may be that small the step has to end; nothing falls yet.
  */
 static double fall_of_gap(const Jets *j, int c, int known, int order, double h, double exact, double *end)
 {
@@ -91,7 +91,8 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     return first;
 }
 
-static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h, double exact, double *end)
+static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h, double exact,
+                           double *end)
 {
     const int sign = location_indicator(r, c, slot);
     const int known = r->at.known[c][slot] * time_power(r->segment_rooted);
@@ -107,13 +108,14 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
         return fall_from_bound(j->force[c], sign, known, order - 1, h);
     }
     if (slot == SLOT_NORMAL) {
-        return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end) : fall_from_bound(j->depth[c], sign, known, order, h);
+        return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end)
+                                     : fall_from_bound(j->depth[c], sign, known, order, h);
     }
     if (model_contact_is_stop[c]) {
         return fall_from_bound(j->release[c], sign, known, order, h);
     }
     return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
-                                        : fall_of(j->slip[c], sign, known, order, h);
+                                           : fall_of(j->slip[c], sign, known, order, h);
 }
 
 double location_cut(Run *r, int order, double h, double exact)

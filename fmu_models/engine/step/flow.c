@@ -37,7 +37,8 @@ void flow_load(const Point *at, Jets *j, int rooted)
     }
 }
 
-/* order k of the depths in the root of time; a contact just entered has none of the rounding that its position carries */
+/* order k of the depths in the root of time; a contact just entered has none of the rounding that its position
+   carries */
 static void KIND(rooted_depths)(const Point *at, Jets *j, int k)
 {
     model_depth(at->p, at->d, j, k);

@@ -1,6 +1,14 @@
 /* The flow as series, per kind of number: the one in force where this is included (model/scalar.h). */
 #include "../model/model.h"
 
+#define flow_load KIND(flow_load)
+#define flow_field KIND(flow_field)
+#define flow_extend KIND(flow_extend)
+#define flow_series KIND(flow_series)
+#define flow_rooted_series KIND(flow_rooted_series)
+#define flow_releases KIND(flow_releases)
+#define flow_finish KIND(flow_finish)
+
 /* load a point into the first orders of the series */
 void flow_load(const Point *at, Jets *j, int rooted);
 /* order k of all series but the states, from orders 0..k of the states */

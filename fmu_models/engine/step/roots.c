@@ -46,7 +46,8 @@ double polynomial_value(const double *c, int n, double s)
 /* the root in a bracket with c(low) > 0 >= c(high), from a first guess */
 static double refine(const double *c, int n, double low, double high, double s)
 {
-    const double NONE = 1e-30; /* so that no step promises anything of the next, and no flag of a division by zero is left behind */
+    const double NONE =
+        1e-30; /* so that no step promises anything of the next, and no flag of a division by zero is left behind */
     double step_before = NONE;
     for (int i = 0; i < 100; i++) {
         double slope;
@@ -152,7 +153,8 @@ static void bounds(const double *beta, int n, int differences, double *least, do
     }
 }
 
-/* the order from which the terms of b, b[0] > 0, are small beside it: sums of their magnitudes, of themselves and of their slopes */
+/* the order from which the terms of b, b[0] > 0, are small beside it: sums of their magnitudes, of themselves and of
+   their slopes */
 static int low_order(const double *b, int n, double *tail, double *slopes)
 {
     const double SMALL = 1e-3;
@@ -187,8 +189,8 @@ static double before_root(const double *b, int n, double slack, double low, doub
 }
 
 /*
- * first_fall on [0, 1] in units of it, by the low orders; -2 where they do not decide. With slack > 0 a point near and before the
- * first place at which b falls below slack.
+ * first_fall on [0, 1] in units of it, by the low orders; -2 where they do not decide. With slack > 0 a point near and
+ * before the first place at which b falls below slack.
  */
 static double quick_fall(const double *b, int n, double slack)
 {

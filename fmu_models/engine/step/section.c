@@ -1,10 +1,12 @@
 /*
  * Crossings of a level by a state, located on the polynomial of the step.
  *
- *     side:      of the level on which the state was last seen; unknown where it starts at the level: that is no crossing
- *     crossing:  p = state - level falls to zero from its side, and goes beyond rounding on the other one before it returns
- *                a state that comes to rest at the level has not crossed it until it leaves to the other side
- *                where an event made the state jump across, the step that begins there begins on the other side: crossed at once
+ *     side:      of the level on which the state was last seen; unknown where it starts at the level: that is no
+ *                crossing
+ *     crossing:  p = state - level falls to zero from its side, and goes beyond rounding on the other one before it
+ *                returns a state that comes to rest at the level has not crossed it until it leaves to the other side
+ *                where an event made the state jump across, the step that begins there begins on the other side:
+ *                crossed at once
  *     otherwise  the state touches the level and goes on on its side
  */
 #include "section.h"
@@ -79,7 +81,8 @@ static int side_beyond(const Run *r, const double *p, double zero, double to)
     return 0;
 }
 
-/* the next place at which p goes over to the other side, from the place given, where it is zero or positive on its side; -1 if none */
+/* the next place at which p goes over to the other side, from the place given, where it is zero or positive on its
+   side; -1 if none */
 static double next_crossing(const Run *r, const double *p, double from, int at_level, double to)
 {
     const int order = r->segment_order;

@@ -25,8 +25,9 @@ static const double ORDER_PER_LOG = 0.72;
 enum { LEAST_ORDER = 8 };
 
 /*
- * log2 of the error of a gap that is far from zero, relative to its size. Most of a flight needs to be known only as far as
- * nothing is hit; near a wall a short step follows, which is exact. Measured optimum for a ball on a shaking table.
+ * log2 of the error of a gap that is far from zero, relative to its size. Most of a flight needs to be known only as
+ * far as nothing is hit; near a wall a short step follows, which is exact. Measured optimum for a ball on a shaking
+ * table.
  */
 static const double LOG_FAR = -14.0;
 
@@ -36,10 +37,7 @@ int taylor_order(const Run *r)
     return order < LEAST_ORDER ? LEAST_ORDER : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
 }
 
-void taylor_load(const Run *r, Jets *j)
-{
-    flow_load(&r->at, j, 0);
-}
+void taylor_load(const Run *r, Jets *j) { flow_load(&r->at, j, 0); }
 
 void taylor_field(Run *r, Jets *j, int k)
 {
@@ -50,10 +48,7 @@ void taylor_field(Run *r, Jets *j, int k)
 /*
  * a switching function may be any function of states and time, and decides events of its own accord
  */
-static int watches_function(const Run *r, int c)
-{
-    return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK;
-}
+static int watches_function(const Run *r, int c) { return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK; }
 
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
@@ -75,13 +70,11 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
             continue;
         }
         const double depth = fmax(fabs(j->depth[c][0]), fabs(j->depth[c][1]) * length);
-        if (model_contact_bounded[c]
-            && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length) {
+        if (model_contact_bounded[c] && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length) {
             return 0;
         }
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
-        if (watches_function(r, c)
-            && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
+        if (watches_function(r, c) && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
             return 0;
         }
     }
@@ -94,7 +87,8 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
     return 1;
 }
 
-/* about when the first open rigid contact closes, by the parabola that its gap starts with; infinity if that never falls */
+/* about when the first open rigid contact closes, by the parabola that its gap starts with; infinity if that never
+   falls */
 static double likely_impact(const Run *r, const Jets *j)
 {
     double first = INFINITY;
@@ -154,12 +148,10 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
     return order;
 }
 
-int taylor_series(Run *r, Jets *j, int order, double limit)
-{
-    return series_to(r, j, order, &limit);
-}
+int taylor_series(Run *r, Jets *j, int order, double limit) { return series_to(r, j, order, &limit); }
 
-/* log2 of the length at which term k is tolerance times the larger of the first two terms, from term m, that are not zero */
+/* log2 of the length at which term k is tolerance times the larger of the first two terms, from term m, that are not
+   zero */
 static double log_length(const double *x, int m, int k, double log_tolerance)
 {
     const double term = log2(fabs(x[k]));
@@ -208,14 +200,16 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
     double length = state_length(j, order, log_tolerance);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_is_impact[c]) {
-            length = shorter_length(length, j->slip[c], 0, order, log_tolerance); /* walls that move change faster than states */
+            length = shorter_length(length, j->slip[c], 0, order,
+                                    log_tolerance); /* walls that move change faster than states */
         }
     }
     length = exp2(length);
     return isfinite(length) ? length : 1.0;
 }
 
-/* the same for slip speeds too, where they matter to a force, for the forces in stick, for depths and switching functions */
+/* the same for slip speeds too, where they matter to a force, for the forces in stick, for depths and switching
+   functions */
 static double taylor_length(const Run *r, const Jets *j, int order, double *exact)
 {
     const double log_tolerance = log2(r->tolerances.step);
@@ -223,15 +217,15 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
         if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, c)) {
-            length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted), order,
-                                    log_tolerance);
+            length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
+                                    order, log_tolerance);
         }
         if (r->at.state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
         }
         if (contact_is_closed(r, c)) {
-            length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted), order - 1,
-                                    log_tolerance);
+            length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted),
+                                    order - 1, log_tolerance);
         } else if (model_contact_bounded[c]) {
             const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
             if (contact_is_open(r, c)) {
@@ -293,8 +287,10 @@ RunStatus taylor_step(Run *r, double limit)
     }
     h = fmin(h, end);
     if (!(h > 0.0) || !isfinite(h) || !(r->at.time + (rooted ? h * h : h) > r->at.time)) {
-        return run_fail(r, "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
-                           "(a state that is not finite, or a singular law)", r->at.time);
+        return run_fail(r,
+                        "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
+                        "(a state that is not finite, or a singular law)",
+                        r->at.time);
     }
     h = location_cut(r, order, h, exact);
     r->segment_order = order;

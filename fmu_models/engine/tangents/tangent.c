@@ -16,7 +16,8 @@
  * Undefined where an indicator falls without speed (grazing, corners): a neighbour may have another sequence of events.
  * To rounding that is where its slope is below the tolerance `graze`.
  *
- * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7 (saltation);
+ * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7
+ *          (saltation);
  * Squire and Trapp, SIAM Review 40 (1998) (derivatives by complex arithmetic).
  */
 #include "tangent.h"
@@ -126,7 +127,10 @@ static int falling_series(const Run *r, const Jets *j, int order, double s, Real
             }
             const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
             const int margin = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
-            const Real *source = closed ? j->force[c] : slot == SLOT_NORMAL ? j->depth[c] : model_contact_is_stop[c] ? j->release[c] : j->slip[c];
+            const Real *source = closed                     ? j->force[c]
+                                 : slot == SLOT_NORMAL      ? j->depth[c]
+                                 : model_contact_is_stop[c] ? j->release[c]
+                                                            : j->slip[c];
             const double side = margin && creal(value_at(j->force[c], order - 1, s, NULL)) < 0.0 ? -1.0 : 1.0;
             for (int k = 0; k <= order - (margin || closed); k++) {
                 series[k] = margin ? j->capacity[c][k] - side * j->force[c][k] : source[k];
@@ -152,7 +156,8 @@ static double shortest_length(const Run *r, Tangents *tangents)
                 derivative[m] = cimag(t->jets.x[i][m]) / EPS;
             }
             const double length = taylor_series_length(derivative, order, r->tolerances.step);
-            shortest = length > 0.0 ? fmin(shortest, length) : shortest; /* a step in the root of time has no series here */
+            shortest = length > 0.0 ? fmin(shortest, length)
+                                    : shortest; /* a step in the root of time has no series here */
         }
     }
     return shortest;
@@ -286,7 +291,8 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
     if (!r->segment_valid) {
-        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, fmin(run_step_limit(r, end), shortest_length(r, tangents))) == RUN_ERROR) {
+        if (run_check_pace(r) == RUN_ERROR
+            || taylor_step(r, fmin(run_step_limit(r, end), shortest_length(r, tangents))) == RUN_ERROR) {
             return RUN_ERROR;
         }
         for (int k = 0; k < tangents->count; k++) {
@@ -310,9 +316,11 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
     const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
     for (int k = 0; k < tangents->count; k++) {
         if (!follow(r, &tangents->list[k], length, at_event)) {
-            return run_fail(r, "the motion has no derivative at t = %.17g: it touches the bound of contact '%s' there without "
-                               "crossing it, and neighbours may or may not. Start elsewhere, or change a parameter a little",
-                            r->segment_start + length, falling_contact(r));
+            return run_fail(
+                r,
+                "the motion has no derivative at t = %.17g: it touches the bound of contact '%s' there without "
+                "crossing it, and neighbours may or may not. Start elsewhere, or change a parameter a little",
+                r->segment_start + length, falling_contact(r));
         }
     }
     if (inside) {

@@ -19,9 +19,11 @@ void tangents_along(Tangents *tangents, int k, Along what, int index);
 void tangents_choose(const Run *r, Tangents *tangents);
 /* the tangents at the very time of the run: an event just passed came earlier or later for them */
 void tangents_hold(Tangents *tangents);
-/* a step from r towards a time, where there is none in use; until: how far the tangents may be evaluated at or moved by it */
+/* a step from r towards a time, where there is none in use; until: how far the tangents may be evaluated at or moved by
+   it */
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until);
-/* move run and tangents that far and resolve the event that waits there; RUN_ERROR also where the motion has no derivative */
+/* move run and tangents that far and resolve the event that waits there; RUN_ERROR also where the motion has no
+   derivative */
 RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context);
 /* derivative of the time of the last event, s per unit; NAN if it has no indicator (the end of a chatter) */
 double tangents_event(const Tangents *tangents, int k);

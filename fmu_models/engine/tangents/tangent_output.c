@@ -11,11 +11,9 @@
 
 #include "tangent_series.h"
 
-/* behind the list: series[(state * MODEL_TERMS + power) * count + tangent], then x at the time asked for [state * count + tangent] */
-static double *gathered_series(Tangents *tangents)
-{
-    return (double *)(tangents->list + tangents->count);
-}
+/* behind the list: series[(state * MODEL_TERMS + power) * count + tangent], then x at the time asked for [state * count
+   + tangent] */
+static double *gathered_series(Tangents *tangents) { return (double *)(tangents->list + tangents->count); }
 
 static double *state_derivatives(Tangents *tangents)
 {

@@ -18,7 +18,8 @@
 
 int64_t stickslip_sensitivity_room(int64_t n_directions) { return (int64_t)tangents_room((int)n_directions); }
 
-static Status start_tangent(Instance *m, Tangents *tangents, int k, uint32_t reference) {
+static Status start_tangent(Instance *m, Tangents *tangents, int k, uint32_t reference)
+{
     int index;
     switch (variables_locate(reference, &index)) {
     case STATE: tangents_along(tangents, k, ALONG_STATE, index); return STATUS_OK;
@@ -30,12 +31,14 @@ static Status start_tangent(Instance *m, Tangents *tangents, int k, uint32_t ref
     }
 }
 
-static Status start(Instance *m, SensitivityRun *s) {
+static Status start(Instance *m, SensitivityRun *s)
+{
     Tangents *tangents = s->room;
     if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", __func__);
     if (s->n_directions < 1 || s->n_directions > INT32_MAX)
         return instance_refuse(m, "%s: at least one direction is needed", __func__);
-    if (instance_reset(m) || variables_set(m, __func__, s->initial, (size_t)s->n_initial, s->initial_values)) return STATUS_ERROR;
+    if (instance_reset(m) || variables_set(m, __func__, s->initial, (size_t)s->n_initial, s->initial_values))
+        return STATUS_ERROR;
     if (instance_set_up(m, __func__, 1, s->tolerance, s->start_time, 0, 0.0)) return STATUS_ERROR;
     m->core.phase = PHASE_INITIALIZATION;
     tangents_start(tangents, &m->core.run, (int)s->n_directions);
@@ -48,7 +51,8 @@ static Status start(Instance *m, SensitivityRun *s) {
 }
 
 /* inputs of the knots that are due */
-static Status pass_knots(Instance *m, SensitivityRun *s) {
+static Status pass_knots(Instance *m, SensitivityRun *s)
+{
     WholeRun *run = &s->run;
     const Run *r = &m->core.run;
     if (run->next_knot == run->n_knots || run->knot_times[run->next_knot] > r->at.time) return STATUS_OK;
@@ -62,7 +66,8 @@ static Status pass_knots(Instance *m, SensitivityRun *s) {
 }
 
 /* one output time */
-static Status record_sensitivity(Instance *m, SensitivityRun *s) {
+static Status record_sensitivity(Instance *m, SensitivityRun *s)
+{
     WholeRun *run = &s->run;
     Tangents *tangents = s->room;
     const int64_t row = run->next_time * run->n_values;
@@ -85,7 +90,8 @@ static Status record_sensitivity(Instance *m, SensitivityRun *s) {
     return STATUS_OK;
 }
 
-static int go_on(Instance *m, SensitivityRun *s) {
+static int go_on(Instance *m, SensitivityRun *s)
+{
     WholeRun *run = &s->run;
     Run *r = &m->core.run;
     const int64_t reserve = whole_run_event_reserve(r);
@@ -115,7 +121,8 @@ static int go_on(Instance *m, SensitivityRun *s) {
     return WHOLE_RUN_DONE;
 }
 
-int stickslip_sensitivity(void *instance, SensitivityRun *s) {
+int stickslip_sensitivity(void *instance, SensitivityRun *s)
+{
     Instance *m = instance;
     if (!s || !s->room || instance_enter(m, s->started ? PHASE_STEP : PHASES_ALL, __func__)) return WHOLE_RUN_ERROR;
     if (!s->started && start(m, s)) return WHOLE_RUN_ERROR;

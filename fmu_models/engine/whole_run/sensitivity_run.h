@@ -14,7 +14,8 @@ typedef struct {
     /* states, parameters and inputs to differentiate by, at least one */
     int64_t n_directions;
     const uint32_t *directions;
-    /* derivatives[(row * n_values + column) * n_directions + direction], event_derivatives[event * n_directions + direction] */
+    /* derivatives[(row * n_values + column) * n_directions + direction], event_derivatives[event * n_directions +
+       direction] */
     double *derivatives, *event_derivatives;
     /* stickslip_sensitivity_room(n_directions) bytes, kept from call to call */
     void *room;

@@ -16,19 +16,22 @@
 #include "../fmi/variables.h"
 #include "../step/section.h"
 
-void whole_run_note(void *context, const ContactEvent *event) {
+void whole_run_note(void *context, const ContactEvent *event)
+{
     WholeRun *run = context;
     if (run->n_events < run->event_capacity) run->events[run->n_events] = *event;
     run->n_events++;
 }
 
 /* inputs of the next knot; nothing to choose again where they go on as before */
-Status whole_run_pass_knot(Instance *m, WholeRun *run) {
+Status whole_run_pass_knot(Instance *m, WholeRun *run)
+{
     const double *values = run->knot_values + run->next_knot * run->n_inputs;
     const double *rates = run->knot_rates + run->next_knot * run->n_inputs;
     for (int64_t i = 0; i < run->n_inputs; i++) {
         uint32_t rate = variables_rate_of(run->inputs[i]);
-        if (!rate) return instance_refuse(m, "%s: value reference %u is not an input", __func__, (unsigned)run->inputs[i]);
+        if (!rate)
+            return instance_refuse(m, "%s: value reference %u is not an input", __func__, (unsigned)run->inputs[i]);
         if (variables_set(m, __func__, &run->inputs[i], 1, &values[i])) return STATUS_ERROR;
         if (variables_set(m, __func__, &rate, 1, &rates[i])) return STATUS_ERROR;
     }
@@ -37,7 +40,8 @@ Status whole_run_pass_knot(Instance *m, WholeRun *run) {
     return STATUS_OK;
 }
 
-static Status record(Instance *m, const WholeRun *run, double *row) {
+static Status record(Instance *m, const WholeRun *run, double *row)
+{
     Evaluation e = {0};
     for (int64_t k = 0; k < run->n_values; k++)
         if (!variables_value(m, run->references[k], &e, &row[k]))
@@ -46,7 +50,8 @@ static Status record(Instance *m, const WholeRun *run, double *row) {
     return STATUS_OK;
 }
 
-static Status watch(Instance *m, const WholeRun *run) {
+static Status watch(Instance *m, const WholeRun *run)
+{
     int state;
     if (variables_locate(run->crossing_state, &state) != STATE)
         return instance_refuse(m, "%s: value reference %u is not a state", __func__, (unsigned)run->crossing_state);
@@ -57,20 +62,23 @@ static Status watch(Instance *m, const WholeRun *run) {
 /* room that must be left for events: an instant may change every contact as often as the engine iterates */
 int64_t whole_run_event_reserve(const Run *r) { return (int64_t)r->tolerances.max_iterations * MODEL_NC; }
 
-Status whole_run_check_event_room(Instance *m, const WholeRun *run) {
+Status whole_run_check_event_room(Instance *m, const WholeRun *run)
+{
     int64_t reserve = whole_run_event_reserve(&m->core.run);
     if (run->event_capacity > reserve) return STATUS_OK;
-    return instance_refuse(m, "%s: room for %lld events, at least %lld needed", __func__, (long long)run->event_capacity,
-                           (long long)reserve + 1);
+    return instance_refuse(m, "%s: room for %lld events, at least %lld needed", __func__,
+                           (long long)run->event_capacity, (long long)reserve + 1);
 }
 
-int whole_run_engine_failed(Instance *m) {
+int whole_run_engine_failed(Instance *m)
+{
     m->core.phase = PHASE_FAILED;
     instance_refuse(m, "at time %.10g: %s", m->core.run.at.time, m->core.run.message);
     return WHOLE_RUN_ERROR;
 }
 
-static int proceed(Instance *m, WholeRun *run) {
+static int proceed(Instance *m, WholeRun *run)
+{
     Run *r = &m->core.run;
     int64_t reserve = whole_run_event_reserve(r);
     long last_step = r->steps + (long)run->allowance;
@@ -108,13 +116,15 @@ static int proceed(Instance *m, WholeRun *run) {
 
 int stickslip_native_version(void) { return WHOLE_RUN_VERSION; }
 
-void whole_run_count(const Instance *m, WholeRun *run) {
+void whole_run_count(const Instance *m, WholeRun *run)
+{
     run->steps = m->core.run.steps;
     run->n_changes = m->core.run.events;
     run->evaluations = m->core.run.evaluations;
 }
 
-int stickslip_simulate(void *instance, WholeRun *run) {
+int stickslip_simulate(void *instance, WholeRun *run)
+{
     Instance *m = instance;
     if (!run || instance_enter(m, PHASE_STEP, __func__)) return WHOLE_RUN_ERROR;
     int status = proceed(m, run);

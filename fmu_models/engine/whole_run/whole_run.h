@@ -1,4 +1,5 @@
-/* A whole run of an instance in one call: the contract with the program that asks for it, which reads these structures here. */
+/* A whole run of an instance in one call: the contract with the program that asks for it, which reads these structures
+   here. */
 #ifndef STICKSLIP_WHOLE_RUN_H
 #define STICKSLIP_WHOLE_RUN_H
 
@@ -31,7 +32,8 @@ typedef struct {
     /* buffer of changes of contact state */
     int64_t event_capacity, n_events;
     ContactEvent *events;
-    /* the state whose crossings of a level are recorded, and rows of n_values for them; watches nothing if there is no room */
+    /* the state whose crossings of a level are recorded, and rows of n_values for them; watches nothing if there is no
+       room */
     int64_t crossing_capacity, n_crossings;
     double *crossings;
     double level;

@@ -1,10 +1,10 @@
 /*
- * A run of an FMU by Co-Simulation. The communication points are given as knots of a grid by Python (output times, steps as asked and jumps of
- * inputs, merged): from each to the next the FMU steps by itself.
+ * A run of an FMU by Co-Simulation. The communication points are given as knots of a grid by Python (output times,
+ * steps as asked and jumps of inputs, merged): from each to the next the FMU steps by itself.
  *
  *     at a point: inputs after their jump (in event mode where the FMU has one and they jump), then doStep
- *     returns early, or asks for an event: event mode, iterated; the next time event of the FMU is a communication point too
- *     then on to the same point, until it is reached
+ *     returns early, or asks for an event: event mode, iterated; the next time event of the FMU is a communication
+ *     point too then on to the same point, until it is reached
  */
 #include "cosimulation.h"
 

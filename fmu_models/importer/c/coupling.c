@@ -2,8 +2,8 @@
  * The coupled system as an FMU 2.0 (see exchange.h).
  *
  *     evaluate:  time and states into all units, exchange, derivatives or indicators of all
- *     event:     all units enter event mode; every update is one of all units, with an exchange before and after it; another is needed as
- *                long as a unit asks for it or an input has changed
+ *     event:     all units enter event mode; every update is one of all units, with an exchange before and after it;
+ *                another is needed as long as a unit asks for it or an input has changed
  */
 #include "exchange.h"
 
@@ -14,15 +14,9 @@
 
 enum { BUFFER = 64 }; /* variables read in one call */
 
-static int worse(int one, int two)
-{
-    return one > two ? one : two;
-}
+static int worse(int one, int two) { return one > two ? one : two; }
 
-static int fresh(Coupling *c)
-{
-    return c->stale ? coupling_exchange(c, 0) : FMI_OK;
-}
+static int fresh(Coupling *c) { return c->stale ? coupling_exchange(c, 0) : FMI_OK; }
 
 static int all_plain(Coupling *c, Function function)
 {
@@ -157,16 +151,16 @@ CALL(set_states)(fmi2Component m, const fmi2Real *x, size_t n)
 }
 
 /* getters of all units into one vector */
-#define GATHER(NAME, EXCHANGE, FACE, FIRST)                                            \
-    CALL(NAME)(fmi2Component m, fmi2Real *values, size_t n)                            \
-    {                                                                                  \
-        Coupling *c = m;                                                               \
-        int status = EXCHANGE ? fresh(c) : FMI_OK;                                     \
-        (void)n;                                                                       \
-        for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {             \
-            status = coupling_failed(c, i, FACE(c->fmus[i], values + c->FIRST[i]));            \
-        }                                                                              \
-        RETURN(status);                                                                \
+#define GATHER(NAME, EXCHANGE, FACE, FIRST)                                                                            \
+    CALL(NAME)(fmi2Component m, fmi2Real * values, size_t n)                                                           \
+    {                                                                                                                  \
+        Coupling *c = m;                                                                                               \
+        int status = EXCHANGE ? fresh(c) : FMI_OK;                                                                     \
+        (void)n;                                                                                                       \
+        for (int64_t i = 0; i < c->n_units && status < FMI_DISCARD; i++) {                                             \
+            status = coupling_failed(c, i, FACE(c->fmus[i], values + c->FIRST[i]));                                    \
+        }                                                                                                              \
+        RETURN(status);                                                                                                \
     }
 GATHER(get_states, 0, fmi_get_states, first_state)
 GATHER(derivatives, 1, fmi_derivatives, first_state)
@@ -174,7 +168,8 @@ GATHER(indicators, 1, fmi_indicators, first_indicator)
 GATHER(nominals, 0, fmi_nominals, first_state)
 
 /* the next variables from i on that belong to one unit */
-static int64_t same_unit(const Coupling *c, const fmi2ValueReference *reference, int64_t i, int64_t n, int32_t *types, uint32_t *references)
+static int64_t same_unit(const Coupling *c, const fmi2ValueReference *reference, int64_t i, int64_t n, int32_t *types,
+                         uint32_t *references)
 {
     int64_t count = 0;
     const int64_t unit = c->variable_unit[reference[i]];
@@ -217,10 +212,7 @@ CALL(set)(fmi2Component m, const fmi2ValueReference *reference, size_t n, const 
     RETURN(status);
 }
 
-CALL(terminate)(fmi2Component m)
-{
-    RETURN(all_plain(m, F_TERMINATE));
-}
+CALL(terminate)(fmi2Component m) { RETURN(all_plain(m, F_TERMINATE)); }
 
 #define PUT(FUNCTION, NAME) fmu->function[FUNCTION] = (void *)coupled_##NAME
 /* the functions of the coupled system; its numbers are filled in by Python */
@@ -258,15 +250,9 @@ EXPORT int32_t coupling_write(const FmuInstance *fmu, const Variables *variables
     return fmi_write(fmu, variables, values);
 }
 
-EXPORT int32_t coupling_plain(const FmuInstance *fmu, int32_t function)
-{
-    return fmi_plain(fmu, (Function)function);
-}
+EXPORT int32_t coupling_plain(const FmuInstance *fmu, int32_t function) { return fmi_plain(fmu, (Function)function); }
 
-EXPORT int32_t coupling_update(const FmuInstance *fmu, Update *update)
-{
-    return fmi_update(fmu, update);
-}
+EXPORT int32_t coupling_update(const FmuInstance *fmu, Update *update) { return fmi_update(fmu, update); }
 
 EXPORT int32_t coupling_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped)
 {

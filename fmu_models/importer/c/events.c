@@ -1,22 +1,27 @@
 /*
  * Events of the indicators within a step.
  *
- *     side of an indicator: 1 where z > 0, -1 where z <= 0, taken where the step begins. An event is the first point on the
- *         other side; the run goes on from that point, on the far side of zero, because an FMU decides there by the sign it sees.
- *         It may be back on the near side at once: that is an event again, which the FMU has to be told (it may wait for the next edge)
+ *     side of an indicator: 1 where z > 0, -1 where z <= 0, taken where the step begins. An event is the first point on
+ *     the
+ *         other side; the run goes on from that point, on the far side of zero, because an FMU decides there by the
+ *         sign it sees. It may be back on the near side at once: that is an event again, which the FMU has to be told
+ *         (it may wait for the next edge)
  *     locate:
  *         interval [a, b], at first the whole step:
  *             indicators at the nodes of the interval and at one point more, on the dense output
- *             per indicator, v = side * z, p its polynomial, near = what p may err by, at least a small part of v's size:
+ *             per indicator, v = side * z, p its polynomial, near = what p may err by, at least a small part of v's
+ *             size:
  *                 p stays above near              -> no event
  *                 p is not to be trusted          -> halve the interval
  *                 p falls below near at s         -> its minimum from there on, looked at through the FMU:
  *                     on the other side           -> bracket
- *                     touches                     -> parabolas through the FMU's own values, down to the minimum itself;
+ *                     touches                     -> parabolas through the FMU's own values, down to the minimum
+ *                                                 itself;
  *                                                    a bracket, or on to where p rises again
  *             a node on the other side that p does not explain (indicators that jump) is a bracket too
  *         the first bracket is closed to the resolution of time by secants through the FMU, its far end is the event
- *         the step is made again with just this length, and the end corrected, until both agree: the event has the accuracy of steps
+ *         the step is made again with just this length, and the end corrected, until both agree: the event has the
+ *         accuracy of steps
  *     update: event mode, iterated until the FMU is content, at most a bounded number of times
  */
 #include "events.h"

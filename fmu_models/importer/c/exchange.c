@@ -1,6 +1,6 @@
 /*
- * The exchange of values between units: stage by stage read outputs, convert, write inputs; a loop by Newton's method, with a matrix
- * that is kept while it serves.
+ * The exchange of values between units: stage by stage read outputs, convert, write inputs; a loop by Newton's method,
+ * with a matrix that is kept while it serves.
  */
 #include "exchange.h"
 
@@ -13,10 +13,10 @@
 #include "fmi3FunctionTypes.h"
 
 enum { NEWTON_STEPS = 50 };
-static const double newton_exact = 1e-15;       /* relative to the largest value so far: nothing is left to gain */
-static const double newton_rounding = 1e-11;    /* below it a step that gains nothing any more is rounding */
-static const double newton_slow = 0.1;          /* ratio of steps from which a new matrix pays */
-static const double same_input = 1e-12;         /* relative: an input of a loop that differs by less has not changed */
+static const double newton_exact = 1e-15;    /* relative to the largest value so far: nothing is left to gain */
+static const double newton_rounding = 1e-11; /* below it a step that gains nothing any more is rounding */
+static const double newton_slow = 0.1;       /* ratio of steps from which a new matrix pays */
+static const double same_input = 1e-12;      /* relative: an input of a loop that differs by less has not changed */
 
 int coupling_failed(Coupling *c, int64_t unit, int status)
 {
@@ -67,11 +67,12 @@ static int column_by_unit(Coupling *c, const Stage *s, int64_t unit, int64_t inp
         memset(values, 0, (size_t)g->n * sizeof *values);
         if (g->unit == unit && fmu->fmi == 2) {
             status = (int)((fmi2GetDirectionalDerivativeTYPE *)fmu->function[F_DIRECTIONAL])(
-                fmu->instance, c->output_references + g->first, (size_t)g->n, c->input_references + input, 1, &seed, values);
+                fmu->instance, c->output_references + g->first, (size_t)g->n, c->input_references + input, 1, &seed,
+                values);
         } else if (g->unit == unit) {
             status = (int)((fmi3GetDirectionalDerivativeTYPE *)fmu->function[F_DIRECTIONAL])(
-                fmu->instance, c->output_references + g->first, (size_t)g->n, c->input_references + input, 1, &seed, 1, values,
-                (size_t)g->n);
+                fmu->instance, c->output_references + g->first, (size_t)g->n, c->input_references + input, 1, &seed, 1,
+                values, (size_t)g->n);
         }
         if (status >= FMI_DISCARD) {
             return 0;

@@ -1,11 +1,13 @@
 /*
  * Explicit Runge-Kutta steps with dense output.
  *
- *     try:    stages k_s = f(t + c_s h, x + h sum a_sj k_j); x1 = x + h sum b_j k_j; f1 = f(t + h, x1), which the next step starts with
- *             error from the embedded method; of the 8(5,3) pair: E5^2 / sqrt(E5^2 + E3^2 / 100)
- *     dense:  the cubic through values and slopes at both ends, and terms from the table (for 8(5,3) with three more stages)
- *     stiff:  the last stage and f1 are at the same time but at different states: their quotient of differences is the rate of the motion,
- *             and where length times rate stays at the border of stability, stability and not accuracy limits the steps
+ *     try:    stages k_s = f(t + c_s h, x + h sum a_sj k_j); x1 = x + h sum b_j k_j; f1 = f(t + h, x1), which the next
+ *             step starts with error from the embedded method; of the 8(5,3) pair: E5^2 / sqrt(E5^2 + E3^2 / 100)
+ *     dense:  the cubic through values and slopes at both ends, and terms from the table (for 8(5,3) with three more
+ *             stages)
+ *     stiff:  the last stage and f1 are at the same time but at different states: their quotient of differences is the
+ *             rate of the motion, and where length times rate stays at the border of stability, stability and not
+ *             accuracy limits the steps
  */
 #include "explicit.h"
 
@@ -96,7 +98,8 @@ Outcome explicit_dense(Master *m)
     const int width = w->stages + 1 + w->dense_stages;
     for (int s = 0; s < w->dense_stages; s++) {
         combine(m, m->x, m->length, w->dense_a + s * width, w->stages + 1 + s, m->error);
-        const Outcome outcome = motion_rates(m, m->t + w->dense_c[s] * m->length, m->error, m->k + (w->stages + 1 + s) * n);
+        const Outcome outcome =
+            motion_rates(m, m->t + w->dense_c[s] * m->length, m->error, m->k + (w->stages + 1 + s) * n);
         if (outcome != FINE) {
             return outcome;
         }

@@ -47,7 +47,8 @@ int fmi_plain(const FmuInstance *fmu, Function function)
 int fmi_initialize(const FmuInstance *fmu, double start, double stop, double tolerance)
 {
     if (fmu->fmi == 3) {
-        return (int)CALL3(EnterInitializationMode, F_ENTER_INITIALIZATION)(fmu->instance, true, tolerance, start, true, stop);
+        return (int)CALL3(EnterInitializationMode, F_ENTER_INITIALIZATION)(fmu->instance, true, tolerance, start, true,
+                                                                           stop);
     }
     const int status = (int)CALL2(SetupExperiment, F_SETUP)(fmu->instance, 1, tolerance, start, 1, stop);
     return status >= FMI_DISCARD ? status : fmi_plain(fmu, F_ENTER_INITIALIZATION);
@@ -59,13 +60,15 @@ int fmi_update(const FmuInstance *fmu, Update *update)
         fmi2EventInfo info;
         memset(&info, 0, sizeof info);
         const int status = (int)CALL2(NewDiscreteStates, F_UPDATE)(fmu->instance, &info);
-        *update = (Update){info.newDiscreteStatesNeeded, info.terminateSimulation, info.nominalsOfContinuousStatesChanged,
-                           info.valuesOfContinuousStatesChanged, info.nextEventTimeDefined ? info.nextEventTime : INFINITY};
+        *update = (Update){info.newDiscreteStatesNeeded, info.terminateSimulation,
+                           info.nominalsOfContinuousStatesChanged, info.valuesOfContinuousStatesChanged,
+                           info.nextEventTimeDefined ? info.nextEventTime : INFINITY};
         return status;
     }
     bool again = false, terminate = false, nominals = false, states = false, defined = false;
     double time = 0.0;
-    const int status = (int)CALL3(UpdateDiscreteStates, F_UPDATE)(fmu->instance, &again, &terminate, &nominals, &states, &defined, &time);
+    const int status = (int)CALL3(UpdateDiscreteStates, F_UPDATE)(fmu->instance, &again, &terminate, &nominals, &states,
+                                                                  &defined, &time);
     *update = (Update){again, terminate, nominals, states, defined ? time : INFINITY};
     return status;
 }
@@ -83,30 +86,31 @@ int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate)
 }
 
 /* these have the same signature in both versions */
-int fmi_set_time(const FmuInstance *fmu, double t)
-{
-    return (int)CALL2(SetTime, F_SET_TIME)(fmu->instance, t);
-}
+int fmi_set_time(const FmuInstance *fmu, double t) { return (int)CALL2(SetTime, F_SET_TIME)(fmu->instance, t); }
 
 int fmi_set_states(const FmuInstance *fmu, const double *x)
 {
-    return fmu->n_states ? (int)CALL2(SetContinuousStates, F_SET_STATES)(fmu->instance, x, (size_t)fmu->n_states) : FMI_OK;
+    return fmu->n_states ? (int)CALL2(SetContinuousStates, F_SET_STATES)(fmu->instance, x, (size_t)fmu->n_states)
+                         : FMI_OK;
 }
 
 int fmi_get_states(const FmuInstance *fmu, double *x)
 {
-    return fmu->n_states ? (int)CALL2(GetContinuousStates, F_GET_STATES)(fmu->instance, x, (size_t)fmu->n_states) : FMI_OK;
+    return fmu->n_states ? (int)CALL2(GetContinuousStates, F_GET_STATES)(fmu->instance, x, (size_t)fmu->n_states)
+                         : FMI_OK;
 }
 
 int fmi_derivatives(const FmuInstance *fmu, double *dx)
 {
-    return fmu->n_states ? (int)CALL2(GetDerivatives, F_GET_DERIVATIVES)(fmu->instance, dx, (size_t)fmu->n_states) : FMI_OK;
+    return fmu->n_states ? (int)CALL2(GetDerivatives, F_GET_DERIVATIVES)(fmu->instance, dx, (size_t)fmu->n_states)
+                         : FMI_OK;
 }
 
 int fmi_indicators(const FmuInstance *fmu, double *z)
 {
-    return fmu->n_indicators ? (int)CALL2(GetEventIndicators, F_GET_INDICATORS)(fmu->instance, z, (size_t)fmu->n_indicators)
-                              : FMI_OK;
+    return fmu->n_indicators
+               ? (int)CALL2(GetEventIndicators, F_GET_INDICATORS)(fmu->instance, z, (size_t)fmu->n_indicators)
+               : FMI_OK;
 }
 
 int fmi_nominals(const FmuInstance *fmu, double *nominals)
@@ -129,25 +133,25 @@ int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
 }
 
 /* the types of FMI 3 other than double, and what C and the functions call them */
-#define NARROWER(ONE) \
-    ONE(T_INT32, int32_t, Int32) \
-    ONE(T_BOOLEAN, bool, Boolean) \
-    ONE(T_FLOAT32, float, Float32) \
-    ONE(T_INT8, int8_t, Int8) \
-    ONE(T_UINT8, uint8_t, UInt8) \
-    ONE(T_INT16, int16_t, Int16) \
-    ONE(T_UINT16, uint16_t, UInt16) \
-    ONE(T_UINT32, uint32_t, UInt32) \
-    ONE(T_INT64, int64_t, Int64) \
+#define NARROWER(ONE)                                                                                                  \
+    ONE(T_INT32, int32_t, Int32)                                                                                       \
+    ONE(T_BOOLEAN, bool, Boolean)                                                                                      \
+    ONE(T_FLOAT32, float, Float32)                                                                                     \
+    ONE(T_INT8, int8_t, Int8)                                                                                          \
+    ONE(T_UINT8, uint8_t, UInt8)                                                                                       \
+    ONE(T_INT16, int16_t, Int16)                                                                                       \
+    ONE(T_UINT16, uint16_t, UInt16)                                                                                    \
+    ONE(T_UINT32, uint32_t, UInt32)                                                                                    \
+    ONE(T_INT64, int64_t, Int64)                                                                                       \
     ONE(T_UINT64, uint64_t, UInt64)
 
 /* one value of such a type */
-#define ONE(TAG, CTYPE, NAME)                                                                                   \
-    case TAG: {                                                                                                 \
-        CTYPE one = (CTYPE)0;                                                                                   \
-        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                 \
-        *value = (double)one;                                                                                   \
-        break;                                                                                                  \
+#define ONE(TAG, CTYPE, NAME)                                                                                          \
+    case TAG: {                                                                                                        \
+        CTYPE one = (CTYPE)0;                                                                                          \
+        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                         \
+        *value = (double)one;                                                                                          \
+        break;                                                                                                         \
     }
 
 static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double *value)
@@ -162,17 +166,16 @@ static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference
     }
     switch (type) {
         NARROWER(ONE)
-    case T_FLOAT64:
-        break;
+    case T_FLOAT64: break;
     }
     return status;
 }
 #undef ONE
 
-#define ONE(TAG, CTYPE, NAME)                                                                                   \
-    case TAG: {                                                                                                 \
-        const CTYPE one = (CTYPE)value;                                                                         \
-        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                   \
+#define ONE(TAG, CTYPE, NAME)                                                                                          \
+    case TAG: {                                                                                                        \
+        const CTYPE one = (CTYPE)value;                                                                                \
+        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                           \
     }
 
 static int write_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double value)
@@ -183,8 +186,7 @@ static int write_one(const FmuInstance *fmu, Type type, const uint32_t *referenc
     }
     switch (type) {
         NARROWER(ONE)
-    case T_FLOAT64:
-        break;
+    case T_FLOAT64: break;
     }
     return FMI_ERROR;
 }
@@ -211,8 +213,9 @@ int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values)
             i++;
             continue;
         }
-        status = fmu->fmi == 2 ? (int)CALL2(GetReal, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i)
-                                : (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
+        status = fmu->fmi == 2
+                     ? (int)CALL2(GetReal, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i)
+                     : (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
         i += n;
     }
     return status;
@@ -229,8 +232,9 @@ int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *
             i++;
             continue;
         }
-        status = fmu->fmi == 2 ? (int)CALL2(SetReal, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i)
-                                : (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
+        status = fmu->fmi == 2
+                     ? (int)CALL2(SetReal, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i)
+                     : (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
         i += n;
     }
     return status;
@@ -248,7 +252,8 @@ int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *steppe
         return status;
     }
     bool event = false, terminate = false, early = false;
-    const int status = (int)CALL3(DoStep, F_DO_STEP)(fmu->instance, t, length, true, &event, &terminate, &early, &stepped->reached);
+    const int status =
+        (int)CALL3(DoStep, F_DO_STEP)(fmu->instance, t, length, true, &event, &terminate, &early, &stepped->reached);
     stepped->event = event;
     stepped->terminate = terminate;
     stepped->early = early;

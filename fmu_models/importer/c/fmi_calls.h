@@ -1,4 +1,5 @@
-/* FMI 2 and FMI 3 as one set of calls over raw function pointers. Each returns the status of FMI: 0 OK, 1 warning, 2 discard, 3 error. */
+/* FMI 2 and FMI 3 as one set of calls over raw function pointers. Each returns the status of FMI: 0 OK, 1 warning, 2
+   discard, 3 error. */
 #ifndef STICKSLIP_FMI_CALLS_H
 #define STICKSLIP_FMI_CALLS_H
 
@@ -7,13 +8,13 @@
 enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR };
 
 typedef struct {
-    int again;                 /* discrete states need another update */
+    int again; /* discrete states need another update */
     int terminate;
     int nominals_changed, states_changed;
-    double next_time;          /* infinity where none is defined */
+    double next_time; /* infinity where none is defined */
 } Update;
 
-int fmi_plain(const FmuInstance *fmu, Function function);   /* the functions that take the instance only */
+int fmi_plain(const FmuInstance *fmu, Function function); /* the functions that take the instance only */
 int fmi_initialize(const FmuInstance *fmu, double start, double stop, double tolerance); /* up to initialization mode */
 int fmi_update(const FmuInstance *fmu, Update *update);
 int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate);

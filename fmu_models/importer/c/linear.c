@@ -1,4 +1,5 @@
-/* Systems of equations by factors with row exchange; dense, for an FMU tells its Jacobian by columns and no pattern is sure. */
+/* Systems of equations by factors with row exchange; dense, for an FMU tells its Jacobian by columns and no pattern is
+   sure. */
 #include "linear.h"
 
 #include <math.h>

@@ -3,14 +3,15 @@
  *
  *     start:   reset, start values, initialization, first event iteration, length of the first step
  *     advance, until the stop time or until the FMU terminates:
- *         end = the earliest of stop time, time event, knot of an input; no step goes beyond it, and the last one ends on it exactly
+ *         end = the earliest of stop time, time event, knot of an input; no step goes beyond it, and the last one ends
+ *         on it exactly
  *         step: tried, shortened until its error is within the tolerance
- *         the first event of an indicator on the step cuts it off                                                     (events.c)
- *         recorded values at output times before the end of the step, from the dense output
+ *         the first event of an indicator on the step cuts it off                                                    
+ *         (events.c) recorded values at output times before the end of the step, from the dense output
  *         the FMU is put at the end of the step; completedIntegratorStep
- *         an event of whatever kind: event mode, inputs after their jump, iteration; states, sides, next time event anew
- *         the indicators concerned are watched for chattering and Zeno                                                (zeno.c, slide.c)
- *         recorded values at output times that fall on the end of the step: those after the event
+ *         an event of whatever kind: event mode, inputs after their jump, iteration; states, sides, next time event
+ *         anew the indicators concerned are watched for chattering and Zeno                                            
+ *            (zeno.c, slide.c) recorded values at output times that fall on the end of the step: those after the event
  */
 #include "cosimulation.h"
 #include "dense_output.h"
@@ -190,7 +191,8 @@ static Outcome begin_slide(Master *m, int indicator)
 {
     Run *r = m->run;
     const double since = m->t - master_tolerances.chatter_gap * fmax(fabs(m->t), r->stop - r->start);
-    m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1 : 0;
+    m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1
+                                                                                               : 0;
     m->slide_time = m->t;
     if (m->quick_slides > master_tolerances.quick_slides) {
         return field_report(m, RUN_CHATTERING, m->t, indicator, 0.0);
@@ -275,8 +277,9 @@ static Outcome handle_event(Master *m, const Causes *causes)
         return FINE;
     }
     if (causes->state) {
-        outcome = fmi_indicators(m->fmu, m->z1) >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_ERROR)
-                                                                : watch_fired(m);
+        outcome = fmi_indicators(m->fmu, m->z1) >= FMI_DISCARD
+                      ? field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_ERROR)
+                      : watch_fired(m);
     }
     if (outcome == FINE && m->slide.active && sliding) {
         int left = 0;

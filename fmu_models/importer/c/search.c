@@ -1,5 +1,6 @@
 /*
- * Zeros of the indicators on a part of a step, by their polynomials and by the FMU itself: the part "interval" of events.c.
+ * Zeros of the indicators on a part of a step, by their polynomials and by the FMU itself: the part "interval" of
+ * events.c.
  */
 #include "search.h"
 
@@ -16,8 +17,14 @@ enum { NODES = SEARCH_NODES, DEGREE = NODES - 1 };
 static const double CHECK = 0.3617; /* between two nodes, nowhere special */
 /* the points of Chebyshev and Lobatto on [0, 1]: (1 - cos(pi k / 7)) / 2 */
 static const double NODE[NODES] = {
-    0.0, 0.04951556604879043, 0.1882550990706332, 0.3887395330218428,
-    0.6112604669781572, 0.8117449009293667, 0.9504844339512095, 1.0,
+    0.0,
+    0.04951556604879043,
+    0.1882550990706332,
+    0.3887395330218428,
+    0.6112604669781572,
+    0.8117449009293667,
+    0.9504844339512095,
+    1.0,
 };
 
 void search_nodes(Master *m)
@@ -42,10 +49,7 @@ void search_nodes(Master *m)
     }
 }
 
-int search_beyond(const Master *m, int i, double z)
-{
-    return (z > 0.0) != (m->side[i] > 0);
-}
+int search_beyond(const Master *m, int i, double z) { return (z > 0.0) != (m->side[i] > 0); }
 
 /* all indicators at a fraction of the step */
 Outcome search_sample(Master *m, double theta, double *z)
@@ -62,10 +66,10 @@ Outcome search_sample(Master *m, double theta, double *z)
 
 typedef struct {
     int i;
-    double from, width;         /* of the interval, in fractions of the step */
+    double from, width; /* of the interval, in fractions of the step */
     double p[NODES];
     double near_zero;
-    double low, high;           /* bracket, in fractions of the step */
+    double low, high; /* bracket, in fractions of the step */
 } Search;
 
 /* coefficients of p(s + by) */
@@ -213,7 +217,8 @@ static int certainly_clear(const Search *search, double mismatch, double scale, 
     if (end == 0.0 || lower_bound(search->p, DEGREE, end) > search->near_zero) {
         return 1;
     }
-    return mismatch <= master_tolerances.graze * scale && lower_bound(search->p + 1, DEGREE - 1, end) > search->near_zero;
+    return mismatch <= master_tolerances.graze * scale
+           && lower_bound(search->p + 1, DEGREE - 1, end) > search->near_zero;
 }
 
 static Outcome search_one(Master *m, Search *search, const double *check, int may_halve, Finding *finding)
@@ -307,7 +312,8 @@ Outcome search_close(Master *m, int i, double *low, double *high)
 }
 
 /* first bracket of all indicators in [from, from + width] */
-Outcome search_interval(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low, double *high)
+Outcome search_interval(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low,
+                        double *high)
 {
     double *check = m->samples + NODES * m->slots;
     Outcome outcome = search_sample(m, from + CHECK * width, check);

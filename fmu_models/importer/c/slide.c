@@ -2,13 +2,15 @@
  * Sliding of a foreign FMU along the surface z = 0 of an indicator, by Filippov's convex mean
  * (A. F. Filippov, Differential Equations with Discontinuous Righthand Sides (1988), section 4).
  *
- *     modes:    the FMU chooses its mode by the side it is on: x is put a little above, then a little below the surface, each time with an
- *               update of its discrete states; its field at x itself is then f+ or f-, the rate of z along it w+ or w-
+ *     modes:    the FMU chooses its mode by the side it is on: x is put a little above, then a little below the
+ *               surface, each time with an update of its discrete states; its field at x itself is then f+ or f-, the
+ *               rate of z along it w+ or w-
  *     mean:     w+ < 0 < w-: both lead to the surface; x' = a f+ + (1 - a) f-, a = w- / (w- - w+), for which z stays
- *     begin:    the least distance from the surface at which the two modes show so; none: the FMU does not let both sides be
- *               evaluated, or its states jump there, and the run stops
+ *     begin:    the least distance from the surface at which the two modes show so; none: the FMU does not let both
+ *               sides be evaluated, or its states jump there, and the run stops
  *     project:  after each step x goes back to the surface along the gradient of z
- *     leave:    -w+ falls to zero: upwards; w- falls to zero: downwards. Both are event indicators of the sliding motion
+ *     leave:    -w+ falls to zero: upwards; w- falls to zero: downwards. Both are event indicators of the sliding
+ *               motion
  */
 #include "slide.h"
 
@@ -101,7 +103,8 @@ static Outcome take_side(Master *m, double t, const double *x, double side, int 
     return FINE;
 }
 
-/* rate of the indicator along a field of the FMU's present mode: a one-sided difference of second order, for time must not go back */
+/* rate of the indicator along a field of the FMU's present mode: a one-sided difference of second order, for time must
+   not go back */
 static Outcome rate_along(Master *m, double t, const double *x, const double *dx, double *rate)
 {
     Slide *s = &m->slide;
@@ -189,12 +192,10 @@ Outcome slide_project(Master *m)
     return outcome;
 }
 
-static int attracts(const Slide *s)
-{
-    return s->rate_above < 0.0 && s->rate_below > 0.0;
-}
+static int attracts(const Slide *s) { return s->rate_above < 0.0 && s->rate_below > 0.0; }
 
-/* both sides attract, and are the same again when asked the other way round: the mode is that of the side and of nothing else */
+/* both sides attract, and are the same again when asked the other way round: the mode is that of the side and of
+   nothing else */
 static Outcome both_attract(Master *m, int *sure)
 {
     Slide *s = &m->slide;
@@ -206,8 +207,8 @@ static Outcome both_attract(Master *m, int *sure)
     }
     const double above = s->rate_above, below = s->rate_below;
     outcome = both_sides(m, m->t, m->x, &agreed);
-    *sure = outcome == FINE && agreed && fabs(above - s->rate_above) <= 1e-3 * fabs(above) &&
-            fabs(below - s->rate_below) <= 1e-3 * fabs(below);
+    *sure = outcome == FINE && agreed && fabs(above - s->rate_above) <= 1e-3 * fabs(above)
+            && fabs(below - s->rate_below) <= 1e-3 * fabs(below);
     return outcome;
 }
 

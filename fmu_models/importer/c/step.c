@@ -33,12 +33,14 @@ Outcome step_first(Master *m)
     const double bend = field_norm(m, m->error, m->x, m->x) * tolerance / m->h;
     const double most = fmax(slope, bend);
     const double order = m->stiff ? 4.0 : m->tableau->order;
-    const double length = most <= 1e-15 ? fmax(1e-6 * span, 1e-3 * m->h) : pow(0.01 * pow(tolerance, 0.5) / most, 1.0 / order);
+    const double length = most <= 1e-15 ? fmax(1e-6 * span, 1e-3 * m->h)
+                                        : pow(0.01 * pow(tolerance, 0.5) / most, 1.0 / order);
     m->h = fmin(fmin(100.0 * m->h, length), span);
     return FINE;
 }
 
-/* after an event the motion may be another one: no step over more than the states' own size before the error has been seen */
+/* after an event the motion may be another one: no step over more than the states' own size before the error has been
+   seen */
 void step_careful(Master *m)
 {
     double rate = 0.0;
@@ -109,7 +111,7 @@ Outcome step_make(Master *m, double limit, double *error)
         m->h = length * (outcome == FINE && isfinite(*error) ? fmin(0.9, step_growth(m, *error)) : 0.25);
         if (m->h < least) {
             return m->bad_state >= 0 && outcome != FINE ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
-                                                       : field_report(m, RUN_STEP_TOO_SMALL, m->t, -1, m->h);
+                                                        : field_report(m, RUN_STEP_TOO_SMALL, m->t, -1, m->h);
         }
         m->bad_state = -1;
     }

@@ -6,8 +6,8 @@
 
 Outcome step_first(Master *m);
 Outcome step_make(Master *m, double limit, double *error); /* from t, at most limit long, within the tolerance */
-double step_growth(Master *m, double error);         /* by which the next step may be longer */
-void step_choose(Master *m);                         /* automatic choice of the method, after an accepted step */
+double step_growth(Master *m, double error);               /* by which the next step may be longer */
+void step_choose(Master *m);                               /* automatic choice of the method, after an accepted step */
 void step_careful(Master *m);
 
 #endif

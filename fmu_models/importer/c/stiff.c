@@ -1,9 +1,11 @@
 /*
- * Radau IIA of order 5: stiffly accurate, L-stable, three stages (Hairer & Wanner, Solving Ordinary Differential Equations II (1996), section IV.8).
+ * Radau IIA of order 5: stiffly accurate, L-stable, three stages (Hairer & Wanner, Solving Ordinary Differential
+ * Equations II (1996), section IV.8).
  *
- *     Z = h A f(t + c h, x + Z), by simplified Newton in W = T^-1 Z, where A^-1 is block diagonal: one real and one complex
- *     system of size n per iteration, factored once per Jacobian and length
- *     error: (gamma/h I - J)^-1 (f + e Z / h); where it fails once more with f(x + error), which is right in the stiff limit
+ *     Z = h A f(t + c h, x + Z), by simplified Newton in W = T^-1 Z, where A^-1 is block diagonal: one real and one
+ *     complex system of size n per iteration, factored once per Jacobian and length
+ *     error: (gamma/h I - J)^-1 (f + e Z / h); where it fails once more with f(x + error), which is right in the stiff
+ *            limit
  *     dense: the cubic through x and the three stages, the polynomial of collocation itself
  */
 #include "stiff.h"
@@ -109,7 +111,8 @@ static int factor_both(Master *m, double length)
         m->complex_lu[2 * (i * n + i) + 1] += BETA / length;
     }
     m->lu_length = length;
-    m->lu_ready = linear_real_factor(m->real_lu, n, m->real_pivot) && linear_complex_factor(m->complex_lu, n, m->complex_pivot);
+    m->lu_ready = linear_real_factor(m->real_lu, n, m->real_pivot)
+                  && linear_complex_factor(m->complex_lu, n, m->complex_pivot);
     return m->lu_ready;
 }
 
@@ -135,7 +138,8 @@ static void predict(Master *m, double length)
     }
     for (int s = 0; s < 3; s++) {
         for (int i = 0; i < n; i++) {
-            m->stages_w[s * n + i] = TI[s][0] * m->stages_z[i] + TI[s][1] * m->stages_z[n + i] + TI[s][2] * m->stages_z[2 * n + i];
+            m->stages_w[s * n + i] = TI[s][0] * m->stages_z[i] + TI[s][1] * m->stages_z[n + i]
+                                     + TI[s][2] * m->stages_z[2 * n + i];
         }
     }
 }
@@ -160,8 +164,10 @@ static Outcome iterate(Master *m, double length, double *size)
     for (int i = 0; i < n; i++) {
         const double f0 = g[i], f1 = g[n + i], f2 = g[2 * n + i];
         m->seed[i] = TI[0][0] * f0 + TI[0][1] * f1 + TI[0][2] * f2 - GAMMA / length * w[i];
-        pairs[2 * i] = TI[1][0] * f0 + TI[1][1] * f1 + TI[1][2] * f2 - (ALPHA * w[n + i] - BETA * w[2 * n + i]) / length;
-        pairs[2 * i + 1] = TI[2][0] * f0 + TI[2][1] * f1 + TI[2][2] * f2 - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
+        pairs[2 * i] = TI[1][0] * f0 + TI[1][1] * f1 + TI[1][2] * f2
+                       - (ALPHA * w[n + i] - BETA * w[2 * n + i]) / length;
+        pairs[2 * i + 1] = TI[2][0] * f0 + TI[2][1] * f1 + TI[2][2] * f2
+                           - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
     }
     linear_real_solve(m->real_lu, n, m->real_pivot, m->seed);
     linear_complex_solve(m->complex_lu, n, m->complex_pivot, pairs);
@@ -204,7 +210,9 @@ static Outcome solve_stages(Master *m, double length, int *iterations)
         if (k > 0) {
             m->newton_rate = size / before;
             const double rest = m->newton_rate / (1.0 - m->newton_rate) * size;
-            if (!(m->newton_rate < 1.0) || pow(m->newton_rate, NEWTON_ITERATIONS - 1 - k) * rest / fmax(m->newton_rate, 1e-10) > 1e3 * tolerance) {
+            if (!(m->newton_rate < 1.0)
+                || pow(m->newton_rate, NEWTON_ITERATIONS - 1 - k) * rest / fmax(m->newton_rate, 1e-10)
+                       > 1e3 * tolerance) {
                 return SHORTER;
             }
             if (rest < tolerance) {

@@ -1,12 +1,14 @@
 /*
  * Tables of the explicit methods.
  * Dormand & Prince, J. Comp. Appl. Math. 6 (1980) 19; Prince & Dormand, J. Comp. Appl. Math. 7 (1981) 67;
- * dense output and 8(5,3) as in Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), sections II.5, II.6 and II.10.
+ * dense output and 8(5,3) as in Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), sections
+ * II.5, II.6 and II.10.
  */
 #include "tableau.h"
 
 #include <stddef.h>
 
+/* clang-format off */
 static const double dopri5_a[] = {
     1.0 / 5.0, 3.0 / 40.0, 9.0 / 40.0,
     44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0,
@@ -126,7 +128,19 @@ const Tableau tableau_dopri5 = {
     .dense_stages = 0, .dense_a = NULL, .dense_c = NULL, .dense_rows = 1, .d = dopri5_d, .stability = 3.25,
 };
 
+/* clang-format on */
 const Tableau tableau_dop853 = {
-    .stages = 12, .order = 8, .a = dop853_a, .b = dop853_b, .c = dop853_c, .e = dop853_e5, .e_low = dop853_e3,
-    .dense_stages = 3, .dense_a = dop853_dense_a, .dense_c = dop853_dense_c, .dense_rows = 4, .d = dop853_d, .stability = 6.1,
+    .stages = 12,
+    .order = 8,
+    .a = dop853_a,
+    .b = dop853_b,
+    .c = dop853_c,
+    .e = dop853_e5,
+    .e_low = dop853_e3,
+    .dense_stages = 3,
+    .dense_a = dop853_dense_a,
+    .dense_c = dop853_dense_c,
+    .dense_rows = 4,
+    .d = dop853_d,
+    .stability = 6.1,
 };

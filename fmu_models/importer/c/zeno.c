@@ -1,12 +1,14 @@
 /*
  * Too many events.
  *
- *     a return: the indicator is back on the near side within the rounding of time, after an event that moved the states and
- *               with nothing for the FMU to do: the far side, on which events are located, was left again. Not an event of the motion
+ *     a return: the indicator is back on the near side within the rounding of time, after an event that moved the
+ *               states and with nothing for the FMU to do: the far side, on which events are located, was left again.
+ *               Not an event of the motion
  *     chattering: an indicator comes back at once again and again, or its mean gap would make the run last for ever
  *               -> the motion slides along the surface of the indicator (slide.c)
- *     Zeno:     the gaps of an indicator shrink geometrically, ratio r: they add up to gap r / (1 - r) more. An FMU that
- *               comes to rest by itself does so before the rest of the sequence is within the rounding of time, or not at all
+ *     Zeno:     the gaps of an indicator shrink geometrically, ratio r: they add up to gap r / (1 - r) more. An FMU
+ *               that comes to rest by itself does so before the rest of the sequence is within the rounding of time, or
+ *               not at all
  *     piling up: events of whatever kind, one after the other, without progress in time
  */
 #include "zeno.h"
@@ -32,7 +34,8 @@ Outcome zeno_stalled(Master *m)
     const double gap = m->t - m->last_event_time;
     m->last_event_time = m->t;
     m->stalled = gap <= 4.0 * DBL_EPSILON * fabs(m->t) ? m->stalled + 1 : 0;
-    return m->stalled > master_tolerances.stalled_events ? field_report(m, RUN_EVENTS_PILE_UP, m->t, -1, m->stalled) : FINE;
+    return m->stalled > master_tolerances.stalled_events ? field_report(m, RUN_EVENTS_PILE_UP, m->t, -1, m->stalled)
+                                                         : FINE;
 }
 
 /* the geometric sequence of gaps; STOP where it ends */
@@ -42,7 +45,8 @@ static Outcome sequence(Master *m, int indicator)
     const double gap = m->t - w->counted_time;
     w->counted_time = m->t;
     const double ratio = w->gap > 0.0 ? gap / w->gap : 0.0;
-    const int equal = ratio > 0.0 && ratio < 1.0 - 1e-6 && fabs(ratio - w->ratio) <= master_tolerances.zeno_spread * fmin(ratio, 1.0 - ratio);
+    const int equal = ratio > 0.0 && ratio < 1.0 - 1e-6
+                      && fabs(ratio - w->ratio) <= master_tolerances.zeno_spread * fmin(ratio, 1.0 - ratio);
     w->ratios = equal ? w->ratios + 1 : 0;
     w->ratio = ratio;
     w->gap = isfinite(gap) ? gap : 0.0;

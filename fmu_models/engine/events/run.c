@@ -6,8 +6,9 @@
  *                  then evaluate the segment at t and keep it, so that many short calls cost no more than one long one
  *     An event at t itself is resolved: segments are half-open, (start, end].
  *
- * The way of an event runs down: a step (taylor.c) ends where an indicator falls (event_location.c); the transition there
- * (transition.c) asks which contacts are held from then on (mode_selection.c), after where they are (contact_placement.c).
+ * The way of an event runs down: a step (taylor.c) ends where an indicator falls (event_location.c); the transition
+ * there (transition.c) asks where contacts are (contact_placement.c) and which are held from then on
+ * (mode_selection.c).
  */
 #include "run.h"
 

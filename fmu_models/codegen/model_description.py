@@ -1,7 +1,7 @@
 """The XML files of an FMU: modelDescription.xml (FMI 2.0 and 3.0) and buildDescription.xml (FMI 3.0).
 
-The order of ``variables`` is that of the value references, which engine/fmi/variables.c counts through: time, parameters,
-inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators.
+The order of ``variables`` is that of the value references, which engine/fmi/variables.c counts through: time,
+parameters, inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators.
 """
 
 from __future__ import annotations

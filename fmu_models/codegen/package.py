@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 FMI_VERSIONS = ("2.0", "3.0")
 
+
 def export(
     mechanism: Mechanism,
     path: str | os.PathLike[str],

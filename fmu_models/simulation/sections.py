@@ -1,7 +1,7 @@
 """Sections: the states of a motion at the instants at which one of them crosses a level.
 
-The engine locates a crossing to rounding on the polynomial of its step (engine/step/section.c). A crossing exactly at the
-start does not count; neither does a level that is touched only. Where an impact or another event makes the state jump
+The engine locates a crossing to rounding on the polynomial of its step (engine/step/section.c). A crossing exactly at
+the start does not count; neither does a level that is touched only. Where an impact or another event makes the state jump
 across, the crossing is the event, and the states are those after it.
 """
 

@@ -10,9 +10,9 @@ from pathlib import Path, PurePosixPath
 import pytest
 
 from fmu_models.codegen.c_source import sources
-from fmu_models.engine.toolchain import compile_shared, engine_sources
 from fmu_models.lowering.lower import lower
 from fmu_models.oscillators import load
+from fmu_models.toolchain.compiler import compile_shared, engine_sources
 
 ROOT = Path(__file__).parents[2] / "fmu_models"
 

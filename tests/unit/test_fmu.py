@@ -108,3 +108,18 @@ def test_sources_that_cannot_be_built(tmp_path: Path, changed: dict[str, str], s
     path = repacked(tmp_path / "a.fmu", "3.0", "(?!binaries)", **changed)
     with pytest.raises(StickslipError, match=f"(?s){said}"):
         simulate(Fmu.open(path), 1.0)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_rigid_contact_is_known_by_its_type_whatever_its_description_says(version: str, tmp_path: Path) -> None:
+    path = tmp_path / "ball.fmu"
+    with zipfile.ZipFile(built("bouncing_ball", fmi_version=version)) as source, zipfile.ZipFile(path, "w") as target:
+        for name in source.namelist():
+            data = source.read(name)
+            if name == "modelDescription.xml":
+                data, replaced = re.subn(rb'(name="\w+_state"[^>]* description=)"[^"]*"', rb'\1"somewhere"', data)
+                assert replaced == len(Fmu.open(built("bouncing_ball")).contacts)
+            target.writestr(name, data)
+    fmu = Fmu.open(path)
+    assert fmu.impacts == fmu.contacts == ["table"]
+    assert Fmu.open(built("block_on_belt", fmi_version=version)).impacts == []

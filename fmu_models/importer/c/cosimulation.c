@@ -76,7 +76,7 @@ static RunStatus step_towards(Master *m, double point, int *event)
         return RUN_DONE;
     }
     if (status == FMI_DISCARD) {
-        return REPORT(RUN_CS_DISCARD, -1, point - m->t);
+        return REPORT(RUN_DISCARD, -1, point - m->t);
     }
     if (status > FMI_DISCARD) {
         return REPORT(RUN_FMI_ERROR, F_DO_STEP, status);
@@ -86,7 +86,7 @@ static RunStatus step_towards(Master *m, double point, int *event)
     m->stalled = reached > m->t ? 0 : m->stalled + 1;
     /* the FMU adds up steps of its own: its end and the point differ by rounding */
     m->t = fabs(reached - point) <= 1e-12 * fmax(fabs(point), fabs(point - m->t)) ? point : reached;
-    return m->stalled > master_tolerances.stalled_events ? REPORT(RUN_CS_STALLS, -1, m->stalled) : RUN_DONE;
+    return m->stalled > master_tolerances.stalled_events ? REPORT(RUN_STALLS, -1, m->stalled) : RUN_DONE;
 }
 
 static double next_point(const Master *m)
@@ -130,7 +130,7 @@ RunStatus cosimulation_run(Master *m)
     }
     if (m->terminate) {
         r->report_time = m->t;
-        note(m, EVENT_TERMINATE);
+        note(m, EVENT_END);
     }
     fmi_plain(m->fmu, F_TERMINATE);
     return m->terminate ? RUN_TERMINATED : RUN_DONE;

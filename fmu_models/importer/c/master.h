@@ -33,7 +33,7 @@ typedef enum {
     F_REAL_STATUS,
     F_GETTERS,
     F_SETTERS = F_GETTERS + 11,
-    FUNCTIONS = F_SETTERS + 11
+    F_COUNT = F_SETTERS + 11
 } Function;
 
 /* types of variables: the getter of a type is F_GETTERS + type. FMI 2 has the first three */
@@ -68,7 +68,7 @@ typedef struct {
     int64_t n_state_references; /* fewer than states where a state is an array */
     const uint32_t *state_references, *derivative_references;
     void *instance;
-    void *function[FUNCTIONS];
+    void *function[F_COUNT];
 } FmuInstance;
 
 /* variables to read or write, in runs of equal type */
@@ -78,9 +78,9 @@ typedef struct {
     const uint32_t *references;
 } Variables;
 
-typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_COSIMULATION } MethodChoice;
+typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_CO_SIMULATION } MethodChoice;
 
-typedef enum { EVENT_STATE, EVENT_TIME, EVENT_STEP, EVENT_INPUT, EVENT_SLIDE, EVENT_LEAVE, EVENT_TERMINATE } EventKind;
+typedef enum { EVENT_STATE, EVENT_TIME, EVENT_STEP, EVENT_INPUT, EVENT_SLIDE, EVENT_LEAVE, EVENT_END } EventKind;
 
 typedef struct {
     double time;
@@ -99,11 +99,11 @@ typedef enum {
     RUN_STEP_TOO_SMALL,
     RUN_EVENT_ITERATION,
     RUN_CHATTERING,
-    RUN_CHATTERING_TWO,
+    RUN_CHATTERING_OF_TWO,
     RUN_ZENO,
     RUN_EVENTS_PILE_UP,
-    RUN_CS_STALLS,
-    RUN_CS_DISCARD,
+    RUN_STALLS,
+    RUN_DISCARD,
     RUN_BAD_INDICATOR,
     RUN_TOO_MANY_STEPS
 } RunStatus;

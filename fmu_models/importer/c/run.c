@@ -148,7 +148,7 @@ static Outcome initialize(Master *m)
 static Outcome start(Master *m)
 {
     Run *r = m->run;
-    const int co_simulates = r->method == METHOD_COSIMULATION;
+    const int co_simulates = r->method == METHOD_CO_SIMULATION;
     m->nu = (int)r->inputs.n;
     m->t = r->start;
     m->ended = RUN_DONE;
@@ -387,7 +387,7 @@ EXPORT int32_t master_run(Master *m, Run *r)
 {
     m->run = r;
     Outcome outcome = r->begun ? FINE : start(m);
-    if (r->method == METHOD_COSIMULATION) {
+    if (r->method == METHOD_CO_SIMULATION) {
         return outcome == FINE ? (int32_t)cosimulation_run(m) : (int32_t)m->ended;
     }
     for (int64_t left = r->allowance; outcome == FINE && !m->terminate && m->t < r->stop; left--) {
@@ -404,7 +404,7 @@ EXPORT int32_t master_run(Master *m, Run *r)
     if (m->terminate) {
         r->report_time = m->t;
         memcpy(m->before, m->x, (size_t)m->n * sizeof *m->x);
-        log_event(m, EVENT_TERMINATE, -1, 0.0, 0.0);
+        log_event(m, EVENT_END, -1, 0.0, 0.0);
     }
     fmi_plain(m->fmu, F_TERMINATE);
     return m->terminate ? RUN_TERMINATED : RUN_DONE;

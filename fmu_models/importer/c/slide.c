@@ -222,7 +222,7 @@ Outcome slide_begin(Master *m, int indicator)
         if (find_normal(m, &found) == STOP) {
             return STOP;
         }
-        return field_report(m, RUN_CHATTERING_TWO, m->t, indicator, 0.0);
+        return field_report(m, RUN_CHATTERING_OF_TWO, m->t, indicator, 0.0);
     }
     s->indicator = indicator;
     s->side = m->side[indicator];

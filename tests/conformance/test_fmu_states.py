@@ -1,4 +1,4 @@
-"""A frozen state brings everything back, also through bytes and into another instance."""
+"""An FMU state brings everything back, also through bytes and into another instance."""
 
 from __future__ import annotations
 

@@ -134,6 +134,14 @@ def test_an_output_that_is_not_a_number_is_told(tmp_path: Path) -> None:
     assert "'y' is not a finite number from t = 1.5 s" in done.stderr
 
 
+def maps(number: str) -> str:
+    """What a process has loaded; nothing if it is gone."""
+    try:
+        return Path(f"/proc/{number}/maps").read_text()
+    except OSError:
+        return ""
+
+
 @pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_ends_a_hanging_run_and_leaves_nothing(folder: Path, tmp_path: Path) -> None:
     call = "from identification.cli import main; main()"
@@ -142,10 +150,14 @@ def test_an_interrupt_ends_a_hanging_run_and_leaves_nothing(folder: Path, tmp_pa
     parent = subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
     try:
-        while not (numbers := children.read_text().split()):
+        numbers: list[str] = []
+        # it hangs once it has loaded the FMU and the master, whose folder goes as soon as it is loaded
+        while not any("hang.so" in (loaded := maps(number)) and "/master.so (deleted)" in loaded for number in numbers):
             assert parent.poll() is None
             time.sleep(0.05)
-        time.sleep(1.0)
+            numbers = children.read_text().split()
+        while list(tmp_path.glob("stickslip-master-*")):
+            time.sleep(0.05)
         parent.send_signal(signal.SIGINT)
         _, said = parent.communicate(timeout=120)
     finally:

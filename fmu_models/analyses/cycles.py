@@ -59,7 +59,7 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     marks = _marks(events)
     if len(marks) < 2:
         return None
-    states = simulate(fmu, until, output_times=marks[-MOST - 1 :], **run)
+    states = simulate(fmu, marks[-1], output_times=marks[-MOST - 1 :], **run)
     found = _closed(states, fmu.states)
     if found is None:
         return None
@@ -69,7 +69,7 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
         return None
     inside = tuple(event for event in events if start <= event.time < stop)
     times = np.unique(np.concatenate([np.linspace(start, stop, SAMPLES), [event.time for event in inside]]))
-    trajectory = simulate(fmu, until, output_times=times, **run)
+    trajectory = simulate(fmu, float(stop), output_times=times, **run)
     extremes = {name: _extremes(trajectory, name) for name in fmu.states}
     at = dict(zip(times, trajectory[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}

@@ -143,7 +143,7 @@ def _cycle(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
         values |= {f"{name}_min": cycle.minimum[name], f"{name}_max": cycle.maximum[name]}
     values |= {f"{name}_stick": share for name, share in cycle.stick.items()}
     last = np.linspace(cycle.start, cycle.start + cycle.period, scene.compute.samples)
-    return Row(None, values, simulate(fmu, stop_time, output_times=last, **run))
+    return Row(None, values, simulate(fmu, float(last[-1]), output_times=last, **run))
 
 
 def _strobe(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:

@@ -56,6 +56,7 @@ def simulate(
     for name, value in values.items():
         check_value(fmu, name, value)
     times = checked_times(output_times, start_time, stop_time)
+    stops = np.append(times, stop_time) if times[-1] < stop_time else times
     signals = {
         name: v if isinstance(v, Signal) else Signal.constant(float(v), start_time, stop_time)
         for name, v in inputs.items()
@@ -70,7 +71,7 @@ def simulate(
         *(f"{name}_state" for name in fmu.contacts),
     ]
     request = whole_run.Request(
-        times,
+        stops,
         [fmu.variables[name].valueReference for name in recorded],
         [fmu.variables[name].valueReference for name in signals],
         *table,
@@ -203,7 +204,7 @@ def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], r
     states = {f"{name}_state" for name in fmu.contacts}
     values = {}
     for column, name in enumerate(recorded):
-        data = result.values[:, column]
+        data = result.values[: times.size, column]
         values[name] = data.astype(np.int8) if name in states else np.ascontiguousarray(data)
     units = {name: fmu.variables[name].unit or "1" for name in recorded}
     contacts, rigid = fmu.contacts, set(fmu.impacts)

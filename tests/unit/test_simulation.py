@@ -48,6 +48,9 @@ def test_output_times_do_not_change_the_motion(rig: Fmu) -> None:
     assert few["theta"].tolist() == fine["theta"][[500, 1000]].tolist()
     assert few.events == fine.events
     assert few.steps == fine.steps
+    early = simulate(rig, 5.0, output_times=[0.0, 1.0])
+    assert early["theta"].tolist() == fine["theta"][[0, 200]].tolist()
+    assert len(early.events) > 4 and early.events == fine.events
 
 
 def test_a_run_pauses_however_long_it_takes_to_the_next_output(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from pathlib import Path
 from typing import Any
@@ -213,3 +214,20 @@ def test_what_is_refused():
     assert [next(follower.follow(HARMONIC["start"], 50.0)).time for _ in range(2)] == [first.time, first.time]
     with pytest.raises(StickslipError, match="Another motion has begun"):
         next(one)
+
+
+def test_an_abandoned_section_is_forgotten():
+    """The next request of the instance has no room for crossings, so none may be written."""
+    follower = Follower(FREE, Section("theta"), parameters=HARMONIC["parameters"])
+    next(follower.follow(HARMONIC["start"], 20.0))
+    times = np.array([20.0])
+    guard = np.full(8 * len(follower._recorded), np.pi)
+    none = (np.empty(0), np.empty(0), np.empty(0))
+    request = whole_run.Request(times, follower._recorded, [], *none)
+    values = np.empty((1, len(follower._recorded)))
+    events = np.empty(whole_run.EVENT_CAPACITY, dtype=whole_run.EVENT)
+    c = whole_run._structure(request, values, events)
+    c.crossings = guard.ctypes.data
+    assert follower._simulate(follower._slave.component, ctypes.byref(c)) == whole_run._RUN.DONE
+    assert c.n_crossings == 0 and (guard == np.pi).all()
+    assert values[0, 1] == pytest.approx(math.sin(W * 20.0), abs=1e-12)

@@ -88,7 +88,7 @@ static int proceed(Instance *m, WholeRun *run)
     r->pause_at = last_step;
     while (run->next_time < run->n_times) {
         if (run->n_events >= run->event_capacity - reserve || r->steps >= last_step) return WHOLE_RUN_MORE;
-        if (watches && run->n_crossings == run->crossing_capacity) return WHOLE_RUN_MORE;
+        if (watches && run->n_crossings >= run->crossing_capacity) return WHOLE_RUN_MORE;
         while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
             if (whole_run_pass_knot(m, run)) return WHOLE_RUN_ERROR;
         if (instance_settle(m, __func__, NULL)) return WHOLE_RUN_ERROR;
@@ -127,9 +127,14 @@ int stickslip_simulate(void *instance, WholeRun *run)
 {
     Instance *m = instance;
     if (!run || instance_enter(m, PHASE_STEP, __func__)) return WHOLE_RUN_ERROR;
+    /* what is watched, and how far it is to go, belong to the request: whoever abandons it leaves nothing behind */
+    Run *r = &m->core.run;
+    r->section = run->section;
     int status = proceed(m, run);
-    if (status != WHOLE_RUN_MORE) m->core.run.section.watched = 0;
-    m->core.run.pause_at = 0;
+    run->section = r->section;
+    r->section.watched = 0;
+    r->goal = -INFINITY;
+    r->pause_at = 0;
     whole_run_count(m, run);
     return status;
 }

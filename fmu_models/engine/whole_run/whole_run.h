@@ -16,7 +16,7 @@
 enum { WHOLE_RUN_DONE = 0, WHOLE_RUN_MORE = 1, WHOLE_RUN_ERROR = 2 };
 
 /* changes with what whole_run.h, sensitivity_run.h and their functions offer */
-enum { WHOLE_RUN_VERSION = 4 };
+enum { WHOLE_RUN_VERSION = 5 };
 
 typedef struct {
     /* what to record: value references, ascending times, and values[row * n_values + column] */
@@ -43,6 +43,7 @@ typedef struct {
     int64_t allowance;
     /* progress, zero at the first call */
     int64_t next_time, next_knot;
+    Section section;
     /* counters of the engine since the instance was reset */
     int64_t steps, n_changes, evaluations;
 } WholeRun;

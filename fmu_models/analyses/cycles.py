@@ -1,7 +1,8 @@
 """The motion that a run ends in, measured to rounding: its period, its extremes, its shares of stick.
 
 A cycle begins where a contact starts to stick (or, where none ever does, at the last kind of event), and ends where
-that happens again in the same state. Extremes lie where the rate of a state vanishes.
+that happens again in the same state. Extremes lie where the rate of a state vanishes, or at an event, just before it
+or after it.
 """
 
 from __future__ import annotations
@@ -11,12 +12,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Event, Trajectory
 
-SAMPLES = 2001  # of a cycle; cubic pieces between them leave some 1e-13 of the extremes
+SAMPLES = 2001  # of a cycle, and so many more between neighbouring events, so that a short contact is seen too
+BETWEEN = 33
+ROUNDS = 12  # of asking the run for its states where the rate seems to vanish
+PEAKS = 16  # asked for in one round, per state and side
 MOST = 12  # marks in one cycle
 CLOSED = 1e-7  # of the size of each state, up to which a motion counts as closed: what a decaying transient leaves
 
@@ -68,10 +73,8 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     if until - stop > 2.0 * (stop - start):
         return None
     inside = tuple(event for event in events if start <= event.time < stop)
-    times = np.unique(np.concatenate([np.linspace(start, stop, SAMPLES), [event.time for event in inside]]))
-    trajectory = simulate(fmu, float(stop), output_times=times, **run)
-    extremes = {name: _extremes(trajectory, name) for name in fmu.states}
-    at = dict(zip(times, trajectory[fmu.states[0]], strict=True))
+    trajectory, extremes = _extremes(fmu, inside, float(start), float(stop), run)
+    at = dict(zip(trajectory.time, trajectory[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:
         angles.setdefault((event.contact, event.after), []).append(float(at[event.time]))
@@ -105,14 +108,55 @@ def _closed(states: Trajectory, names: Sequence[str]) -> int | None:
     return None
 
 
-def _extremes(trajectory: Trajectory, name: str) -> tuple[float, float]:
-    """Smallest and largest value of a state, from the cubics through values and rates at neighbouring samples."""
-    from scipy.interpolate import CubicHermiteSpline
+def _extremes(
+    fmu: Fmu, inside: Sequence[Event], start: float, stop: float, run: Mapping[str, Any]
+) -> tuple[Trajectory, dict[str, tuple[float, float]]]:
+    """The cycle sampled, and the smallest and the largest value of each state.
 
-    curve = CubicHermiteSpline(trajectory.time, trajectory[name], trajectory[f"der({name})"])
-    roots = curve.derivative().roots(extrapolate=False)
-    values = np.concatenate([trajectory[name], curve(roots[np.isfinite(roots)])])
-    return float(values.min()), float(values.max())
+    The cubics through values and rates at neighbouring times say where a value beyond all known ones may lie; the run
+    is asked for it there, until none is left. It is exact at any time, and a value near its extreme hardly depends on
+    when it is taken.
+    """
+    events = np.unique([*(event.time for event in inside), start, stop])
+    inner = np.linspace(events[:-1], events[1:], BETWEEN)
+    before = np.nextafter(events[1:], -np.inf)
+    sampled = simulate(
+        fmu, stop, output_times=np.unique([*np.linspace(start, stop, SAMPLES), *inner.ravel(), *before]), **run
+    )
+    time, names = sampled.time, fmu.states
+    # the states, then their rates, at all the times asked for
+    known = np.stack([sampled[name] for name in (*names, *(f"der({name})" for name in names))])
+    for _ in range(ROUNDS):
+        beyond = [_beyond(time, s * known[i], s * known[len(names) + i]) for i in range(len(names)) for s in (1, -1)]
+        asked = np.setdiff1d(np.concatenate(beyond), time)
+        if not asked.size:
+            break
+        more = simulate(fmu, stop, output_times=asked, **run)
+        found = np.stack([more[name] for name in (*names, *(f"der({name})" for name in names))])
+        order = np.argsort(time := np.concatenate([time, asked]))
+        time, known = time[order], np.concatenate([known, found], axis=1)[:, order]
+    lowest, highest = known.min(axis=1), known.max(axis=1)
+    return sampled, {name: (float(lowest[i]), float(highest[i])) for i, name in enumerate(names)}
+
+
+def _beyond(time: NDArray[np.float64], x: NDArray[np.float64], rate: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Times at which x may be larger than all its known values (n,), given its rates there: the most promising ones."""
+    h = np.diff(time)
+    rise = np.diff(x)
+    # x[0] + slope u + bend u^2 + twist u^3, u from 0 to 1
+    slope, end = h * rate[:-1], h * rate[1:]
+    bend, twist = 3.0 * rise - 2.0 * slope - end, slope + end - 2.0 * rise
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = -(bend + np.copysign(np.sqrt(bend**2 - 3.0 * twist * slope), bend))
+        roots = np.stack([half / (3.0 * twist), slope / half])
+        values = x[:-1] + roots * (slope + roots * (bend + roots * twist))
+    size = np.abs(x).max()
+    # over a jump at an event there is no cubic
+    smooth = h > 4.0 * np.spacing(np.abs(time[1:]))
+    larger = (roots > 0.0) & (roots < 1.0) & smooth & (values > x.max() + np.finfo(float).eps * size)
+    where = np.flatnonzero(larger.ravel())
+    best = where[np.argsort(values.ravel()[where])[-PEAKS:]]
+    return (time[:-1] + roots * h).ravel()[best]
 
 
 def _stick_shares(contacts: Sequence[str], events: Sequence[Event], start: float, stop: float) -> dict[str, float]:

@@ -80,6 +80,23 @@ def test_long_chaos_stays_above_the_table():
     assert np.isfinite(run["v"]).all()
 
 
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e5, 1e7])
+@pytest.mark.parametrize("phase", [0.0, 1e3, 1e6])
+def test_a_start_on_a_moving_table_is_no_penetration(offset: float, phase: float) -> None:
+    """Its height, rounded once or as computed in doubles; far from time zero the two differ by far more than a digit."""
+    fmu = BALL
+    A, omega = (float(fmu.variables[name].start or 0.0) for name in ("A", "omega"))
+    for share in np.linspace(0.05, 0.95, 7):
+        begin = offset + float(share)
+        exact = float(A * mpmath.sin(mpmath.mpf(omega) * mpmath.mpf(begin) + phase))
+        for height in (exact, A * math.sin(omega * begin + phase)):
+            start = {"x": height, "v": 1.0}
+            simulate(fmu, begin + 0.1, start_time=begin, start=start, parameters={"phi0": phase})
+        with pytest.raises(StickslipError, match="is penetrated"):
+            start = {"x": exact - 1e-15 * (1.0 + omega * begin + phase), "v": 1.0}
+            simulate(fmu, begin + 0.1, start_time=begin, start=start, parameters={"phi0": phase})
+
+
 def test_starts_below_a_wall_are_refused():
     """With the penetration, and whose wall it is."""
     with pytest.raises(StickslipError, match=r"wall of the rigid contact 'table' is penetrated by 0\.25 at t = 0"):

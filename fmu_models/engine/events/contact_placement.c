@@ -66,12 +66,16 @@ static double depth_rate(Run *r, int c)
     return j->depth[c][1];
 }
 
-/* whether the gap of a rigid contact is zero, but for rounding and for where an importer lands */
-int placement_at_wall(const Run *r, int c)
+/* whether the gap of a rigid contact is zero, but for rounding, that of start values, and where an importer lands */
+int placement_at_wall(Run *r, int c)
 {
+    const double depth = r->scratch.depth[c][0];
     const double rounding = r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
-    const double located = r->tolerances.drift > 0.0 && !r->starting ? gap_shift(r, &r->scratch, c) : 0.0;
-    return fabs(r->scratch.depth[c][0]) <= fmax(rounding, located);
+    if (r->starting) {
+        return fabs(depth) <= rounding || (depth > 0.0 && depth <= gap_rounding(r, c));
+    }
+    const double located = r->tolerances.drift > 0.0 ? gap_shift(r, &r->scratch, c) : 0.0;
+    return fabs(depth) <= fmax(rounding, located);
 }
 
 /* the friction of a rigid contact that is closed; marks it if it is at zero slip */

@@ -8,8 +8,8 @@
 void placement_load(Run *r);
 void placement_load_inertia(Run *r);
 int placement_at_zero_slip(const Run *r, int c);
-/* whether the gap of a rigid contact is zero, but for rounding and for where an importer lands */
-int placement_at_wall(const Run *r, int c);
+/* whether the gap of a rigid contact is zero, but for rounding, that of start values, and where an importer lands */
+int placement_at_wall(Run *r, int c);
 /* a contact of friction that is inside slips as its slip speed says */
 signed char placement_slipping(const Run *r, int c);
 /* a rigid contact leaves its wall, or is not at it */

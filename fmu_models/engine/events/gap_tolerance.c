@@ -1,6 +1,7 @@
-/* How far an importer that integrates by itself may be off at the wall of a rigid contact. */
+/* How far start values, or an importer that integrates by itself, may be off at the wall of a rigid contact. */
 #include "gap_tolerance.h"
 
+#include "../step/flow.h"
 #include "../step/taylor.h"
 
 void gap_measure_nominal(Run *r)
@@ -37,4 +38,39 @@ double gap_shift(const Run *r, const Jets *j, int c)
 double gap_resolution(const Run *r, const Jets *j, int c)
 {
     return r->tolerances.drift * (model_depth_magnitude(r->at.p, r->at.d, j, c) + r->nominal_gap[c]);
+}
+
+/* by how much the depth at a point differs from the one given, in a step that is not in use; 0 where there is none */
+static double depth_change(Run *r, Point *at, int c, double depth)
+{
+    Jets *j = &r->jets;
+    model_prepare(at->p, at->d);
+    flow_load(at, j, 0);
+    model_slip(at->p, at->d, j, 0);
+    model_depth(at->p, at->d, j, 0);
+    const double change = fabs(j->depth[c][0] - depth);
+    return isfinite(change) ? change : 0.0;
+}
+
+double gap_rounding(Run *r, int c)
+{
+    /* so many last digits, that the rounding of the depth itself does not count; and so many times what one makes */
+    enum { DIGITS = 64, ROUNDINGS = 4 };
+    const double moved = 1.0 + DIGITS * DBL_EPSILON;
+    const double depth = r->scratch.depth[c][0];
+    Point at = r->at;
+    double sum = 0.0;
+    for (int i = 0; i < MODEL_NP; i++) {
+        at.p[i] = r->at.p[i] * moved;
+        sum += depth_change(r, &at, c, depth);
+        at.p[i] = r->at.p[i];
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        at.u[i] = r->at.u[i] * moved;
+        sum += depth_change(r, &at, c, depth);
+        at.u[i] = r->at.u[i];
+    }
+    at.time = r->at.time * moved;
+    sum += depth_change(r, &at, c, depth);
+    return ROUNDINGS * sum / DIGITS;
 }

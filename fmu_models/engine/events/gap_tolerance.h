@@ -1,4 +1,4 @@
-/* How far an importer that integrates by itself may be off at the wall of a rigid contact. */
+/* How far start values, or an importer that integrates by itself, may be off at the wall of a rigid contact. */
 #ifndef STICKSLIP_GAP_TOLERANCE_H
 #define STICKSLIP_GAP_TOLERANCE_H
 
@@ -10,5 +10,8 @@ void gap_measure_nominal(Run *r);
 double gap_shift(const Run *r, const Jets *j, int c);
 /* the gap of rigid contact c that an importer may mistake for zero */
 double gap_resolution(const Run *r, const Jets *j, int c);
+/* the gap of rigid contact c that the rounding of parameters, inputs and time makes where a run starts: far from time
+   zero a wall that moves is known no better; r holds the depth in scratch, and no step */
+double gap_rounding(Run *r, int c);
 
 #endif

@@ -37,6 +37,8 @@ class Orbit:
         multipliers: (n,) its eigenvalues, largest modulus first.
         residual: largest distance by which the motion misses its start after a period.
         autonomous: nothing forces the motion: one of the multipliers, the shift along the motion, is 1.
+        one_sided: the motion passes a corner, where several events come at one instant: monodromy and multipliers are
+            those of neighbours on one side, and ``stable`` says nothing of the others.
     """
 
     period: float
@@ -45,6 +47,7 @@ class Orbit:
     multipliers: NDArray[np.complex128]
     residual: float
     autonomous: bool = False
+    one_sided: bool = False
 
     @property
     def stable(self) -> bool:
@@ -74,7 +77,15 @@ def orbit_at(
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     begin = np.array([start.get(name, _start(fmu, name)) for name in found.states])
     residual = float(np.abs(found.end - begin).max())
-    return Orbit(period, dict(zip(found.states, begin, strict=True)), found.by_start, multipliers, residual, autonomous)
+    return Orbit(
+        period,
+        dict(zip(found.states, begin, strict=True)),
+        found.by_start,
+        multipliers,
+        residual,
+        autonomous,
+        found.one_sided,
+    )
 
 
 def find_orbit(

@@ -37,6 +37,8 @@ class Sensitivity:
             none is known.
         steps: that the engine made.
         seconds: wall time of the engine, s.
+        one_sided: several events came at one instant, at times that depend on a direction in different ways (a corner):
+            the derivatives hold for the neighbours on one side, whose events come in the order of the contacts.
     """
 
     time: NDArray[np.float64]
@@ -48,6 +50,7 @@ class Sensitivity:
     event_derivative: NDArray[np.float64]
     steps: int
     seconds: float
+    one_sided: bool = False
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """(n,) values of one of ``names``."""
@@ -160,7 +163,7 @@ class SensitiveRun:
         found = self._differentiator.run(request, begin, start_time, self.tolerance)
         if found is None:
             raise self._failure()
-        result, derivatives, event_derivatives = found
+        result, derivatives, event_derivatives, one_sided = found
         events = tuple(
             Event(time, self._contacts[c], before, after, work, self._contacts[c] in self._rigid)
             for time, c, before, after, work in result.events.tolist()
@@ -175,4 +178,5 @@ class SensitiveRun:
             event_derivatives,
             result.steps,
             result.seconds,
+            one_sided,
         )

@@ -23,12 +23,14 @@ class FlowDerivative:
         end: (n,) states at the end.
         by_start: (n, n) d end / d start; over a period of a periodic motion its monodromy matrix.
         by_parameter: per parameter asked for (n,) d end / d parameter, start states held.
+        one_sided: the motion passes a corner, as for ``Sensitivity``.
     """
 
     states: tuple[str, ...]
     end: NDArray[np.float64]
     by_start: NDArray[np.float64]
     by_parameter: Mapping[str, NDArray[np.float64]]
+    one_sided: bool = False
 
 
 def flow_derivative(
@@ -59,4 +61,4 @@ def flow_derivative(
         found = kept.run([stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs)
     end, derivative, n = found.values[0], found.derivative[0], len(states)
     by_parameter = dict(zip(by, derivative[:, n:].T.copy(), strict=True))
-    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter)
+    return FlowDerivative(states, end, derivative[:, :n].copy(), by_parameter, found.one_sided)

@@ -146,11 +146,12 @@ class Differentiator:
 
     def run(
         self, request: Request, initial: Mapping[int, float], start_time: float, tolerance: float
-    ) -> tuple[Result, NDArray[np.float64], NDArray[np.float64]] | None:
+    ) -> tuple[Result, NDArray[np.float64], NDArray[np.float64], bool] | None:
         """The run from these start values by reference; None if the engine failed (it has logged why).
 
         Returns:
-            the run; derivatives of its values (n, m, n_directions) and of the times of its events (k, n_directions).
+            the run; derivatives of its values (n, m, n_directions) and of the times of its events (k, n_directions);
+            whether they are one-sided.
         """
         m = self._directions.size
         values = np.empty((request.times.size, len(request.references)))
@@ -184,7 +185,7 @@ class Differentiator:
         if status != _RUN.DONE:
             return None
         result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
-        return result, derivatives, np.concatenate(changes)
+        return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
 def _structure(request: Request, values: NDArray[np.float64], buffer: NDArray) -> Any:

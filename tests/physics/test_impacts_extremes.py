@@ -83,7 +83,7 @@ def test_long_chaos_stays_above_the_table():
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e5, 1e7])
 @pytest.mark.parametrize("phase", [0.0, 1e3, 1e6])
 def test_a_start_on_a_moving_table_is_no_penetration(offset: float, phase: float) -> None:
-    """Its height, rounded once or as computed in doubles; far from time zero the two differ by far more than a digit."""
+    """Its height, rounded once or as computed in doubles: far from time zero they differ by more than a digit."""
     fmu = BALL
     A, omega = (float(fmu.variables[name].start or 0.0) for name in ("A", "omega"))
     for share in np.linspace(0.05, 0.95, 7):

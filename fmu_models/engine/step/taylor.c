@@ -24,6 +24,10 @@ static const double ORDER_PER_LOG = 0.72;
 
 enum { LEAST_ORDER = 8 };
 
+/* the shortest step, in last digits of the time, whose rest the point keeps: late runs go as close to a singular instant
+   as early ones */
+static const double LEAST_STEP = 0x1p-40;
+
 /*
  * log2 of the error of a gap that is far from zero, relative to its size. Most of a flight needs to be known only as
  * far as nothing is hit; near a wall a short step follows, which is exact. Measured optimum for a ball on a shaking
@@ -286,7 +290,8 @@ RunStatus taylor_step(Run *r, double limit)
         h = taylor_length(r, &r->jets, --order, &exact);
     }
     h = fmin(h, end);
-    if (!(h > 0.0) || !isfinite(h) || !(r->at.time + (rooted ? h * h : h) > r->at.time)) {
+    const double least = LEAST_STEP * DBL_EPSILON * fabs(r->at.time);
+    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > least)) {
         return run_fail(r,
                         "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
                         "(a state that is not finite, or a singular law)",

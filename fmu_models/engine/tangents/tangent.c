@@ -14,7 +14,8 @@
  * Its time has an imaginary part after an event: the event comes later or earlier for a neighbour. So what saltation
  * matrices say of transitions is derived, for every kind of contact, by evaluating the same series at a complex time.
  * Undefined where an indicator falls without speed (grazing, corners): a neighbour may have another sequence of events.
- * To rounding that is where its slope is below the tolerance `graze`.
+ * To rounding that is where its slope is below the tolerance `graze`. Where several indicators fall at one instant, at
+ * times that depend on the direction in different ways, the derivative holds on one side only: a corner, which is told.
  *
  * Sources: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7
  *          (saltation);
@@ -84,6 +85,15 @@ void tangents_along(Tangents *tangents, int k, Along what, int index)
     model_inertia(at->p, at->d, &tangents->list[k].jets, 0);
 }
 
+int tangents_corners(const Tangents *tangents)
+{
+    int corners = 0;
+    for (int k = 0; k < tangents->count; k++) {
+        corners += tangents->list[k].corner;
+    }
+    return corners;
+}
+
 double tangents_event(const Tangents *tangents, int k)
 {
     const Tangent *t = &tangents->list[k];
@@ -104,6 +114,23 @@ static Real value_at(const Real *c, int n, Real s, Real *slope)
     return value;
 }
 
+/* derivatives up to here are exact: EPS times it is small enough for its square to vanish */
+static const double LARGEST = 1e80;
+
+/* of the times of two events at one instant: by so much of themselves their derivatives may differ by rounding */
+static const double SAME_RATE = 1e-6;
+
+/* whether a derivative is so large that it would be wrong before long */
+static int overflows(const Tangent *t)
+{
+    double largest = fabs(cimag(t->at.time));
+    for (int i = 0; i < MODEL_NX; i++) {
+        const double size = fabs(cimag(t->at.x[i]));
+        largest = size > largest || isnan(size) ? size : largest;
+    }
+    return !(largest <= LARGEST * EPS);
+}
+
 /* the first contact with a falling indicator */
 static const char *falling_contact(const Run *r)
 {
@@ -114,31 +141,25 @@ static const char *falling_contact(const Run *r)
     return model_contact_names[c];
 }
 
-/* the falling indicator of the step, up to its sign, and the order to which it is known; -1 if there is none */
-static int falling_series(const Run *r, const Jets *j, int order, double s, Real *series)
+/* an indicator that falls at the end of the step, up to its sign, and the order to which it is known; -1 if it does not
+   fall */
+static int falling_series(const Run *r, const Jets *j, int c, int slot, int order, double s, Real *series)
 {
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
-            if (!r->falling[c][slot]) {
-                continue;
-            }
-            if (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL) {
-                continue; /* its end changes nothing but the name of its state */
-            }
-            const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
-            const int margin = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
-            const Real *source = closed                     ? j->force[c]
-                                 : slot == SLOT_NORMAL      ? j->depth[c]
-                                 : model_contact_is_stop[c] ? j->release[c]
-                                                            : j->slip[c];
-            const double side = margin && creal(value_at(j->force[c], order - 1, s, NULL)) < 0.0 ? -1.0 : 1.0;
-            for (int k = 0; k <= order - (margin || closed); k++) {
-                series[k] = margin ? j->capacity[c][k] - side * j->force[c][k] : source[k];
-            }
-            return order - (margin || closed);
-        }
+    /* the end of a chatter changes nothing but the name of its state */
+    if (!r->falling[c][slot] || (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL)) {
+        return -1;
     }
-    return -1;
+    const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+    const int margin = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
+    const Real *source = closed                     ? j->force[c]
+                         : slot == SLOT_NORMAL      ? j->depth[c]
+                         : model_contact_is_stop[c] ? j->release[c]
+                                                    : j->slip[c];
+    const double side = margin && creal(value_at(j->force[c], order - 1, s, NULL)) < 0.0 ? -1.0 : 1.0;
+    for (int k = 0; k <= order - (margin || closed); k++) {
+        series[k] = margin ? j->capacity[c][k] - side * j->force[c][k] : source[k];
+    }
+    return order - (margin || closed);
 }
 
 /* the length over which the derivatives of the states keep the tolerance */
@@ -173,6 +194,37 @@ static int falls_with_speed(const Run *r, const Real *series, int order, double 
     return fabs(slope) > r->tolerances.graze * size;
 }
 
+/* by how much the event at s comes later for the tangent, by the first indicator that falls there; 0 where it has no
+   derivative. Others that fall at the same instant, but not for the tangent, make it a corner */
+static int shift_of_event(const Run *r, Tangent *t, double s, double *later)
+{
+    t->untimed = 1;
+    *later = 0.0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int slot = 0; slot < SLOTS; slot++) {
+            Real series[POLYNOMIAL_TERMS];
+            Real slope;
+            const int order = falling_series(r, &t->jets, c, slot, t->order, s, series);
+            if (order < 0) {
+                continue;
+            }
+            const double value = cimag(value_at(series, order, s, &slope));
+            const int has_speed = falls_with_speed(r, series, order, s, creal(slope));
+            const double shift = -value / creal(slope);
+            if (t->untimed && !has_speed) {
+                return 0;
+            }
+            if (t->untimed) {
+                t->untimed = 0;
+                *later = shift;
+            } else if (!has_speed || !(fabs(shift - *later) <= SAME_RATE * (fabs(shift) + fabs(*later)))) {
+                t->corner = 1;
+            }
+        }
+    }
+    return 1;
+}
+
 /* to the end of the step; 0 where that has no derivative */
 static int follow(const Run *r, Tangent *t, double length, int at_event)
 {
@@ -181,17 +233,13 @@ static int follow(const Run *r, Tangent *t, double length, int at_event)
     Real s = r->segment_rooted ? sqrt(since) : since;
     t->untimed = 0;
     if (at_event) {
-        Real series[POLYNOMIAL_TERMS];
-        Real slope;
         const double here = r->segment_rooted ? sqrt(length) : length;
-        const int order = falling_series(r, j, t->order, here, series);
-        t->untimed = order < 0;
-        if (order >= 0) {
-            const Real value = value_at(series, order, here, &slope);
-            if (!falls_with_speed(r, series, order, here, creal(slope))) {
-                return 0;
-            }
-            s = here - cimag(value) / creal(slope) * _Complex_I;
+        double later;
+        if (!shift_of_event(r, t, here, &later)) {
+            return 0;
+        }
+        if (!t->untimed) {
+            s = here + later * _Complex_I;
             since = r->segment_rooted ? s * s : s;
         }
     }
@@ -345,6 +393,12 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
             repeat_event(r, &tangents->list[k]);
         } else {
             rejoin(r, &tangents->list[k]);
+        }
+        if (overflows(&tangents->list[k])) {
+            return run_fail(r,
+                            "the derivatives of the motion grow beyond %g at t = %.17g: ask for a shorter time, and go "
+                            "on from its end",
+                            LARGEST, r->at.time);
         }
     }
     return run_check_finite(r, "state", r->at.x, MODEL_NX);

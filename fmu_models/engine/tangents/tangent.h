@@ -25,6 +25,8 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 /* move run and tangents that far and resolve the event that waits there; RUN_ERROR also where the motion has no
    derivative */
 RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context);
+/* tangents on whose way several events came at one instant, but not for neighbours: their derivatives are one-sided */
+int tangents_corners(const Tangents *tangents);
 /* derivative of the time of the last event, s per unit; NAN if it has no indicator (the end of a chatter) */
 double tangents_event(const Tangents *tangents, int k);
 

@@ -14,6 +14,7 @@ typedef struct {
     Point at;
     Jets jets;
     int order;                    /* to which jets holds the series in time from the point; 0: it does not */
+    int corner;                   /* on the way several indicators fell at one instant, but not for its neighbours */
     int untimed;                  /* the last event has no indicator that says when it is */
     Real y[MODEL_ROOM(MODEL_NY)]; /* outputs at the time evaluated at */
 } Tangent;

@@ -127,6 +127,7 @@ int stickslip_sensitivity(void *instance, SensitivityRun *s)
     if (!s || !s->room || instance_enter(m, s->started ? PHASE_STEP : PHASES_ALL, __func__)) return WHOLE_RUN_ERROR;
     if (!s->started && start(m, s)) return WHOLE_RUN_ERROR;
     int status = go_on(m, s);
+    s->corners = tangents_corners(s->room);
     m->core.run.goal = -INFINITY;
     whole_run_count(m, &s->run);
     return status;

@@ -21,6 +21,8 @@ typedef struct {
     void *room;
     /* progress, zero at the first call */
     int64_t started;
+    /* directions by which the derivatives are one-sided so far */
+    int64_t corners;
 } SensitivityRun;
 
 WHOLE_RUN_EXPORT int64_t stickslip_sensitivity_room(int64_t n_directions);

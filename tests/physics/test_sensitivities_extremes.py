@@ -1,0 +1,79 @@
+"""Derivatives of motions where they are hard to carry: far from time zero, very large, and at corners."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fmu_models.analyses.orbits import orbit_at
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.package import built, export
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.impacts import Impact, Newton
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Coordinate, Parameter
+from fmu_models.simulation.sensitivity import SensitiveRun
+from fmu_models.simulation.tangent import flow_derivative
+
+HINGE = Fmu.open(built("hinge_clearance"))
+
+
+@given(x=st.floats(-0.009, 0.009), v=st.floats(-0.3, 0.3))
+@settings(max_examples=40, deadline=None)
+def test_a_stop_is_left_at_any_time(x: float, v: float) -> None:
+    """Near the end of a contact after Hertz the steps are shorter than a digit of the time; 0.429 * 5e7 are whole
+    periods of the force."""
+    start = {"x": x, "v": v}
+    with SensitiveRun(HINGE, by=["x", "v"]) as kept:
+        late = kept.run([5e7 + 3.0], start_time=5e7, start=start)
+        early = kept.run([3.0], start=start)
+    # the phase of the force is rounded to 3e-8 there
+    assert late.values == pytest.approx(early.values, abs=1e-4)
+
+
+def mass(name: str, stiffness: float) -> Mechanism:
+    m, k = Parameter("m", 1.0, "kg", "mass"), Parameter("k", stiffness, "N/m", "stiffness")
+    q = Coordinate("q", "m", "position", velocity="w")
+    return Mechanism(
+        name=name,
+        title="A mass",
+        source="textbook",
+        coordinates=[q],
+        kinetic_energy=m * q.v**2 / 2,
+        potential_energy=k * q**2 / 2,
+    )
+
+
+def test_derivatives_are_right_or_said_to_be_too_large(tmp_path: Path) -> None:
+    """A pendulum on its head: dq/dq0 = cosh t, 7.4e77 at 180 s and beyond 1e80 after 185 s."""
+    fmu = Fmu.open(export(mass("unstable_mass", -1.0), tmp_path / "unstable_mass.fmu"))
+    found = flow_derivative(fmu, 180.0, start={"q": 0.0, "w": 0.0})
+    expected = [[math.cosh(180.0), math.sinh(180.0)], [math.sinh(180.0), math.cosh(180.0)]]
+    assert found.by_start.tolist() == [pytest.approx(row, rel=1e-11) for row in expected]
+    with pytest.raises(StickslipError, match=r"derivatives of the motion grow beyond 1e\+80 at t = 18\d\."):
+        flow_derivative(fmu, 300.0, start={"q": 0.0, "w": 0.0})
+
+
+def test_multipliers_at_a_corner_are_one_sided(tmp_path: Path) -> None:
+    """Two balls that land at once, and in turn."""
+    m, g = Parameter("m", 1.0, "kg", "mass"), Parameter("g", 10.0, "m/s2", "gravity")
+    balls = [Coordinate(name, "m", "height", velocity=f"v_{name}") for name in ("a", "b")]
+    mechanism = Mechanism(
+        name="two_balls",
+        title="Two balls",
+        source="textbook",
+        coordinates=balls,
+        kinetic_energy=m * sum(q.v**2 for q in balls) / 2,
+        potential_energy=m * g * sum(balls),
+        contacts=[Impact(name=f"floor_{q.name}", gap=q, restitution=Newton(1.0)) for q in balls],
+    )
+    fmu = Fmu.open(export(mechanism, tmp_path / "two_balls.fmu"))
+    period = 2.0 * math.sqrt(1.0**2 + 2 * 10.0 * 0.1) / 10.0
+    together = orbit_at(fmu, period, {"a": 0.1, "v_a": 1.0, "b": 0.1, "v_b": 1.0}, autonomous=True)
+    assert together.one_sided and together.residual < 1e-12
+    in_turn = orbit_at(fmu, period, {"a": 0.1, "v_a": 1.0, "b": 0.1, "v_b": -1.0}, autonomous=True)
+    assert not in_turn.one_sided and in_turn.residual < 1e-12

@@ -153,24 +153,25 @@ def converted(text: str, unit: str, what: str) -> float:
         scale = parse_unit(given).to(parse_unit(unit).units)
     except DimensionalityError as error:
         raise StickslipError(f'{what} = "{text}" cannot be converted to {unit}, its unit.') from error
-    except (PintError, AttributeError, ValueError, TypeError, SyntaxError) as error:
+    except (PintError, ValueError) as error:
         unknown = _unknown(given)
         close = difflib.get_close_matches(unknown, known_units(), n=1, cutoff=0.6)
         hint = f"Did you mean '{close[0]}'?" if close else f"Its unit is {unit}."
-        raise StickslipError(f"{what} = \"{text}\": '{unknown}' is not a unit. {hint}") from error
+        wrong = f"'{unknown}' is not a unit" if unknown else str(error)
+        raise StickslipError(f'{what} = "{text}": {wrong}. {hint}') from error
     return number * float(scale.magnitude)
 
 
 def _unknown(unit: str) -> str:
-    """The word of a unit that is not one."""
+    """The word of a unit that is not one, empty if all are."""
     from fmu_models.base.unit_names import parse_unit
 
     for word in re.findall(r"[^\W\d]+", unit):
         try:
             parse_unit(word)
-        except Exception:  # pint raises errors of many kinds
+        except ValueError:
             return word
-    return unit
+    return ""
 
 
 def read_document(path: Path) -> Document:

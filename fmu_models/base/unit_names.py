@@ -1,16 +1,41 @@
-"""Units as they are written: pint reads them, once per process and without SymPy."""
+"""Units as they are written, read by a grammar of their own; pint knows what each name means.
+
+    unit      =  factor { [ "*" | "." | "·" | blank | "/" ] factor }       from left to right: N m/rad s = N m s/rad
+    factor    =  ( name | "1" | "(" unit ")" ) [ power ]
+    power     =  exponent  |  ( "^" | "**" ) ( exponent | "(" exponent ")" )
+    exponent  =  [ "+" | "-" ] digits [ "." digits ] [ "/" digits ]        a quotient in brackets only
+
+pint itself would evaluate what it is given: 9**9**9 has no end.
+"""
 
 from __future__ import annotations
 
+import math
 import re
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
+LONGEST = 100  # characters
+LARGEST_POWER = 12
+DEEPEST = 8  # brackets in brackets
 
+_TOKEN = re.compile(
+    r"\s*(?:(?P<name>°?[^\W\d]+|°|%)|(?P<power>\*\*|\^)|(?P<number>\d+(?:\.\d+)?)|(?P<sign>[-+])|(?P<mark>[*./·()]))"
+)
+# what pint does not take as a name
+_NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF"}
+
+
+@lru_cache(maxsize=1024)
 def parse_unit(unit: str) -> Any:
-    """A unit such as "N m/rad" as a pint quantity."""
-    written = re.sub(r"([A-Za-z]+)(\d+)", r"\1**\2", unit).replace("/", " / ")
-    return _registry().Quantity(1.0, re.sub(r"(?<=[\w)]) +(?=[\w(])", "*", written))
+    """A unit such as "N m/rad", "kg.m2", "m/s^2" or "1/min" as a pint quantity of one of it.
+
+    Raises:
+        ValueError: it is none; says what is wrong in it.
+    """
+    if len(unit) > LONGEST:
+        raise ValueError(f"a unit has at most {LONGEST} characters, found {len(unit)}")
+    return _Reader(unit).read()
 
 
 @cache
@@ -25,3 +50,130 @@ def _registry() -> Any:
     import pint
 
     return pint.UnitRegistry()
+
+
+class _Reader:
+    """The grammar, one method per rule."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._tokens = _tokens(text)
+        self._at = 0
+        self._depth = 0
+
+    def read(self) -> Any:
+        units = self._unit()
+        if self._peek():
+            raise ValueError(f"'{self._peek()}' is out of place in the unit '{self._text}'")
+        quantity = _registry().Quantity(1.0, units)
+        try:
+            size = abs(float(quantity.to_base_units().magnitude))
+        except OverflowError:
+            size = math.inf
+        if not 0.0 < size < math.inf:
+            raise ValueError(f"the unit '{self._text}' is beyond the range of numbers")
+        return quantity
+
+    def _unit(self) -> Any:
+        found = self._factor()
+        while self._peek() and self._peek() != ")":
+            divides = self._take("/")
+            if not divides:
+                self._take("*", ".", "·")
+            factor = self._factor()
+            found = found / factor if divides else found * factor
+        return found
+
+    def _factor(self) -> Any:
+        kind, text = self._next()
+        if text == "(":
+            self._depth += 1
+            if self._depth > DEEPEST:
+                raise ValueError(f"the unit '{self._text}' has more than {DEEPEST} brackets in brackets")
+            base = self._unit()
+            if not self._take(")"):
+                raise ValueError(f"a bracket of the unit '{self._text}' is not closed")
+            self._depth -= 1
+        elif kind == "name":
+            base = _named(text)
+        elif text == "1":
+            base = _registry().Unit("dimensionless")
+        else:
+            found = f"'{text}'" if text else "nothing"
+            raise ValueError(f"the unit '{self._text}' has {found} where a name belongs")
+        kind = self._kind()
+        if kind == "power":
+            self._next()
+            if self._take("("):
+                exponent = self._exponent(quotient=True)
+                if not self._take(")"):
+                    raise ValueError(f"a bracket of the unit '{self._text}' is not closed")
+                return base**exponent
+            return base ** self._exponent()
+        return base ** self._exponent() if kind in ("number", "sign") else base
+
+    def _exponent(self, quotient: bool = False) -> float:
+        sign = -1.0 if self._take("-") else 1.0
+        if sign > 0:
+            self._take("+")
+        value = sign * self._number()
+        if quotient and self._take("/"):
+            divisor = self._number()
+            if divisor == 0.0:
+                raise ValueError(f"an exponent of the unit '{self._text}' is divided by zero")
+            value /= divisor
+        if abs(value) > LARGEST_POWER:
+            raise ValueError(f"the exponent {value:g} of the unit '{self._text}' is larger than {LARGEST_POWER}")
+        return int(value) if value.is_integer() else value
+
+    def _number(self) -> float:
+        kind, text = self._next()
+        if kind != "number":
+            raise ValueError(f"an exponent of the unit '{self._text}' is no number")
+        return float(text)
+
+    def _next(self) -> tuple[str, str]:
+        found = self._tokens[self._at] if self._at < len(self._tokens) else ("", "")
+        self._at += 1
+        return found
+
+    def _kind(self) -> str:
+        return self._tokens[self._at][0] if self._at < len(self._tokens) else ""
+
+    def _peek(self) -> str:
+        return self._tokens[self._at][1] if self._at < len(self._tokens) else ""
+
+    def _take(self, *texts: str) -> bool:
+        taken = self._peek() in texts
+        self._at += taken
+        return taken
+
+
+def _tokens(text: str) -> list[tuple[str, str]]:
+    found: list[tuple[str, str]] = []
+    at, end = 0, len(text.rstrip())
+    while at < end:
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise ValueError(f"'{text[at:].strip()[:1]}' has no meaning in the unit '{text}'")
+        kind = str(match.lastgroup)
+        # a number that stands apart is no exponent
+        apart = kind in ("number", "sign") and match.start(kind) > at
+        found.append(("apart" if apart else kind, match[kind]))
+        at = match.end()
+    if not found:
+        raise ValueError("a unit without any name is none; write 1 for a pure number")
+    return found
+
+
+@cache
+def _named(name: str) -> Any:
+    """One unit by its name or symbol, with a prefix perhaps."""
+    from pint import PintError
+
+    registry = _registry()
+    try:
+        (known,) = registry.Unit(_NAMES.get(name, name))._units
+        return registry.Unit(known)
+    except (PintError, ValueError, TypeError, AttributeError, SyntaxError):
+        raise ValueError(f"'{name}' is not a unit") from None

@@ -7,12 +7,12 @@ indicators.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.unit_names import parse_unit
 from fmu_models.codegen import contact_states
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
 
@@ -296,8 +296,7 @@ def _base_unit(unit: str) -> dict[str, float] | None:
     >>> _base_unit("N m/rad"), _base_unit("N/m1.5")
     ({'kg': 1, 'm': 2, 's': -2, 'rad': -1}, None)
     """
-    quantity = _registry().Quantity(1.0, re.sub(r"([A-Za-z]+)(\d+)", r"\1**\2", unit).replace(" ", "*"))
-    base = quantity.to_base_units()
+    base = parse_unit(unit).to_base_units()
     if any(power % 1 for _, power in base.unit_items()):
         return None
     exponents = {BASE_UNITS[str(name)]: int(power) for name, power in base.unit_items()}
@@ -305,14 +304,6 @@ def _base_unit(unit: str) -> dict[str, float] | None:
     if base.magnitude != 1.0:
         attributes["factor"] = float(base.magnitude)
     return attributes
-
-
-@cache
-def _registry() -> Any:
-    """One pint registry per process: it takes long to make."""
-    import pint
-
-    return pint.UnitRegistry()
 
 
 def render(template: str, **values: Any) -> str:

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.unit_names import parse_unit
 from fmu_models.importer import request
 
 if TYPE_CHECKING:
@@ -162,31 +163,11 @@ def conversion(one: str, two: str) -> tuple[float, float]:
     """
     import pint
 
-    registry = _registry()
     try:
-        a, b = (_parsed(registry, text) for text in (one, two))
-    except (pint.PintError, AssertionError, ValueError, TypeError, SyntaxError, AttributeError) as error:
+        a, b = (parse_unit("1" if text.strip() in ("", "-") else text) for text in (one, two))
+        at_zero, at_one = (float(type(a)(value, a.units).to(b.units).magnitude) for value in (0.0, 1.0))
+    except pint.DimensionalityError:
+        raise ValueError("these measure different quantities. Connect other variables, or correct the units.") from None
+    except (pint.PintError, ValueError) as error:
         raise ValueError(f"a unit is not understood ({error}). Correct it in its FMU.") from None
-    if a.dimensionality != b.dimensionality:
-        raise ValueError("these measure different quantities. Connect other variables, or correct the units.")
-    at_zero = float(registry.Quantity(0.0, a).to(b).magnitude)
-    at_one = float(registry.Quantity(1.0, a).to(b).magnitude)
     return at_one - at_zero, at_zero
-
-
-@cache
-def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-
-
-def _parsed(registry: Any, text: str) -> Any:
-    """A unit as FMUs write it: "N m/rad", "kg.m2", "m/s2", "kg*m^2"."""
-    import re
-
-    plain = re.sub(r"(?<=[A-Za-zµΩ°%])(-?\d+)", r"**\1", text.replace("^", "**").strip())
-    plain = re.sub(r"\.(?=[A-Za-z])", "*", plain).replace("****", "**")
-    # blanks multiply
-    plain = re.sub(r"(?<=[\w)])\s+(?=[A-Za-zµΩ°(])", "*", plain)
-    return registry.Unit("" if plain in ("1", "-") else plain)

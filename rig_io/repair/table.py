@@ -145,7 +145,7 @@ def conversion(unit: str, expected: str, where: str) -> float:
             f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "
             "mixed up."
         ) from error
-    except Exception as error:  # pint hands an ill-formed unit to Python's tokenizer and lets any of its errors through
+    except (pint.PintError, ValueError) as error:
         raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expected} or a multiple of it.") from error
 
 

@@ -12,8 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
+from fmu_models.codegen.package import built, export
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contacts import Friction
+from fmu_models.language.laws.coulomb import Coulomb
+from fmu_models.language.mechanism import Mechanism
+from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal, knots
@@ -75,6 +79,32 @@ def test_what_would_take_hours_is_refused() -> None:
     with pytest.raises(StickslipError, match=r"contacts switch 2\.5e\+08 times per second .* ask for a shorter time"):
         simulate(dense, 20.0, parameters=fields, start={"v": 1e-9})
     assert len(simulate(dense, 1e-4, parameters=fields, start={"v": 1e-9}).events) == pytest.approx(25000, abs=2)
+
+
+def test_events_that_speed_up_without_end_are_refused_early(tmp_path: Path) -> None:
+    """Two belts push a mass to where they meet: damped, v falls like 1/n, and n grows exponentially with time."""
+    m, F = Parameter("m", 1.0, "kg", "mass"), Parameter("F", 1.0, "N", "friction force of a belt")
+    b, w = Parameter("b", 20.0, "N s/m", "damping"), Parameter("w", 5.0, "m/s", "speed of the belts")
+    q = Coordinate("q", "m", "position", velocity="v")
+    mechanism = Mechanism(
+        name="two_belts",
+        title="A mass between two belts",
+        source="textbook",
+        coordinates=[q],
+        kinetic_energy=m * q.v**2 / 2,
+        dissipation=b * q.v**2 / 2,
+        contacts=[
+            Friction(name="left", slip=q.v - w, law=Coulomb(F, 1), where=-q),
+            Friction(name="right", slip=q.v + w, law=Coulomb(F, 1), where=q),
+        ],
+    )
+    fmu = Fmu.open(export(mechanism, tmp_path / "two_belts.fmu"))
+    start = {"q": 0.0, "v": 1.0}
+    assert len(simulate(fmu, 1.9, start=start).events) > 500
+    with pytest.raises(
+        StickslipError, match=r"switches ever faster at t = 2\.\d+: 8192 events, twice as many with every"
+    ):
+        simulate(fmu, 20.0, start=start)
 
 
 def test_a_run_can_be_continued(rig: Fmu) -> None:

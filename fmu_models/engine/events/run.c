@@ -44,6 +44,10 @@ RunStatus run_initialize(Run *r)
     r->pace_first_step = r->steps;
     r->pace_first_event = r->events;
     r->accumulated_events = 0;
+    r->paced_events = 0;
+    r->paced_at = PACED_FIRST;
+    r->paced_time = r->at.time;
+    r->paced_span = INFINITY;
     r->longest_pause = 0.0;
     memset(r->at.settles, 0, sizeof r->at.settles);
     memset(r->leeway, 0, sizeof r->leeway);

@@ -319,6 +319,35 @@ static int accumulate(Run *r)
     return ++r->accumulated_events > 10 * r->tolerances.max_iterations;
 }
 
+/*
+ * Whether events speed up without end; asked once per event that is no impact. Pauses that shrink like 1/n double the
+ * number of events in equal times: bodies that come to rest between two regions, each of which pushes them into the
+ * other. A steady pace takes twice as long for twice as many, and is begun anew.
+ */
+static RunStatus check_speeding_up(Run *r, int c)
+{
+    const double STEADY = 1.5;
+    if (++r->paced_events < r->paced_at) {
+        return RUN_OK;
+    }
+    const double span = r->at.time - r->paced_time;
+    const int steady = span > STEADY * r->paced_span;
+    const double left = r->goal - r->at.time;
+    r->paced_time = r->at.time;
+    r->paced_span = steady ? INFINITY : span;
+    r->paced_events = steady ? 0 : r->paced_events;
+    r->paced_at = steady ? PACED_FIRST : 2 * r->paced_at;
+    if (r->paced_events < r->tolerances.paced_least
+        || !(log2((double)r->paced_events) * span + left > log2(r->tolerances.most_events) * span)) {
+        return RUN_OK;
+    }
+    return run_fail(r,
+                    "contact '%s' switches ever faster at t = %.10g: %ld events, twice as many with every %.2g s, and "
+                    "%g s still to come: ask for a shorter time, or change what drives it over its bound from both "
+                    "sides",
+                    model_contact_names[c], r->at.time, r->paced_events, span, left);
+}
+
 RunStatus transition_resolve(Run *r, EventSink sink, void *context)
 {
     signed char before[NC];
@@ -340,6 +369,9 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
         }
         if (r->at.state[c] != before[c] || r->struck[c]) {
             r->events++;
+            if (!model_contact_is_impact[c] && check_speeding_up(r, c) == RUN_ERROR) {
+                return RUN_ERROR;
+            }
             if (sink) {
                 const ContactEvent event = {r->at.time, c, before[c], r->at.state[c], r->struck[c] ? work : 0.0};
                 sink(context, &event);

@@ -15,6 +15,8 @@ const Tolerances run_default_tolerances = {
     .graze = 1e-7,
     .max_iterations = 1000,
     .pace_steps = 1000000,
+    .paced_least = 8192,
+    .most_events = 1e9,
     .most_paces_left = 1000.0,
 };
 

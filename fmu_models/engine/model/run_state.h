@@ -35,8 +35,13 @@ typedef struct {
                            root to rounding, and nothing is left of the digits of a derivative */
     int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
     long pace_steps;    /* steps over which the pace of a run is taken: some seconds of work */
+    int paced_least;    /* events before their pace is judged: some hundredths of a second of work */
+    double most_events; /* a run whose events would become so many is refused: hours of work */
     double most_paces_left; /* a run that would need this many times so many steps more is refused: hours of work */
 } Tolerances;
+
+/* events until their pace is taken for the first time */
+enum { PACED_FIRST = 256 };
 
 typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2, RUN_CROSSING = 3, RUN_PAUSED = 4 } RunStatus;
 
@@ -86,6 +91,10 @@ typedef struct {
     int starting;                    /* the start values are being looked at: they must not be off, by however little */
     int accumulated_events;          /* since accumulation_start */
     double accumulation_start, last_event, longest_pause; /* times; the longest time without event */
+    /* events that are no impacts: how many were seen when their pace was last taken, when that was, and how long it took
+       until then since it had been half as many */
+    long paced_events, paced_at;
+    double paced_time, paced_span;
     double goal;   /* the time that the caller wants to reach, perhaps by many calls; -infinity if it is not sure to */
     long pause_at; /* steps at which run_advance returns for a while; 0 never */
     double pace_start; /* where the present pace is taken from, at how many steps and events */

@@ -1,27 +1,26 @@
-"""The command `stickslip`: the commands of every package, which is imported when one of its commands is called."""
+"""The entry point of the command: ready for an interrupt before anything else is imported."""
 
 from __future__ import annotations
 
-from fmu_models.base import console
-from fmu_models.commands import bench as bench_commands
-from fmu_models.commands import maps as map_commands
-from fmu_models.commands import models as model_commands
-from fmu_models.commands import scene as scene_commands
-from fmu_models.commands import stress as stress_commands
-from identification.commands import apply as handover_commands
-from identification.commands import compare as comparison_commands
-from identification.commands import fit as friction_commands
-from identification.commands import laws as structure_commands
-from identification.commands import machines as machine_commands
-from rig_io.commands import emulate as rig_commands
+import os
+import signal
 
-app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
-MODELS = (model_commands, scene_commands, bench_commands, stress_commands, map_commands)
-FRICTION = (friction_commands, structure_commands, comparison_commands, handover_commands, machine_commands)
-for part in (*MODELS, rig_commands, *FRICTION):
-    app.registered_commands += part.app.registered_commands
+INTERRUPTED = 130  # as in console.py, whose libraries are not there yet
 
 
 def main() -> None:
-    """Entry point."""
-    console.run(app)
+    """Run the command line; while it is being imported, which takes a while, an interrupt ends the process at once."""
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if ours:
+        signal.signal(signal.SIGINT, _leave)
+    # imported here and not above, where an interrupt could not be answered
+    from identification.commands import application
+
+    if ours:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    application.run()
+
+
+def _leave(*_: object) -> None:
+    os.write(2, b"stickslip: interrupted; nothing was begun.\n")
+    os._exit(INTERRUPTED)

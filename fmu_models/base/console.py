@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, WriteError
+from fmu_models.base.files import FULL
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 # work shorter than this passes without a progress bar, s
 PATIENCE = 2.0
+UNWRITTEN = 74  # exit code: EX_IOERR of sysexits.h
 INTERRUPTED = 130  # exit code: 128 and the number of the signal
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -151,14 +153,22 @@ def chosen(contacts: str | None) -> tuple[str, ...] | None:
 
 
 def run(application: typer.Typer) -> None:
-    """Run a command line: errors for the user are printed and exit with 2, an interrupt exits with 130."""
+    """Run a command line: errors of the user exit with 2, a disk that is full with 74, an interrupt with 130."""
     # typer brings its own click, whose errors it does not export; their base class is that of one it does
     usage_error: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
     try:
         code = application(standalone_mode=False)
+        sys.stdout.flush()
     except StickslipError as error:
         _complain(str(error))
-        code = 2
+        code = UNWRITTEN if isinstance(error, WriteError) else 2
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        what = f"'{error.filename}'" if error.filename else "the output"
+        _complain(f"{what} cannot be written: {error.strerror}.")
+        code = UNWRITTEN
+        _forget_output()
     except usage_error as error:
         error.show()
         code = 2
@@ -168,6 +178,13 @@ def run(application: typer.Typer) -> None:
         # typer turns an interrupt into this code without a word
         _complain("interrupted; what was finished is kept.")
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _forget_output() -> None:
+    """What still waits for standard output goes nowhere: Python would try once more at its end, and complain."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
 
 
 def warn(text: str) -> None:

@@ -10,6 +10,10 @@ class StickslipError(Exception):
     """Something the user can mend: says what was found, what was expected and what to do."""
 
 
+class WriteError(StickslipError):
+    """A file that could not be written to its end, through no fault of what was asked for: a disk that is full."""
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Sentence with the known name closest to a misspelt one, or all of them where none is close.
 

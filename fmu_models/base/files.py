@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import errno
+import hashlib
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, WriteError, nearest
+
+# what a disk says that takes no more: no room, a quota, a largest size, a fault of its own
+FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 
 
 def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -> Path:
@@ -44,6 +49,7 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
 
     Raises:
         StickslipError: ``path`` exists and ``overwrite`` is false, or its folder cannot be written.
+        WriteError: the disk is full.
     """
     target = Path(path)
     refuse_existing(target, overwrite=overwrite)
@@ -51,6 +57,8 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     except OSError as error:
+        if error.errno in FULL:
+            raise disk_error(error, target) from error
         raise StickslipError(
             f"'{target}' cannot be written: {error.strerror}. Choose a folder you may write to."
         ) from error
@@ -60,8 +68,39 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
         yield temporary
         temporary.chmod(0o666 & ~_umask())
         os.replace(temporary, target)
+    except OSError as error:
+        if error.errno in FULL:
+            raise disk_error(error, target) from error
+        raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def disk_error(error: OSError, what: str | os.PathLike[str]) -> WriteError:
+    """What to say where a disk takes no more."""
+    return WriteError(f"'{what}' cannot be written: {error.strerror}. Make room, or write to another place.")
+
+
+def seal(path: Path) -> None:
+    """Keep the hash of a file beside it."""
+    with write_whole(_seal_of(path), overwrite=True) as temporary:
+        temporary.write_text(_sha256(path), "ascii")
+
+
+def is_sealed(path: Path) -> bool:
+    """Whether a file is there and is, to the last bit, the one that was sealed."""
+    try:
+        return _seal_of(path).read_text("ascii") == _sha256(path)
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _seal_of(path: Path) -> Path:
+    return path.with_name(f"{path.name}.sha256")
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _umask() -> int:

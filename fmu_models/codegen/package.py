@@ -15,7 +15,6 @@ import dataclasses
 import os
 import re
 import shutil
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from importlib import metadata
@@ -23,7 +22,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
+from fmu_models.base.temporary import temporary_folder
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
@@ -120,8 +120,9 @@ def built(
         fmi_version,
     )
     kept = kept_folder(*options) / f"{Path(model_name).name}.fmu"
-    if not kept.is_file():
+    if not is_sealed(kept):
         export(variant(model_name, contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
+        seal(kept)
     return kept
 
 
@@ -214,8 +215,8 @@ def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
     fmi3_platform, fmi2_platform, _, suffix = this_platform()
     platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
-        binary = compile_shared(c_files, Path(folder) / "library").read_bytes()
+    with temporary_folder("export") as folder:
+        binary = compile_shared(c_files, folder / "library").read_bytes()
     files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)

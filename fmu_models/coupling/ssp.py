@@ -7,7 +7,6 @@ components and of the system, inline or in .ssv files, with their mappings, inli
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -16,6 +15,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.temporary import temporary_folder
 from fmu_models.coupling.system import CoupledSystem, Unit, opened
 from fmu_models.coupling.wiring import Connection, conversion, unit_of
 from fmu_models.fmu import archive
@@ -53,8 +53,7 @@ def read(path: Path) -> CoupledSystem:
     """
     if path.suffix.lower() == ".ssd":
         return _system(path, path.parent, path)
-    with tempfile.TemporaryDirectory(prefix="stickslip-ssp-", ignore_cleanup_errors=True) as name:
-        folder = Path(name)
+    with temporary_folder("ssp") as folder:
         archive.unpack(path, folder)
         if not (folder / DESCRIPTION).is_file():
             raise StickslipError(f"'{path}' is not an SSP: it holds no {DESCRIPTION}.")

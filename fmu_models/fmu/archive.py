@@ -20,6 +20,7 @@ from itertools import pairwise
 from pathlib import Path, PurePosixPath
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import FULL, disk_error
 
 # the largest FMUs (a tool's run-time system inside) hold some thousand files and some hundred MB
 MAX_FILES = 10_000
@@ -62,6 +63,8 @@ def unpack(path: Path, folder: Path) -> None:
             f"'{path}' is not an FMU, or damaged: {error}. An FMU is a zip archive; fetch or export it again."
         ) from error
     except OSError as error:
+        if error.errno in FULL:
+            raise disk_error(error, folder) from error
         raise StickslipError(f"'{path}' cannot be unpacked into '{folder}': {error.strerror or error}.") from error
 
 

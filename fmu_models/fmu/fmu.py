@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
-import tempfile
 import weakref
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.temporary import claim_folder, release_folder
 from fmu_models.codegen import contact_states
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
@@ -48,14 +47,14 @@ class Fmu:
         path = Path(path)
         if not path.is_file():
             raise StickslipError(f"There is no file '{path}'. Export a model first: stickslip export MODEL")
-        folder = Path(tempfile.mkdtemp(prefix="stickslip-fmu-"))
+        folder = claim_folder("fmu")
         try:
             archive.unpack(path, folder)
             fmu = cls.unpacked(path, folder)
         except BaseException:
-            shutil.rmtree(folder, ignore_errors=True)
+            release_folder(folder)
             raise
-        weakref.finalize(fmu, shutil.rmtree, folder, ignore_errors=True)
+        weakref.finalize(fmu, release_folder, folder)
         return fmu
 
     @classmethod

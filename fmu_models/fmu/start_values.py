@@ -21,6 +21,7 @@ from xml.sax.saxutils import quoteattr
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
+from fmu_models.base.temporary import temporary_folder
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.fmu.library import LIBRARIES, library, this_folder
@@ -137,7 +138,6 @@ def _end_of_tag(xml: bytes, begin: int) -> int:
 def _compiled(fmu: Fmu, values: Mapping[str, float]) -> dict[str, bytes]:
     """Sources and library of an FMU of this suite with other start values."""
     import shutil
-    import tempfile
 
     source = (fmu.folder / MODEL).read_text("utf-8")
     table = re.search(r"(const double model_start_parameters\[[^\]]*\] = \{)([^}]*)(\};)", source)
@@ -148,8 +148,8 @@ def _compiled(fmu: Fmu, values: Mapping[str, float]) -> dict[str, bytes]:
         numbers[fmu.parameters.index(name)] = repr(float(value))
     text = source[: table.start()] + table[1] + ", ".join(numbers) + table[3] + source[table.end() :]
     identifier = str(fmu.description.coSimulation.modelIdentifier if fmu.description.coSimulation else "")
-    with tempfile.TemporaryDirectory(prefix="stickslip-start-") as name:
-        folder = Path(name) / "fmu"
+    with temporary_folder("start") as room:
+        folder = room / "fmu"
         shutil.copytree(fmu.folder, folder, ignore=shutil.ignore_patterns("binaries"))
         (folder / MODEL).write_text(text, "utf-8")
         made = library(Fmu.unpacked(fmu.path, folder), identifier).read_bytes()
@@ -189,10 +189,8 @@ def _check_library(fmu: Fmu, values: Mapping[str, float]) -> None:
 
     Where it cannot be asked (no library for this machine), nothing can be said and nothing is refused.
     """
-    import tempfile
-
-    with tempfile.TemporaryDirectory(prefix="stickslip-start-") as name:
-        trial = Path(name) / fmu.path.name
+    with temporary_folder("start") as room:
+        trial = room / fmu.path.name
         changed = {DESCRIPTION: _description((fmu.folder / DESCRIPTION).read_bytes(), values, fmu)}
         _repack(fmu.path, trial, changed, drop_libraries=False)
         try:

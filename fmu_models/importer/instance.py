@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import sys
-import tempfile
 import weakref
 from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache
@@ -15,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
@@ -97,8 +97,8 @@ def master_library() -> ctypes.CDLL:
     # one unit: the calls into the FMU sit in the innermost loops
     names = [name for name in sources if name.endswith(".c")]
     sources["all.c"] = "".join(f'#include "{name}"\n' for name in names)
-    with tempfile.TemporaryDirectory(prefix="stickslip-master-", ignore_cleanup_errors=True) as name:
-        file = compiler.compile_shared(sources, Path(name) / f"master{compiler.this_platform()[3]}")
+    with temporary_folder("master") as folder:
+        file = compiler.compile_shared(sources, folder / f"master{compiler.this_platform()[3]}")
         made = ctypes.CDLL(str(file))
     made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(FmuInstance), c_int64, c_int64)
     made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)

@@ -10,7 +10,6 @@ import os
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.package import built, variant
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments
@@ -151,10 +151,10 @@ def _muting(scene: Scene) -> dict[str, float] | None:
 
 def time_build(scene: Scene, of_model: bool) -> float:
     """Seconds to a first result with an empty cache: the FMU of the scene, or of its whole model, is built."""
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+    with temporary_folder("bench") as folder:
         # the compiler's own cache stays: it holds the C library, which is made once per installation
         compiler = os.environ.get("ZIG_GLOBAL_CACHE_DIR", str(cache_folder() / "zig"))
-        return _child(scene, of_model, {"STICKSLIP_CACHE": folder, "ZIG_GLOBAL_CACHE_DIR": compiler})
+        return _child(scene, of_model, {"STICKSLIP_CACHE": str(folder), "ZIG_GLOBAL_CACHE_DIR": compiler})
 
 
 def time_start(scene: Scene, of_model: bool) -> float:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import named_file, write_whole
+from fmu_models.base.files import is_sealed, named_file, seal, write_whole
 from fmu_models.base.toml_document import read_document
 from fmu_models.codegen.package import kept_folder
 from fmu_models.scene.scene import Scene
@@ -30,13 +30,14 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
     except OSError as error:
         raise StickslipError(f"'{path}' cannot be read ({error.strerror}). Give a scene, a TOML file.") from error
     kept = kept_folder("scene", str(path), digest(text), digest(*_own_sources())) / "scene.json"
-    if kept.is_file():
+    if is_sealed(kept):
         return Scene.from_json(kept.read_text("utf-8"))
     from fmu_models.scene.check import checked_scene
 
     scene = checked_scene(read_document(path))
     with write_whole(kept, overwrite=True) as temporary:
         temporary.write_text(scene.to_json(), "utf-8")
+    seal(kept)
     return scene
 
 

@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmu_models.base.files import write_whole
+from fmu_models.base.files import is_sealed, seal, write_whole
 from fmu_models.codegen.package import checked, kept_folder, variant, write
 from fmu_models.scene.scene import Scene
 
@@ -46,8 +46,9 @@ def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
     """
     checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
     kept = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
-    if not kept.is_file():
+    if not is_sealed(kept):
         write(reduced(scene), kept, fmi_version=fmi_version, overwrite=True)
+        seal(kept)
     return kept
 
 

@@ -12,6 +12,7 @@ CSV has the variables and their units alone. The file is written whole or not at
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import version
 from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
@@ -135,11 +136,15 @@ def write_trajectory(
             return
         import h5py
 
-        with write_whole(path, overwrite=overwrite) as temporary, h5py.File(temporary, "w") as file:
+        # made in memory: the library of HDF5 crashes where a disk has no room left when it closes a file
+        made = io.BytesIO()
+        with h5py.File(made, "w") as file:
             _write(file, trajectory, provenance, descriptions or {})
+        with write_whole(path, overwrite=overwrite) as temporary:
+            temporary.write_bytes(made.getbuffer())
     except OSError as error:
         reason = error.strerror or error
-        raise StickslipError(f"'{path}' cannot be written: {reason}. Is the disk full?") from error
+        raise WriteError(f"'{path}' cannot be written: {reason}. Is the disk full?") from error
 
 
 def _write(

@@ -12,12 +12,13 @@ import platform
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from importlib import metadata, util
 from pathlib import Path
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, WriteError
+from fmu_models.base.files import is_sealed, seal
+from fmu_models.base.temporary import temporary_folder
 
 # -ffp-contract=off: fused multiply-adds would make results differ between processors
 # -fno-sanitize=undefined: zig cc adds run-time checks unless told otherwise; -s: debug information triples the size
@@ -133,7 +134,7 @@ def compile_shared(
         platform.platform() if not target else "",
     )
     kept = cache_folder() / "libraries" / key
-    if not kept.is_file():
+    if not is_sealed(kept):
         _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
     shutil.copyfile(kept, output)
     return output
@@ -153,8 +154,7 @@ def _compile(
 ) -> None:
     """Run the compiler in a folder of its own and rename the result to ``kept``."""
     kept.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="build-", dir=kept.parent) as name:
-        folder = Path(name)
+    with temporary_folder("build", kept.parent) as folder:
         for file, text in sources.items():
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
             (folder / file).write_bytes(text.encode() if isinstance(text, str) else text)
@@ -168,6 +168,11 @@ def _compile(
         library = folder / "library"
         if run.returncode != 0 or not library.is_file():
             lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]
+            if any("NoSpaceLeft" in line or "No space left" in line for line in lines):
+                raise WriteError(
+                    f"The disk of the cache folder '{cache_folder()}' is full. Make room there, or set STICKSLIP_CACHE."
+                )
             shown = "\n  ".join(lines[:8])
             raise StickslipError(f"The C compiler failed:\n  {shown}")
         os.replace(library, kept)
+    seal(kept)

@@ -12,8 +12,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.files import write_whole
+from fmu_models.base.errors import StickslipError, WriteError, nearest
+from fmu_models.base.files import FULL, write_whole
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
 from rig_io.packages import sidecar
@@ -186,7 +186,8 @@ def _write(work: Path, logs: list[RigLog], title: str, description: str) -> None
 
 
 def _unwritable(folder: Path, error: OSError) -> StickslipError:
-    return StickslipError(
+    kind = WriteError if error.errno in FULL else StickslipError
+    return kind(
         f"'{folder}' cannot be written: {error.strerror or error}. Choose a folder you may write to, with room left."
     )
 

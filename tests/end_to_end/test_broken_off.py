@@ -1,0 +1,135 @@
+"""Commands that cannot come to their end: full disks, interrupts, damaged caches, killed processes. One line each."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from fmu_models.base import temporary
+from fmu_models.base.errors import WriteError
+from fmu_models.codegen.package import built, export_built
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.results import write_trajectory
+from fmu_models.simulation.run import simulate
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="limits of files, /dev/full and signals as POSIX has them")
+CALL = "from identification.cli import main; main()"
+
+
+def command(*arguments: str, folder: Path, stdout: int | None = subprocess.PIPE, largest: int | None = None, call=CALL):
+    """The command in a process of its own, which can write no file larger than so many bytes."""
+
+    def limit() -> None:
+        if largest is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        [sys.executable, "-c", call, *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=limit,
+        check=False,
+    )
+
+
+def assert_one_line(done: subprocess.CompletedProcess[str], code: int) -> None:
+    assert done.returncode == code, done.stderr
+    assert done.stderr.startswith("stickslip: ") and len(done.stderr.splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("what", "largest"),
+    [
+        ("export bouncing_ball", 20000),
+        ("simulate bouncing_ball", 20000),  # its library cannot be unpacked
+        ("simulate bouncing_ball --samples 20001 --figure x.svg", 200000),
+        ("simulate bouncing_ball --samples 20001 --output x.csv", 200000),
+        ("simulate bouncing_ball --samples 20001 --output x.h5", 200000),
+    ],
+)
+def test_a_disk_that_takes_no_more(what: str, largest: int, tmp_path: Path) -> None:
+    built("bouncing_ball")
+    assert_one_line(command(*what.split(), folder=tmp_path, largest=largest), 74)
+    assert not list(tmp_path.iterdir())
+
+
+def test_output_that_goes_nowhere(tmp_path: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = command("models", folder=tmp_path, stdout=full.fileno())
+    assert_one_line(done, 74)
+
+
+def test_a_trajectory_that_does_not_fit(tmp_path: Path) -> None:
+    run = simulate(Fmu.open(built("bouncing_ball")), 1.0)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for suffix in ("csv", "h5"):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10000, hard))
+        try:
+            with pytest.raises(WriteError, match="cannot be written"):
+                write_trajectory(run, tmp_path / f"run.{suffix}")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not list(tmp_path.iterdir())
+    write_trajectory(run, tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as file:
+        time = file["time"]
+        assert isinstance(time, h5py.Dataset) and np.array_equal(time[:], run.time)
+
+
+@pytest.mark.parametrize("module", ["typer", "fmu_models.commands.models", "rig_io.commands.emulate"])
+def test_an_interrupt_while_the_command_is_imported(module: str, tmp_path: Path) -> None:
+    """It comes as this module is about to be imported."""
+    interrupting = (
+        "import os, signal, sys\n"
+        "class Interrupting:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "from identification.cli import main\n"
+        "sys.meta_path.insert(0, Interrupting())\n"
+        "main()\n"
+    )
+    assert_one_line(command("models", folder=tmp_path, call=interrupting), 130)
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:5000], lambda data: data[:900] + b"\0\0\0" + data[903:]])
+def test_a_damaged_file_of_the_cache_is_built_again(damage, tmp_path: Path) -> None:
+    kept = built("bouncing_ball")
+    whole = kept.read_bytes()
+    kept.write_bytes(damage(whole))
+    try:
+        assert export_built("bouncing_ball", tmp_path / "ball.fmu").read_bytes() == whole
+    finally:
+        kept.write_bytes(whole)
+
+
+def test_folders_of_killed_processes_go_at_the_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = (
+        "import os, signal; from fmu_models.base.temporary import claim_folder\n"
+        "print(claim_folder('master'), flush=True); os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "TMPDIR": str(tmp_path)}
+    killed = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    left = Path(killed.stdout.strip())
+    assert left.is_dir() and left.is_relative_to(tmp_path)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with temporary.temporary_folder("here") as mine:
+        assert not left.parent.exists()
+        # that of a process that lives stays, whoever comes
+        monkeypatch.setattr(temporary, "_swept", set())
+        with temporary.temporary_folder("there"):
+            assert mine.is_dir()
+    assert not list(tmp_path.iterdir())

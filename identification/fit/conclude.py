@@ -85,9 +85,9 @@ def conclude(
         warnings=(
             *warnings,
             *ready.warnings,
-            *_doubts(law, found, parameters, segments),
-            *known.doubts,
-            *(elastic.doubts if elastic else ()),
+            *_warnings(law, found, parameters, segments),
+            *known.warnings,
+            *(elastic.warnings if elastic else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
@@ -232,26 +232,26 @@ def _sensors(ready: Pool) -> dict[str, float]:
     }
 
 
-def _doubts(
+def _warnings(
     law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
-    doubts = list(law.doubts(found.values))
+    warnings = list(law.warnings(found.values))
     if not found.converged:
-        doubts.append(f"The search did not converge: {found.message}. The values are its last ones.")
+        warnings.append(f"The search did not converge: {found.message}. The values are its last ones.")
     for parameter in parameters:
         if parameter.at_bound:
-            doubts.append(
+            warnings.append(
                 f"{parameter.name} = {parameter.value:g} {parameter.unit} lies on a bound of the search "
                 f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for a value beyond "
                 "it, and its standard deviation says nothing."
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
-            doubts.append(
+            warnings.append(
                 f"{parameter.name} is hardly determined: {parameter.value:.3g} +- {parameter.standard_deviation:.2g} "
                 f"{parameter.unit}. Pool logs at more drive speeds."
             )
     if segments < FEW_SEGMENTS:
-        doubts.append(
+        warnings.append(
             f"Only {segments} slip segments: the standard deviations are themselves uncertain. Record longer."
         )
-    return tuple(doubts)
+    return tuple(warnings)

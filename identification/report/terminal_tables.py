@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from identification.inference.uncertainty import LAG_RULE
+
 if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
@@ -125,7 +127,7 @@ def fit_report(fit: FrictionFit) -> Group:
 
 def _certainty(fit: FrictionFit) -> list[str]:
     """What a fit says of its identifiability, of its residuals and of the contact in stick."""
-    said = []
+    said = [f"Deviations: {LAG_RULE}."] if fit.covariance == "hac" else []
     if fit.collinearity:
         judged = "nearly collinear" if fit.collinearity.poor else "told apart"
         said.append(f"Collinearity index {fit.collinearity.index:.3g} ({judged}): {fit.collinearity.words}.")

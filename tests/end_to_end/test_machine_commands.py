@@ -79,7 +79,7 @@ def test_inverse_prints_tables_and_json_and_writes_both_files(stickslip, slide, 
     assert {e["name"]: e["value"] for e in kept["estimates"]} == pytest.approx({"M": 2.0, "Fc": 4.0}, rel=1e-3)
     shown = stickslip("inverse", recipe, log, "--json").json
     assert shown["estimates"] == kept["estimates"]
-    assert shown["laws"]["preferred"] == "Coulomb"
+    assert shown["laws"]["scores"][0]["law"] == "Coulomb"
     assert stickslip("inverse", recipe, log, "-o", "fit.json").code == 2
 
 

@@ -83,7 +83,7 @@ def test_an_open_end_is_a_result_with_a_word_of_advice() -> None:
     found = infer(problem, solve(problem), Inference(profile=True), count=1, logs=["a"])
     (one,) = found.intervals
     assert one.high is None and one.low is not None
-    assert any("do not bound k from above" in said and "stickslip design" in said for said in found.doubts)
+    assert any("do not bound k from above" in said and "stickslip design" in said for said in found.warnings)
 
 
 def test_what_cannot_be_asked_for() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +14,16 @@ from identification.estimators.inverse_dynamics import PARTS, InverseProblem, in
 from identification.estimators.inverse_terms import KINDS, Term, check_terms, read_model
 from identification.inference.choice import coloured_covariance
 from identification.inference.comparison import Comparing, LawComparison, compare_laws
-from identification.inference.problem import Solution, solve
+from identification.inference.lmfit_exchange import Solved, given
+from identification.inference.problem import Solution, searched, solve
 from identification.inference.uncertainty import LAG_RULE, autocorrelation, inflation, plain_covariance
 from identification.measurement.recipe import Recipe
 from identification.measurement.signals import Prepared, prepare
 from rig_io.readers import read_table
+
+if TYPE_CHECKING:
+    from lmfit import Minimizer, Parameters
+    from lmfit.minimizer import MinimizerResult
 
 POOR = 0.8  # of the variance: a model that explains less does not describe the machine
 UNSEEN_WORSE = 1.5  # times the error of the fit: the parameters belong to the log, not to the machine
@@ -90,14 +95,24 @@ class InverseRun:
     result: InverseResult
     prepared: Prepared
     problem: InverseProblem
-    solution: Solution
+    solved: Solved
     residual: np.ndarray
+
+    def to_lmfit(self) -> tuple[Minimizer, MinimizerResult]:
+        """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`."""
+        return self.solved.to_lmfit()
 
 
 def inverse_dynamics(
-    recipe: Recipe, log: str | os.PathLike[str], held_out: Sequence[str | os.PathLike[str]] = ()
+    recipe: Recipe,
+    log: str | os.PathLike[str],
+    held_out: Sequence[str | os.PathLike[str]] = (),
+    *,
+    parameters: Parameters | None = None,
 ) -> InverseRun:
     """Fit the recipe's terms to a log, judge them, and score other logs with the same values.
+
+    parameters: first values, bounds and held parameters of the terms, by name (Fv+ is called Fv_plus).
 
     Raises:
         StickslipError: the recipe names no terms, a log cannot be read or does not fit the recipe, or cannot tell the
@@ -106,18 +121,23 @@ def inverse_dynamics(
     model = read_model(recipe)
     prepared = prepare(recipe, read_table(log))
     check_terms(recipe, prepared, model.terms)
-    problem = inverse_problem(prepared, model.terms)
-    found = solve(problem)
+    said, problem = given(parameters), inverse_problem(prepared, model.terms)
+    said.check([unknown.name for unknown in problem.unknowns])
+    problem = replace(problem, unknowns=said.bounded(problem.unknowns))
+    found = solve(problem, said.start(problem), fixed=said.fixed(problem))
     others = {os.fspath(other): _elsewhere(recipe, model.terms, other, found.values) for other in held_out}
     residual = _off(prepared, model.terms, found.values)
     here, unseen = score(prepared.effort, residual), _unseen(problem, found)
-    seen = found.evaluation
-    coloured = coloured_covariance(problem, found, "hac")
+    rest, searched_for, free = searched(problem, found)
+    seen = searched_for.evaluation
+    coloured = coloured_covariance(rest, searched_for, "hac")
     white = plain_covariance(seen.gradient, seen.residual)
-    columns = (model.terms, found.values, np.sqrt(np.diag(coloured)), np.sqrt(np.diag(white)))
+    covariance, deviation, plain = np.zeros((len(free),) * 2), np.zeros(len(free)), np.zeros(len(free))
+    covariance[np.ix_(free, free)] = coloured
+    deviation[free], plain[free] = np.sqrt(np.diag(coloured)), np.sqrt(np.diag(white))
     estimates = tuple(
-        Estimate(t.name, t.kind, float(value), str(t.unit(prepared.turning)), float(sd), float(plain))
-        for t, value, sd, plain in zip(*columns, strict=True)
+        Estimate(t.name, t.kind, float(value), str(t.unit(prepared.turning)), float(sd), float(as_white))
+        for t, value, sd, as_white in zip(model.terms, found.values, deviation, plain, strict=True)
     )
     neighbours = autocorrelation(seen.residual, np.zeros(len(seen.residual)))
     effective = len(residual) / inflation(white, coloured)
@@ -145,7 +165,7 @@ def inverse_dynamics(
         laws,
         verdicts,
     )
-    return InverseRun(result, prepared, problem, found, residual)
+    return InverseRun(result, prepared, problem, Solved(problem, found, covariance), residual)
 
 
 def score(effort: np.ndarray, residual: np.ndarray) -> Score:
@@ -169,10 +189,11 @@ def _elsewhere(recipe: Recipe, terms: tuple[Term, ...], log: str | os.PathLike[s
 def _unseen(problem: InverseProblem, found: Solution) -> Score:
     """Score of parts of the log, each with the values from the others."""
     labels = np.unique(problem.cluster)
+    held = {u.name: float(x) for u, x in zip(problem.unknowns, found.values, strict=True) if u.name in found.fixed}
     part_of = labels * PARTS // (labels[-1] + 1)
     residual = np.empty(len(problem.rows))
     for part in np.unique(part_of):
-        values = solve(problem.resampled(labels[part_of != part]), found.values).values
+        values = solve(problem.resampled(labels[part_of != part]), found.values, fixed=held).values
         inside = np.isin(problem.cluster, labels[part_of == part])
         residual[inside] = _off(problem.prepared, problem.terms, values)[inside]
     return score(problem.prepared.effort, residual)

@@ -54,7 +54,7 @@ def inverse_figure(run: InverseRun) -> Figure:
 
 
 def _friction(axes: Axes, run: InverseRun) -> None:
-    prepared, terms, values = run.prepared, run.problem.terms, run.solution.values
+    prepared, terms, values = run.prepared, run.problem.terms, run.solved.solution.values
     friction = [KINDS[term.kind].friction for term in terms]
     modelled = prepared.thinned(
         lambda s: sum(

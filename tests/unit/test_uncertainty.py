@@ -16,21 +16,21 @@ from identification.inference.uncertainty import (
 )
 
 
-def coloured(rng: np.random.Generator, count: int, memory: float) -> np.ndarray:
+def coloured(rng: np.random.Generator, count: int, colour: float) -> np.ndarray:
     """First-order autoregression (count,) of unit variance."""
     value, values = rng.standard_normal(), []
-    for kick in rng.standard_normal(count) * np.sqrt(1 - memory**2):
+    for kick in rng.standard_normal(count) * np.sqrt(1 - colour**2):
         values.append(value)
-        value = memory * value + kick
+        value = colour * value + kick
     return np.array(values)
 
 
 def test_newey_west_finds_the_inflation_of_a_mean_of_coloured_values() -> None:
-    memory, count = 0.8, 40_000
-    residual = coloured(np.random.default_rng(1), count, memory)
+    colour, count = 0.8, 40_000
+    residual = coloured(np.random.default_rng(1), count, colour)
     # variance of a mean of AR(1) values: (1 + a)/(1 - a) times the white one
     inflation = bartlett(residual[:, None], 60, np.zeros(count))[0, 0] / float(residual @ residual)
-    assert inflation == pytest.approx((1 + memory) / (1 - memory), rel=0.15)
+    assert inflation == pytest.approx((1 + colour) / (1 - colour), rel=0.15)
 
 
 def test_newey_west_leaves_white_residuals_alone() -> None:
@@ -41,20 +41,20 @@ def test_newey_west_leaves_white_residuals_alone() -> None:
     np.testing.assert_allclose(np.diag(spread), 20_000, rtol=0.1)
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
-def test_intervals_of_a_coloured_mean_cover(memory: float) -> None:
+@pytest.mark.parametrize("colour", [0.0, 0.5, 0.9])
+def test_intervals_of_a_coloured_mean_cover(colour: float) -> None:
     """600 logs of 400 values: the share of 1.96 deviations that hold the truth has itself a deviation of 0.9 %. Plain
     ones of the strongest colour hold it in 35 %."""
     rng = np.random.default_rng(3)
     column, held, plain = np.ones((400, 1)), 0, 0
     for _ in range(600):
-        values = coloured(rng, 400, memory)
+        values = coloured(rng, 400, colour)
         off = values - values.mean()
         held += abs(values.mean()) < 1.96 * np.sqrt(newey_west(column, off)[0, 0])
         plain += abs(values.mean()) < 1.96 * np.sqrt(plain_covariance(column, off)[0, 0])
-    # Bartlett's weights over 20 lags miss some of a memory of 10
-    assert (0.87 if memory == 0.9 else 0.92) < held / 600 < 0.975
-    assert memory < 0.9 or plain / 600 < 0.5
+    # Bartlett's weights over 20 lags miss some of a correlation that lasts 10
+    assert (0.87 if colour == 0.9 else 0.92) < held / 600 < 0.975
+    assert colour < 0.9 or plain / 600 < 0.5
 
 
 def test_lags_are_a_twentieth_of_the_samples() -> None:

@@ -18,12 +18,12 @@ def evaluation(residual: np.ndarray) -> Evaluation:
     return Evaluation(residual, np.zeros((len(residual), 1)), cluster, (cluster >= CLUSTERS).astype(int), slip)
 
 
-def noise(seed: int, memory: float = 0.0) -> np.ndarray:
+def noise(seed: int, colour: float = 0.0) -> np.ndarray:
     """Autoregression (n,) of the first order, a new one for each cluster."""
     kicks = np.random.default_rng(seed).standard_normal((2 * CLUSTERS, ROWS))
     values = [kicks[:, 0]]
     for place in range(1, ROWS):
-        values.append(memory * values[-1] + np.sqrt(1 - memory**2) * kicks[:, place])
+        values.append(colour * values[-1] + np.sqrt(1 - colour**2) * kicks[:, place])
     return np.stack(values, axis=1).ravel()
 
 
@@ -42,7 +42,7 @@ def test_colour_is_seen_but_is_no_fault_of_the_model() -> None:
 
 
 def test_false_alarms_are_rare_whatever_the_colour() -> None:
-    tests = [whiteness(evaluation(noise(seed, memory)), "ab") for memory in (0.0, 0.9) for seed in range(100)]
+    tests = [whiteness(evaluation(noise(seed, colour)), "ab") for colour in (0.0, 0.9) for seed in range(100)]
     # 12 ranges at 3 standard errors: 3 % of fits; courses: 0.1 %
     assert sum(bool(one.beyond) for one in tests) <= 14
     assert sum(bool(one.repeated) for one in tests) <= 2

@@ -37,7 +37,7 @@ def inverse(
 ) -> None:
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
-    Example: stickslip inverse emps DATA_EMPS.mat --figure emps.png
+    Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
     from identification.fit.inverse import inverse_dynamics
     from identification.measurement.recipe import read_recipe
@@ -77,7 +77,7 @@ def slips(
 
     --set gives mass (kg), stiffness (N/m), speed (m/s), damping (N s/m), smoothing (s), share in place of the recipe's.
 
-    Example: stickslip slips lyon_stick_slip k168Nm_v42.mat --set stiffness=168 --set speed=42e-6
+    Example: stickslip slips slider data/machines/slider.csv --set stiffness=50
     """
     from identification.measurement.recipe import read_recipe
     from identification.slips.block_on_belt import fit_slip_model

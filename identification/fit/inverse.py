@@ -23,7 +23,6 @@ from rig_io.readers import read_table
 
 if TYPE_CHECKING:
     from lmfit import Minimizer, Parameters
-    from lmfit.minimizer import MinimizerResult
 
 POOR = 0.8  # of the variance: a model that explains less does not describe the machine
 UNSEEN_WORSE = 1.5  # times the error of the fit: the parameters belong to the log, not to the machine
@@ -98,7 +97,7 @@ class InverseRun:
     solved: Solved
     residual: np.ndarray
 
-    def to_lmfit(self) -> tuple[Minimizer, MinimizerResult]:
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`."""
         return self.solved.to_lmfit()
 

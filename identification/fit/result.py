@@ -24,7 +24,6 @@ from identification.measurement.presliding import PreSliding
 
 if TYPE_CHECKING:
     from lmfit import Minimizer
-    from lmfit.minimizer import MinimizerResult
 
 VERSION = 2  # of the format of a fit
 
@@ -178,7 +177,7 @@ class FrictionFit:
         bounds = {identifier(q.name): (q.minimum, q.maximum) for q in self.parameters if not q.held}
         return Given(bounds=bounds, held={identifier(q.name): q.value for q in self.parameters if q.held})
 
-    def to_lmfit(self) -> tuple[Minimizer, MinimizerResult]:
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.
 
         Raises:

@@ -28,7 +28,6 @@ from identification.inference.problem import (
 
 if TYPE_CHECKING:
     from lmfit import Minimizer, Parameters
-    from lmfit.minimizer import MinimizerResult
 
 
 class Bounded(Protocol):
@@ -133,7 +132,7 @@ class Solved:
     solution: Solution
     covariance: np.ndarray
 
-    def to_lmfit(self) -> tuple[Minimizer, MinimizerResult]:
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The problem as an `lmfit.Minimizer`, and its solution as a `MinimizerResult` with the stated deviations.
 
         Residuals are whitened (in deviations of the noise where it is known); the last rows are those of priors.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import lmfit
 import numpy as np
 import pytest
@@ -107,7 +109,7 @@ def test_confidence_intervals_of_lmfit_are_our_profiles() -> None:
     residual = found.evaluation.residual
     covariance = np.linalg.inv(information(problem, found.evaluation)) * (residual @ residual) / 58
     ours = profile(problem, found, covariance, ["a", "b"], quantile=student(58, 0.95)).intervals
-    theirs = lmfit.conf_interval(*Solved(problem, found, covariance).to_lmfit(), sigmas=[0.95])
+    theirs: Any = lmfit.conf_interval(*Solved(problem, found, covariance).to_lmfit(), sigmas=[0.95])
     for one in ours:
         (_, low), (_, best), (_, high) = theirs[one.name]
         # both search for the ends, ours to 1 % of the half-width

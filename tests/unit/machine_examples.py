@@ -19,9 +19,10 @@ SLIDER = {"mass": 0.5, "stiffness": 50.0, "speed": 0.01, "mu_s": 0.6, "mu_k": 0.
 
 
 def axis() -> dict[str, np.ndarray]:
-    """A linear axis, 10 s at 500 Hz: time (s), position (mm, in steps of 1 um), force (N, with a drive's coloured noise).
+    """A linear axis, 10 s at 500 Hz: time (s), position (mm, in steps of 1 um), force (N, coloured noise of a drive).
 
-    At both ends position and acceleration are zero, so that filters have no edge there."""
+    At both ends position and acceleration are zero, so that filters have no edge there.
+    """
     time = np.arange(5001) / 500
     first, second = 2 * np.pi * 0.6, 2 * np.pi * 1.7
     x = 0.12 * np.sin(first * time) + 0.02 * np.sin(second * time)

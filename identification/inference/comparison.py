@@ -23,7 +23,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.choice import coloured_covariance
-from identification.inference.problem import Problem, Solution, prior_precision, solve
+from identification.inference.problem import Problem, Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness
 
@@ -32,7 +32,6 @@ SURE = 2.0  # standard errors of a difference in held-out prediction
 SEARCH = 1e-6  # relative, of a fit to some of the logs
 SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
 FEWEST = 4  # clusters, of which halves can be made
-INDISTINGUISHABLE = 1e8  # condition of the scaled gradient from which on parameters have no deviations
 
 
 @dataclass(frozen=True)
@@ -179,9 +178,7 @@ def _candidate(name: str, problem: Problem, found: Solution, asked: Comparing) -
 
 def _covariance(problem: Problem, found: Solution, asked: Comparing) -> np.ndarray | None:
     """Covariance (m, m); None where the data do not determine the unknowns one by one."""
-    whole = np.vstack([found.evaluation.gradient, np.sqrt(prior_precision(problem))])
-    size = np.linalg.norm(whole, axis=0)
-    if np.any(size == 0) or np.linalg.cond(whole / size) > INDISTINGUISHABLE:
+    if not determines(information(problem, found.evaluation)):
         return None
     return coloured_covariance(problem, found, asked.covariance)
 

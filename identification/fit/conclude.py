@@ -17,7 +17,15 @@ from identification.estimators.base import Estimator, FrictionProblem, FrictionR
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, infer
 from identification.inference.lmfit_exchange import Solved
-from identification.inference.problem import Problem, Solution, determines, information, prior_precision, searched
+from identification.inference.problem import (
+    Problem,
+    Solution,
+    among,
+    determines,
+    information,
+    prior_precision,
+    searched,
+)
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -54,13 +62,13 @@ def conclude(
     names = [motion.log.name for motion in ready.motions]
     of_law = int(np.count_nonzero(free[:count]))
     known = infer(rest, seen, asked, count=of_law, logs=names, instruments=instruments, progress=progress)
-    white = _among(white_covariance(rest, seen), free)
-    covariance = _among(known.covariance, free)
+    white = among(white_covariance(rest, seen), free)
+    covariance = among(known.covariance, free)
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
     constants, scale = _constants(problem, shifts, law, found.values)
-    bound = None if known.bound is None else _among(known.bound, free)
+    bound = None if known.bound is None else among(known.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
     parameters, nuisance = every[:count], every[count:]
     rows = problem.rows(found.values)
@@ -101,16 +109,9 @@ def conclude(
     )
 
 
-def _among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """A matrix of the unknowns that were searched among all (m,), 0 for those held."""
-    whole = np.zeros((len(free),) * 2)
-    whole[np.ix_(free, free)] = matrix
-    return whole
-
-
 def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float, ...], ...]:
     """Of all parameters (m,), from the covariance of those searched; one that is held goes with no other."""
-    whole = _among(correlation(covariance), free) + np.diag((~free).astype(float))
+    whole = among(correlation(covariance), free) + np.diag((~free).astype(float))
     return tuple(tuple(float(x) for x in row) for row in whole)
 
 

@@ -15,7 +15,7 @@ from identification.estimators.inverse_terms import KINDS, Term, check_terms, re
 from identification.inference.choice import coloured_covariance
 from identification.inference.comparison import Comparing, LawComparison, compare_laws
 from identification.inference.lmfit_exchange import Solved, given
-from identification.inference.problem import Solution, searched, solve
+from identification.inference.problem import Solution, among, searched, solve
 from identification.inference.uncertainty import LAG_RULE, autocorrelation, inflation, plain_covariance
 from identification.measurement.recipe import Recipe
 from identification.measurement.signals import Prepared, prepare
@@ -127,23 +127,18 @@ def inverse_dynamics(
     others = {os.fspath(other): _elsewhere(recipe, model.terms, other, found.values) for other in held_out}
     residual = _off(prepared, model.terms, found.values)
     here, unseen = score(prepared.effort, residual), _unseen(problem, found)
-    rest, searched_for, free = searched(problem, found)
-    seen = searched_for.evaluation
-    coloured = coloured_covariance(rest, searched_for, "hac")
-    white = plain_covariance(seen.gradient, seen.residual)
-    covariance, deviation, plain = np.zeros((len(free),) * 2), np.zeros(len(free)), np.zeros(len(free))
-    covariance[np.ix_(free, free)] = coloured
-    deviation[free], plain[free] = np.sqrt(np.diag(coloured)), np.sqrt(np.diag(white))
+    covariance, white = _covariances(problem, found)
+    columns = (model.terms, found.values, np.sqrt(np.diag(covariance)), np.sqrt(np.diag(white)))
     estimates = tuple(
         Estimate(t.name, t.kind, float(value), str(t.unit(prepared.turning)), float(sd), float(as_white))
-        for t, value, sd, as_white in zip(model.terms, found.values, deviation, plain, strict=True)
+        for t, value, sd, as_white in zip(*columns, strict=True)
     )
-    neighbours = autocorrelation(seen.residual, np.zeros(len(seen.residual)))
-    effective = len(residual) / inflation(white, coloured)
+    neighbours = autocorrelation(found.evaluation.residual, np.zeros(len(residual)))
+    effective = len(residual) / inflation(white, covariance)
     laws = _laws(law_problems(prepared, model), os.fspath(log)) if model.laws else None
     verdicts = (
         *_on_fit(here, unseen, others),
-        *_on_values(estimates),
+        *_on_values(estimates, found.at_bound),
         *_on_colour(estimates, len(residual), effective, neighbours),
         *((f"Friction laws: {laws.verdict}", *_aside(laws)) if laws else ()),
         *prepared.notes,
@@ -165,6 +160,13 @@ def inverse_dynamics(
         verdicts,
     )
     return InverseRun(result, prepared, problem, Solved(problem, found, covariance), residual)
+
+
+def _covariances(problem: InverseProblem, found: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Covariances (m, m) of all parameters, for coloured and for white residuals; 0 for those held."""
+    rest, seen, free = searched(problem, found)
+    white = plain_covariance(seen.evaluation.gradient, seen.evaluation.residual)
+    return among(coloured_covariance(rest, seen, "hac"), free), among(white, free)
 
 
 def score(effort: np.ndarray, residual: np.ndarray) -> Score:
@@ -239,10 +241,14 @@ def _on_fit(here: Score, unseen: Score, others: dict[str, Score]) -> list[str]:
     return said
 
 
-def _on_values(estimates: Sequence[Estimate]) -> list[str]:
+def _on_values(estimates: Sequence[Estimate], at_bound: Sequence[bool]) -> list[str]:
     said = []
-    for e in estimates:
-        if KINDS[e.term].positive and e.value < 0:
+    for e, at in zip(estimates, at_bound, strict=True):
+        if at:
+            said.append(f"{e.name} = {e.value:.4g} {e.unit} lies on a bound that was given: the log asks for more.")
+        elif e.standard_deviation == 0:
+            said.append(f"{e.name} was held at {e.value:.4g} {e.unit}.")
+        elif KINDS[e.term].positive and e.value < 0:
             said.append(
                 f"{e.name} = {e.value:.4g} {e.unit} is below zero, which {KINDS[e.term].meaning} cannot be: check the "
                 "signs of effort and motion, or leave the term out."

@@ -159,6 +159,13 @@ def searched(problem: Problem, found: Solution) -> tuple[Problem, Solution, np.n
     return Held(problem, found.values, free), replace(rest, at_bound=at_bound, fixed=()), free
 
 
+def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """A matrix of the unknowns that were searched among all (m, m), 0 for those held."""
+    whole = np.zeros((len(free),) * 2)
+    whole[np.ix_(free, free)] = matrix
+    return whole
+
+
 def prior_precision(problem: Problem) -> np.ndarray:
     """What is known beforehand, (m, m): 1/sd^2 on the diagonal, 0 where there is no prior."""
     known = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty**2 for u in problem.unknowns]

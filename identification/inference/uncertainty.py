@@ -110,8 +110,9 @@ def student(freedom: int, level: float) -> float:
 
 
 def inflation(white: np.ndarray, coloured: np.ndarray) -> float:
-    """By how much colour inflates a covariance (m, m), on average over the parameters; 1 or more."""
-    return max(float(np.trace(np.linalg.lstsq(white, coloured, rcond=None)[0])) / len(white), 1.0)
+    """By how much colour inflates a covariance (m, m), on average over the parameters that are not held; 1 or more."""
+    count = np.count_nonzero(np.diag(white))
+    return max(float(np.trace(np.linalg.lstsq(white, coloured, rcond=None)[0])) / count, 1.0)
 
 
 def correlation(covariance: np.ndarray) -> np.ndarray:

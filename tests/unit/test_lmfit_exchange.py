@@ -137,6 +137,8 @@ def test_machines_take_and_give_lmfit_too(tmp_path) -> None:
     found = {one.name: one for one in run.result.estimates}
     assert found["Fc"].value == 2.5 and found["Fc"].standard_deviation == 0
     assert found["offset"].value == pytest.approx(-0.3, abs=1e-6)
+    said = " ".join(run.result.verdicts)
+    assert "Fc was held at 2.5 N" in said and "offset = -0.3 N lies on a bound" in said
     _, result = run.to_lmfit()
     assert result.var_names == ["M", "Fv", "offset"]
     assert result.params["M"].stderr == pytest.approx(found["M"].standard_deviation)

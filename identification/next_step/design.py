@@ -211,6 +211,11 @@ def loaded(fit: FrictionFit, N: float) -> FrictionFit:
 
 def _covariance(fit: FrictionFit) -> np.ndarray:
     deviation = np.array([parameter.standard_deviation for parameter in fit.parameters])
+    held = ", ".join(one.name for one in fit.parameters if one.held)
+    if held:
+        raise StickslipError(
+            f"The fit holds {held} at a value: a design is of parameters that are found. Fit them all."
+        )
     covariance = np.array(fit.correlation) * np.outer(deviation, deviation)
     if not np.all(np.isfinite(covariance)) or not np.all(np.linalg.eigvalsh(covariance) > 0):
         raise StickslipError(

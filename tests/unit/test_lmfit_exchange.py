@@ -20,6 +20,7 @@ from identification.inference.profile import profile
 from identification.inference.uncertainty import student
 from identification.measurement.pooling import Pool, pool
 from identification.measurement.recipe import read_recipe
+from identification.next_step.design import design
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 
 
@@ -84,6 +85,8 @@ def test_a_parameter_held_in_the_fit_is_held_in_lmfit(rigid: Pool) -> None:
     fit = fit_friction(rigid, estimator="weak-form", parameters=asked(("p", 12.0, False, 0, 20)))
     _, result = fit.to_lmfit()
     assert result.var_names == ["mu_s", "mu_k"] and result.params["p"].value == 12.0
+    with pytest.raises(StickslipError, match="fit holds p at a value"):
+        design(fit)
 
 
 def decay(seed: int) -> Curve:

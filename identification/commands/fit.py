@@ -68,19 +68,21 @@ def fit(
 
     refuse_existing(result, figure, overwrite=overwrite)
     inference = Inference(covariance, bootstrap, seed, profile)
+    # a bootstrap is hundreds of fits, and what comes before it a small part of the work
+    first, last = (0.02, 0.99) if covariance == "bootstrap" else (0.2, 0.9)
     with console.progress("fitting") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"), repair)
-        advance(0.1)
+        advance(first / 2)
         decay, ready, found = fit_logs(
             read,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), lambda count, _: advance(0.1 + 0.1 * count / (count + 10))),
+            options=Options(tuple(free or ()), lambda count, _: advance(first * (1 + count / (count + 10)) / 2)),
             inference=inference,
-            progress=lambda done: advance(0.2 + 0.7 * done),
+            progress=lambda done: advance(first + (last - first) * done),
             allow_no_stick=allow_no_stick,
         )
-        advance(0.9)
+        advance(last)
         files, interrupted = _kept(found, ready, result, figure, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: _print_fit(decay, found, files, out))
@@ -271,11 +273,9 @@ def read_fit(path: Path) -> FrictionFit:
 
 
 def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
-    from identification.report.terminal_tables import decay_table, fit_report
+    from identification.report.fit_summary import fit_summary
 
-    if decay:
-        out.print(decay_table(decay))
-    out.print(fit_report(found))
+    out.print(fit_summary(found, decay))
     print_files(files, out)
 
 

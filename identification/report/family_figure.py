@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.measurement.slip_segments import stretches
+from identification.model_check.bifurcations import COVER
 from identification.model_check.portraits import PHASES, Portrait, Rest
+from identification.model_check.table import measured_speed, speed_within
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -155,15 +157,15 @@ def _bifurcation(axes: Axes, one: BifurcationComparison) -> None:
         axes.axvspan(low, high, facecolor="#dddddd", edgecolor="none", zorder=0)
         axes.plot([], [], color="#dddddd", linewidth=8, label=f"measured between {low:.4g} and {high:.4g} rad/s")
     if one.measured is not None and one.measured.estimate is not None:
-        reach = 1.96 * (one.measured.deviation or 0.0)
+        reach = COVER * (one.measured.deviation or 0.0)
+        label = f"measured, carried on to no stick: {measured_speed(one.measured)} rad/s (95 %)"
         axes.errorbar([one.measured.estimate], [0.0], xerr=[reach], color="#777777", marker="D", markersize=7,
-                      capsize=4, linestyle="none",
-                      label=f"measured, carried on to no stick: {one.measured.estimate:.4g} ± {reach:.1g}")  # fmt: skip
+                      capsize=4, linestyle="none", clip_on=False, label=label)  # fmt: skip
     if one.predicted is not None:
-        reach = 1.96 * one.predicted.deviation
-        known = f" ± {reach:.1g}" if np.isfinite(reach) else ""
-        axes.axvline(one.predicted.speed, color="black", linestyle="--", linewidth=1.3,
-                     label=f"{one.predicted.words}: {one.predicted.speed:.4g}{known} rad/s (model)")  # fmt: skip
+        reach = COVER * one.predicted.deviation
+        known = " (model, 95 %)" if np.isfinite(reach) else " (model)"
+        label = f"{one.predicted.words}: {speed_within(one.predicted.speed, reach)} rad/s{known}"
+        axes.axvline(one.predicted.speed, color="black", linestyle="--", linewidth=1.3, label=label)
         if np.isfinite(reach):
             for edge in (one.predicted.speed - reach, one.predicted.speed + reach):
                 axes.axvline(edge, color="black", linewidth=0.5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -15,16 +14,6 @@ from fmu_models.validation.bench.run import Comparison, Row
 MARKERS = {"event-driven": "o", "switch model": "s", "smoothing": "^", "time-stepping": "D"}
 TINIEST = 1e-17  # where an error of exactly zero is drawn
 LARGEST = 1e2  # and one of another motion
-
-
-def svg(made: Comparison) -> str:
-    """The diagram, to stand inside a page."""
-    figure = draw(made)
-    buffer = io.StringIO()
-    with mpl.rc_context({"svg.fonttype": "path", "svg.hashsalt": made.name}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
 
 
 def draw(made: Comparison) -> Figure:

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.table import Table, number, table
+from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
 
 if TYPE_CHECKING:
@@ -54,24 +56,27 @@ def group(cell: Cell) -> str:
 
 def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool = False) -> None:
     """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
-    from fmu_models.base.console import table
-
     for model in dict.fromkeys(cell.case.model for cell in cells):
         own = [cell for cell in cells if cell.case.model == model]
-        made = table("about", *(f">{verdict}" for verdict in VERDICTS), ">largest error", "in", title=model)
-        for about in dict.fromkeys(map(group, own)):
-            chosen = [cell for cell in own if group(cell) == about]
-            counts = Counter(cell.verdict for cell in chosen)
-            worst = max((c for c in chosen if c.error is not None), key=lambda c: c.error or 0.0, default=None)
-            shown = (f"{worst.error:.1e}", worst.case.name) if worst is not None and worst.error else ("", "")
-            made.add_row(about, *(str(counts[verdict] or "") for verdict in VERDICTS), *shown)
-        out.print(made)
+        out.print(terminal(groups_table(model, own)))
         for cell in own:
             if every or cell.verdict != "accurate":
                 out.print(f"  {sentence(cell)}", markup=False)
         out.print()
     totals = Counter(cell.verdict for cell in cells)
     out.print(f"{len(cells)} of {asked} cells: " + ", ".join(f"{totals[verdict]} {verdict}" for verdict in VERDICTS))
+
+
+def groups_table(model: str, cells: Sequence[Cell]) -> Table:
+    """A row for each group of a model's cases: how many got which verdict, and the largest error."""
+    rows = []
+    for about in dict.fromkeys(map(group, cells)):
+        chosen = [cell for cell in cells if group(cell) == about]
+        counts = Counter(cell.verdict for cell in chosen)
+        worst = max((c for c in chosen if c.error), key=lambda c: c.error or 0.0, default=None)
+        shown = (number(worst.error, ".1e"), worst.case.name) if worst is not None else (number(None), "")
+        rows.append([about, *(number(counts[verdict] or None, "d") for verdict in VERDICTS), *shown])
+    return table(model, ("about", *VERDICTS, "largest error", "in"), rows)
 
 
 def sentence(cell: Cell) -> str:

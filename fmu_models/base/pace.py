@@ -16,6 +16,7 @@ RECENT = 0.5  # of the time so far: the share whose speed counts
 SMOOTHED = 0.2  # of the time so far: how long the running mean remembers
 AGREED = 1.5  # ratio of remaining times up to which two ends agree
 EARLY = 4.0  # s before which nobody can say
+STEPS = 4  # at least, in that share of the time
 APART = 0.05  # s between samples that are kept
 
 
@@ -34,7 +35,7 @@ class Pace:
             self.done.append(done)
         since = bisect_right(self.times, elapsed * (1 - RECENT)) - 1
         gained = done - self.done[since]
-        if gained <= 0:
+        if len(set(self.done[since:])) <= STEPS:
             return None
         end = elapsed + (1 - done) * (elapsed - self.times[since]) / gained
         share = 1 - math.exp(-(elapsed - last) / (SMOOTHED * max(elapsed, APART)))

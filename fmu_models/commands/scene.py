@@ -210,8 +210,11 @@ def _draw(scene: Scene, fmu: Fmu, rows: tuple[Row, ...], path: Path, overwrite: 
     from fmu_models.report.scene_figure import draw
 
     over = scene.compute.over
+    unit = f" {fmu.variables[over].unit}" if over in fmu.variables and fmu.variables[over].unit else ""
     panels = [
-        (scene.name if row.at is None else f"{over} = {row.at:g}", row.trajectory) for row in rows if row.trajectory
+        (scene.name if row.at is None else f"{over} = {row.at:g}{unit}", row.trajectory)
+        for row in rows
+        if row.trajectory
     ]
     axes = (fmu.states[0], fmu.states[len(fmu.states) // 2])
     draw(scene.title, panels, axes, path, points=scene.compute.kind == "strobe", overwrite=overwrite)

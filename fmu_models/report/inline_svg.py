@@ -6,6 +6,8 @@ import io
 import re
 from typing import TYPE_CHECKING
 
+from fmu_models.report.figures import part_ticks
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -17,6 +19,7 @@ def inline_svg(figure: Figure, prefix: str, title: str) -> str:
 
     from matplotlib import rc_context
 
+    part_ticks(figure)
     buffer = io.StringIO()
     # text stays text: smaller, searchable, and in the font of the page
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):

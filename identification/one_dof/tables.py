@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain, table
+from fmu_models.base.digits import deviation, like_sd, value_with_sd
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
@@ -25,8 +26,8 @@ def inverse_report(result: InverseResult) -> Group:
         "parameter", "term", ">value", ">sd", ">sd if white", ">ratio", "unit", title=f"Values from {result.log}"
     )
     for e in result.estimates:
-        deviations = (f"{e.standard_deviation:.2g}", f"{e.white_deviation:.2g}", f"{e.factor:.1f}")
-        shown.add_row(e.name, e.term, f"{e.value:.6g}", *deviations, e.unit)
+        deviations = (deviation(e.standard_deviation), deviation(e.white_deviation), f"{e.factor:.1f}")
+        shown.add_row(e.name, e.term, like_sd(e.value, e.standard_deviation), *deviations, e.unit)
     parts += [shown, _scores(result)]
     parts.append(
         plain(
@@ -55,7 +56,7 @@ def _laws(laws: FrictionComparison) -> Table:
     best_aic, best_bic = min(row.aic for row in laws.rows), laws.rows[0].bic
     for row in laws.rows:
         values = "\n".join(
-            f"{name} = {value:.4g} +- {row.deviations[name]:.1g} {row.units[name]}"
+            f"{name} = {value_with_sd(value, row.deviations[name], row.units[name])}"
             for name, value in row.values.items()
         )
         mark = "preferred" if row.name == laws.preferred else "doubtful" if row.doubts else ""

@@ -6,6 +6,7 @@ imported only here, inside the functions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,22 +60,27 @@ def family_figure(family: FamilyComparison) -> Figure:
         _portrait(axes, one, labelled=column == 0)
         _strip(figure.add_subplot(grid[2 * row + 1, column]), one, contacts, labelled=column == 0)
     _diagram(figure.add_subplot(grid[2 * rows, :]), family, contacts)
-    figure.legend(handles=_key(), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
+    figure.legend(handles=_key(members), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
     return figure
 
 
-def _key() -> list[Any]:
-    """What the lines, points and bars mean."""
+def _key(members: Sequence[PortraitComparison]) -> list[Any]:
+    """What the lines, points and bars mean that are drawn."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    return [
-        Line2D([], [], label="measured", **MEASURED),
-        Line2D([], [], label="model", **MODEL),
-        Line2D([], [], label="steady sliding of the model", **REST),
-        Patch(label="stick of the model by its slip speed, as measured", **BAR),
-        Line2D([], [], color="black", linewidth=3, label="by its contact states"),
-    ]
+    models = [one.model for one in members]
+    sticks = [stick for model in models if isinstance(model, Portrait) for stick in model.sticks.values()]
+    shown = [Line2D([], [], label="measured", **MEASURED)]
+    if any(isinstance(model, Portrait) for model in models):
+        shown.append(Line2D([], [], label="model", **MODEL))
+    if any(isinstance(model, Rest) for model in models):
+        shown.append(Line2D([], [], label="steady sliding of the model", **REST))
+    if any((stick.strip > 0.5).any() for stick in sticks):
+        shown.append(Patch(label="stick of the model by its slip speed, as measured", **BAR))
+    if any(stick.held is not None and (stick.held > 0.5).any() for stick in sticks):
+        shown.append(Line2D([], [], color="black", linewidth=3, label="stick by its contact states"))
+    return shown
 
 
 def _portrait(axes: Axes, one: PortraitComparison, *, labelled: bool) -> None:
@@ -139,7 +145,7 @@ def _diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) ->
                      label=f"steady sliding stable above {family.hopf:.4g} rad/s (model)")  # fmt: skip
     for one in family.bifurcations:
         _bifurcation(axes, one)
-    axes.set_ylim(bottom=-0.02)
+    axes.set_ylim(-0.02, 1.1 * axes.get_ylim()[1])  # marks at the edge stay whole
     axes.set_xlabel(f"drive speed of {family.varied} (rad/s)", fontsize="small")
     axes.set_ylabel("stick fraction (1)", fontsize="small")
     axes.tick_params(labelsize="small")

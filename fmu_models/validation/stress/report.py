@@ -13,10 +13,14 @@ from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import Console
 
 # of a cell in words, the longest line of a message that is printed
 WIDTH = 90
+# up to which a heat map has a column for each
+CASES = 24
+MARKS = {"r": "some refused with a reason", "F": "some failed"}
 
 
 def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
@@ -89,38 +93,52 @@ def sentence(cell: Cell) -> str:
 
 
 def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
-    """Heat map: one row per model, one column per group of cases, the worst error of each as its colour.
+    """Heat map: a row for each model, a column for each case, or where these are many for each group of cases; the
+    largest error as colour and as its power of ten.
 
     Raises:
         StickslipError: the file exists or cannot be written.
     """
+    from fmu_models.report.figures import save_figure
+
+    save_figure(heat_map(cells), path, overwrite=overwrite)
+
+
+def heat_map(cells: Sequence[Cell]) -> Figure:
+    """The figure of `draw`."""
     import numpy as np
     from matplotlib.figure import Figure
 
-    from fmu_models.report.figures import save_figure
-
     models = list(dict.fromkeys(cell.case.model for cell in cells))
-    groups = sorted(set(map(group, cells)))
-    errors = np.full((len(models), len(groups)), np.nan)
-    letters: dict[tuple[int, int], str] = {}
+    names = list(dict.fromkeys(cell.case.name for cell in cells))
+    by_case = len(names) <= CASES
+    columns = names if by_case else sorted(set(map(group, cells)))
+    errors = np.full((len(models), len(columns)), np.nan)
+    marks: dict[tuple[int, int], str] = {}
     for cell in cells:
-        at = models.index(cell.case.model), groups.index(group(cell))
+        at = models.index(cell.case.model), columns.index(cell.case.name if by_case else group(cell))
         if cell.error is not None:
             size = math.log10(min(max(cell.error, 1e-16), 1.0))
             errors[at] = np.nanmax([errors[at], size])
         mark = {"refused": "r", "failed": "F"}.get(cell.verdict, "")
-        letters[at] = max(letters.get(at, ""), mark, key=lambda m: ("", "r", "F").index(m))
-    figure = Figure(figsize=(3.5 + 0.36 * len(groups), 2.4 + 0.3 * len(models)), layout="constrained")
+        marks[at] = max(marks.get(at, ""), mark, key=("", "r", "F").index)
+    size = (max(3.6 + 0.42 * len(columns), 7.0), 2.6 + 0.3 * len(models) + 0.07 * max(map(len, columns)))
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots()
     image = axes.imshow(errors, vmin=-16, vmax=0, cmap="YlOrRd", aspect="auto")
     axes.set_facecolor("0.85")
-    axes.set_xticks(range(len(groups)), groups, rotation=60, ha="right")
+    axes.set_xticks(range(len(columns)), columns, rotation=60, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(len(models)), models)
-    for (row, column), letter in letters.items():
-        axes.text(column, row, letter, ha="center", va="center", fontsize=8)
-    figure.colorbar(image, ax=axes, label="log10 of the largest relative error")
-    axes.set_xlabel("what is extreme")
-    axes.set_title(
-        f"accurate up to {ACCURATE:g}; r: some refused with a reason, F: some failed; grey: no such case, or none ran"
-    )
-    save_figure(figure, path, overwrite=overwrite)
+    for (row, column), mark in marks.items():
+        power = "" if np.isnan(errors[row, column]) else f"{errors[row, column]:.0f}"
+        dark = errors[row, column] > -4
+        axes.text(
+            column, row, f"{power}{mark}", ha="center", va="center", fontsize=8, color="white" if dark else "black"
+        )
+    figure.colorbar(image, ax=axes, label="log10 of the largest\nrelative error (1)")
+    axes.set_xlabel("case" if by_case else "what is extreme")
+    said = [f"accurate up to {math.log10(ACCURATE):.0f}"]
+    said += [f"{mark}: {words}" for mark, words in MARKS.items() if mark in marks.values()]
+    said += ["grey: no such case, or no error to be had"] if np.isnan(errors).any() else []
+    axes.set_title(f"Numbers: log10 of the largest error\n{'; '.join(said)}", fontsize="small")
+    return figure

@@ -12,6 +12,8 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.table import number, table
+from fmu_models.base.terminal_table import terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -154,12 +156,10 @@ def _print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row.values))
     over = scene.compute.over
     title = f"{scene.compute.kind}{f' over {over}' if over else ''}"
-    made = console.table(
-        "result", *(f">{'' if row.at is None else f'{over} = {row.at:g}'}" for row in rows), title=title
-    )
-    for name in names:
-        made.add_row(name, *(f"{row.values[name]:.10g}" if name in row.values else "" for row in rows))
-    out.print(made)
+    heads = ("result", *("" if row.at is None else f"{over} = {row.at:g}" for row in rows))
+    values = ([name, *(number(row.values.get(name), ".10g") for row in rows)] for name in names)
+    made = table(title, heads, values)
+    out.print(terminal(made.turned() if len(rows) > len(names) else made))
 
 
 def _print_comparisons(comparisons: tuple[Comparison, ...], out: Console) -> None:

@@ -74,6 +74,10 @@ def fit(
     # shares of the work after reading and after the fit itself: a bootstrap is hundreds of fits
     begun, fitted = (0.01, 0.02) if covariance == "bootstrap" else (0.05, 0.2 if profile else 0.95)
     with console.progress("fitting") as advance:
+
+        def searching(count: int, _: float) -> None:
+            advance(begun + (fitted - begun) * count / (count + 10))
+
         constants = console.assignments(settings, "rig constant")
         ratios = {name: constants.pop(name) for name in RATIOS if name in constants}
         read = read_logs(logs, constants, repair)

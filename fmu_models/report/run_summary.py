@@ -13,8 +13,9 @@ import numpy as np
 from fmu_models.base import console
 from fmu_models.base.table import Cell, number, table
 from fmu_models.base.terminal_table import terminal
+from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 from fmu_models.simulation.accuracy import COMPANIONS
-from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES, Event
+from fmu_models.simulation.trajectory import Event
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -88,9 +88,7 @@ def fit(
             decay,
             estimator=estimator,
             law=law,
-            options=Options(
-                tuple(free or ()), lambda count, _: advance(begun + (fitted - begun) * count / (count + 10))
-            ),
+            options=Options(tuple(free or ()), searching),
             inference=inference,
             progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,

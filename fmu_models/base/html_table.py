@@ -13,18 +13,19 @@ def html(table: Table) -> str:
         f'<th scope="col"{_class("number" if table.is_number(place) else "")}>{escape(column.words)}</th>'
         for place, column in enumerate(table.columns)
     )
-    rows = "\n".join(f"<tr>{_row(row)}</tr>" for row in table.rows)
+    rows = "\n".join(f"<tr>{_row(table, row)}</tr>" for row in table.rows)
     return (
         f'<div class="wide"><table>\n<caption>{escape(table.title)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody></table></div>"
     )
 
 
-def _row(row: tuple[Cell, ...]) -> str:
-    name, *others = row
-    return f'<th scope="row">{_words(name)}</th>' + "".join(
-        f"<td{_class('' if cell.kind == 'text' else cell.kind)}>{_words(cell)}</td>" for cell in others
-    )
+def _row(table: Table, row: tuple[Cell, ...]) -> str:
+    shown = f'<th scope="row">{_words(row[0])}</th>'
+    for place, cell in enumerate(row[1:], 1):
+        classes = ["number"] * table.is_number(place) + ["fail"] * (cell.kind == "fail")
+        shown += f"<td{_class(' '.join(classes))}>{_words(cell)}</td>"
+    return shown
 
 
 def _words(cell: Cell) -> str:

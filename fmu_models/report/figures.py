@@ -49,9 +49,10 @@ def _touch(axis: Axis, along: int) -> bool:
     """Whether labels of ticks that are shown touch; along: 0 for x, 1 for y."""
     low, high = sorted(axis.get_view_interval())
     shown = [
-        tick.label1.get_window_extent()
+        label.get_window_extent()
         for tick in axis.get_major_ticks()
-        if tick.label1.get_visible() and tick.label1.get_text() and low <= tick.get_loc() <= high
+        for label in (tick.label1, tick.label2)
+        if label.get_visible() and label.get_text() and low <= tick.get_loc() <= high
     ]
     spans = sorted((box.intervalx if along == 0 else box.intervaly).tolist() for box in shown)
     gap = SPACED * max((box.height for box in shown), default=0.0) if along == 0 else 0.0

@@ -1,10 +1,10 @@
 """How long work will still take, from what was done when.
 
-    speed = what was done in the latter half of the time so far / that time
+    speed = what was done in the latter part of the time so far / that time
     end   = now + (1 - done)/speed, and its running mean
 
-An end is told once the running mean agrees with it: work whose parts go at different speeds (a quick fit before a long
-bootstrap) says nothing for a while instead of something wrong.
+The end is told while the latter half and the latter quarter of the time agree on it: work whose parts go at different
+speeds (a quick fit before a long bootstrap) says nothing for a while instead of something wrong.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 
-RECENT = 0.5  # of the time so far: the share whose speed counts
-SMOOTHED = 0.2  # of the time so far: how long the running mean remembers
-AGREED = 1.5  # ratio of remaining times up to which two ends agree
+PARTS = (0.5, 0.25)  # of the time so far: the shares whose speeds must agree
+STEPS = 3  # at least, in the shorter of them
+AGREED = 1.6  # ratio of remaining times up to which they do
+SMOOTHED = 0.1  # of the time so far: how long the running mean remembers
 EARLY = 4.0  # s before which nobody can say
-STEPS = 4  # at least, in that share of the time
 APART = 0.05  # s between samples that are kept
 
 
@@ -33,15 +33,22 @@ class Pace:
         if elapsed >= last + APART:
             self.times.append(elapsed)
             self.done.append(done)
-        since = bisect_right(self.times, elapsed * (1 - RECENT)) - 1
-        gained = done - self.done[since]
-        if len(set(self.done[since:])) <= STEPS:
+        left = [self._left(part, elapsed, done) for part in PARTS]
+        least, most = min(left), max(left)
+        if elapsed < EARLY or not most < math.inf or most > AGREED * least + 1:
+            self.mean = None
             return None
-        end = elapsed + (1 - done) * (elapsed - self.times[since]) / gained
-        share = 1 - math.exp(-(elapsed - last) / (SMOOTHED * max(elapsed, APART)))
+        end = elapsed + left[0]
+        share = 1 - math.exp(-(elapsed - last) / (SMOOTHED * elapsed))
         self.mean = end if self.mean is None else self.mean + share * (end - self.mean)
-        left, mean = end - elapsed, self.mean - elapsed
-        return mean if elapsed > EARLY and 0 < mean < AGREED * left and left < AGREED * mean else None
+        return max(self.mean - elapsed, 0.0)
+
+    def _left(self, part: float, elapsed: float, done: float) -> float:
+        """Seconds at the speed of the latter part of the time so far; infinite where too little was done in it."""
+        since = bisect_right(self.times, elapsed * (1 - part)) - 1
+        if len(set(self.done[since:])) <= STEPS:
+            return math.inf
+        return (1 - done) * (elapsed - self.times[since]) / (done - self.done[since])
 
 
 def spoken(seconds: float) -> str:

@@ -1,6 +1,6 @@
 """A table for a terminal of any width: words wrap, columns are left out with a word or go on below, digits never break.
 
-1. heads and texts wrap between words, texts down to `NARROWEST`, names of rows not before `LONGEST`;
+1. heads and texts wrap between words, texts down to `NARROWEST`, names of rows and lines of a cell only from `LONGEST`;
 2. columns that the table can spare are left out, and named below it;
 3. what is still too wide goes on in further blocks, each with the names of the rows.
 """
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 GAP = 2  # between columns
 NARROWEST = 16  # of a text, unless all of it is shorter
-LONGEST = 32  # of a word of a text, and of the name of a row: a longer one may break
+LONGEST = 32  # of a word of a text, of the name of a row, and of one of several lines: what is longer may break
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def _widths(table: Table, place: int) -> tuple[int, int]:
     natural = max((cell_len(line) for line in lines), default=0)
     if table.is_number(place):
         return max(head_word, natural), max(cell_len(head), natural)
-    if place == 0:
+    if place == 0 or any("\n" in row[place].words for row in table.rows):
         return max(head_word, min(natural, LONGEST)), max(cell_len(head), natural)
     word = max((cell_len(word) for line in lines for word in line.split()), default=0)
     least = max(head_word, min(natural, max(NARROWEST, min(word, LONGEST))))

@@ -54,7 +54,7 @@ def _touch(axis: Axis, along: int) -> bool:
         for label in (tick.label1, tick.label2)
         if label.get_visible() and label.get_text() and low <= tick.get_loc() <= high
     ]
-    spans = sorted((box.intervalx if along == 0 else box.intervaly).tolist() for box in shown)
+    spans = sorted((box.x0, box.x1) if along == 0 else (box.y0, box.y1) for box in shown)
     gap = SPACED * max((box.height for box in shown), default=0.0) if along == 0 else 0.0
     return any(one[1] + gap > other[0] for one, other in pairwise(spans))
 

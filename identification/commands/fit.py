@@ -71,8 +71,9 @@ def fit(
 
     refuse_existing(result, figure, overwrite=overwrite)
     inference = Inference(covariance, bootstrap, seed, profile)
-    # shares of the work after reading and after the fit itself: a bootstrap is hundreds of fits
-    begun, fitted = (0.01, 0.02) if covariance == "bootstrap" else (0.05, 0.2 if profile else 0.95)
+    # share of the work that is the fit itself; it costs as much as some ten draws of a bootstrap
+    fitted = 10 / (10 + bootstrap) if covariance == "bootstrap" else 0.2 if profile else 0.95
+    begun = 0.1 * fitted
     with console.progress("fitting") as advance:
 
         def searching(count: int, _: float) -> None:

@@ -9,7 +9,6 @@ from fmu_models.base.digits import deviation, like_sd, value_with_sd
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
-    from rich.table import Table
 
     from identification.one_dof.comparison import FrictionComparison
     from identification.one_dof.inverse import InverseResult
@@ -41,7 +40,7 @@ def inverse_report(result: InverseResult) -> Group:
     return Group(*parts)
 
 
-def _scores(result: InverseResult) -> Table:
+def _scores(result: InverseResult) -> table:
     shown = table("log", ">relative error, %", ">variance explained, %", title="Scores")
     rows = {"fitted": result.score, "its blocks, left out in turn": result.unseen, **result.held_out}
     for name, score in rows.items():
@@ -49,7 +48,7 @@ def _scores(result: InverseResult) -> Table:
     return shown
 
 
-def _laws(laws: FrictionComparison) -> Table:
+def _laws(laws: FrictionComparison) -> table:
     shown = table(
         "law", "values", ">error, %", ">unseen, %", ">AIC", ">BIC", "", title="Friction laws, the best BIC first"
     )
@@ -79,7 +78,7 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None) -> Group:
         ("period, mean", statistics.period, "s"),
         ("slip time, median", statistics.slip_time, "s"),
     ):
-        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{one.spread:.2g}", unit)
+        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{deviation(one.spread)}", unit)
     parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
     parts.append(
         plain(

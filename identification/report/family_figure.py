@@ -71,7 +71,7 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
 
     models = [one.model for one in members]
     sticks = [stick for model in models if isinstance(model, Portrait) for stick in model.sticks.values()]
-    shown = [Line2D([], [], label="measured", **MEASURED)]
+    shown: list[Any] = [Line2D([], [], label="measured", **MEASURED)]
     if any(isinstance(model, Portrait) for model in models):
         shown.append(Line2D([], [], label="model", **MODEL))
     if any(isinstance(model, Rest) for model in models):

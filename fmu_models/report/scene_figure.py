@@ -34,7 +34,7 @@ def draw(
     """
     if not panels:
         raise StickslipError("There is no motion to draw.")
-    columns = min(3, len(panels))
+    columns = 2 if len(panels) == 4 else min(3, len(panels))
     rows = math.ceil(len(panels) / columns)
     figure = Figure(figsize=(1.0 + 3.6 * columns, 0.8 + 3.0 * rows), layout="constrained")
     figure.suptitle(title)

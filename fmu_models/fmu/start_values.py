@@ -21,8 +21,8 @@ from xml.sax.saxutils import quoteattr
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
+from fmu_models.base.processes import IsolatedFailure, Limits, isolated
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.fmu.library import LIBRARIES, library, this_folder
 
 if TYPE_CHECKING:

@@ -47,14 +47,15 @@ class IsolatedFailure(StickslipError):
     """A job in a child process did not come back; the text says why.
 
     Attributes:
-        own: the function itself ended its process: a crash, an exit or a broken connection.
+        cause: "time" or "memory": more than its limits; "killed": from outside; "own": the function ended its process,
+            by a crash, an exit or a broken connection.
         code: of the exit, negative for a signal; None if the process was stopped here.
         seconds: of the job until then.
     """
 
-    def __init__(self, text: str, *, own: bool = False, code: int | None = None) -> None:
+    def __init__(self, text: str, cause: str, code: int | None = None) -> None:
         super().__init__(text)
-        self.own, self.code, self.seconds = own, code, 0.0
+        self.cause, self.code, self.seconds = cause, code, 0.0
 
 
 @dataclass(frozen=True)
@@ -265,8 +266,8 @@ def _next_outcome(
     while True:
         child, report = _next_report(children, reports)
         if report is not None and not report:
-            text = f"It did not end within {child.limits.time:g} s and was stopped: it hangs, or needs more time. "
-            return child, IsolatedFailure(f"{text}Allow it more, or ask for less.")
+            text = f"It did not end within {child.limits.time:g} s and was stopped: it hangs, or needs more time."
+            return child, IsolatedFailure(text, "time")
         try:
             kind, content = pickle.loads(report or b"")
         except Exception:  # it ended, or wrote something else between the reports
@@ -307,7 +308,7 @@ def _next_report(
 def _cause_of_death(child: _Child) -> IsolatedFailure:
     code, peak = _end_of(child.process)
     if code is None:
-        return IsolatedFailure("It broke the connection to its process.", own=True)
+        return IsolatedFailure("It broke the connection to its process.", "own")
     limits, memory = child.limits, child.memory
     share = 0.0 if limits.memory is None else MEMORY_SHARE * limits.memory
     doubt = ""
@@ -317,14 +318,14 @@ def _cause_of_death(child: _Child) -> IsolatedFailure:
         doubt = f" Or it needed more than the {limits.memory:g} MB of memory allowed, and did not look."
     if code == -getattr(signal, "SIGKILL", 9):
         text = "The process of the run was killed from outside, most likely because the machine ran out of memory."
-        return IsolatedFailure(text, code=code)
+        return IsolatedFailure(text, "killed", code)
     if code < 0:
         name = signal.Signals(-code).name if -code in signal.valid_signals() else f"signal {-code}"
         meaning = {"SIGSEGV": "segmentation fault", "SIGABRT": "abort", "SIGFPE": "arithmetic fault"}.get(name)
         text = f"It crashed ({name}{', ' + meaning if meaning else ''})."
     else:
         text = f"It ended the process of the run (exit code {code:#x})."
-    return IsolatedFailure(f"{text}{doubt}", own=True, code=code)
+    return IsolatedFailure(f"{text}{doubt}", "own", code)
 
 
 def _end_of(child: subprocess.Popen[bytes]) -> tuple[int | None, float | None]:
@@ -344,8 +345,7 @@ def _end_of(child: subprocess.Popen[bytes]) -> tuple[int | None, float | None]:
 
 
 def _out_of_memory(limits: Limits, code: int | None = None) -> IsolatedFailure:
-    text = f"It needed more than the {limits.memory:g} MB of memory allowed. Allow it more, or ask for less."
-    return IsolatedFailure(text, code=code)
+    return IsolatedFailure(f"It needed more than the {limits.memory:g} MB of memory allowed.", "memory", code)
 
 
 def _listen(child: _Child, reports: queue.Queue[tuple[_Child, bytes | None]]) -> None:

@@ -74,6 +74,14 @@ class Experiment:
         return NATIVE_TOLERANCE if self.is_native(fmu) else MASTER_TOLERANCE
 
 
+_ADVICE = {
+    "time": " Allow it more, or ask for a shorter run.",
+    "memory": " Allow it more, or mend the FMU.",
+    "killed": "",
+    "own": " The fault is in the FMU's library; report it to its author.",
+}
+
+
 def perform(
     fmu: Fmu,
     experiment: Experiment,
@@ -98,8 +106,8 @@ def perform(
         try:
             trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
         except IsolatedFailure as failure:
-            blame = " The fault is in the FMU's library; report it to its author." if failure.own else ""
-            raise IsolatedFailure(f"{fmu.description.modelName}: {failure}{blame}") from failure
+            text = f"{fmu.description.modelName}: {failure}{_ADVICE[failure.cause]}"
+            raise IsolatedFailure(text, failure.cause, failure.code) from failure
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
 
 

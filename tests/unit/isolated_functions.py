@@ -23,6 +23,10 @@ def crash() -> None:
     ctypes.string_at(0)
 
 
+def crash_on(*_: object) -> None:
+    crash()
+
+
 def hang(note: str | None = None) -> None:
     if note:
         with open(note, "w", encoding="ascii") as file:

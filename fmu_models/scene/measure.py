@@ -161,14 +161,13 @@ def time_start(scene: Scene, of_model: bool) -> float:
 
 def _first_result(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> float:
     begin = time.perf_counter()
-    isolated(_work, scene.to_json(), of_model, environment)
+    isolated(_work, scene, of_model, environment)
     return time.perf_counter() - begin
 
 
-def _work(scene_text: str, of_model: bool, environment: Mapping[str, str]) -> None:
+def _work(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> None:
     """What is timed, in a process of its own."""
     os.environ.update(environment)
-    scene = Scene.from_json(scene_text)
     own = arguments(scene)
     fmu = whole_model(scene) if of_model else Fmu.open(built_scene(scene))
     run = _for_model(scene, fmu, own, {}) if of_model else own

@@ -87,11 +87,10 @@ class CoupledSystem:
         for output in self.outputs:
             try:
                 unit, variable = split(self.fmus, output, "outputs")
+                if not request.is_number(self.fmus[unit], variable):
+                    raise StickslipError(f"outputs: '{output}' cannot be recorded: it is no single number.")
             except StickslipError as error:
                 raise Misfit(str(error), "outputs", output) from error
-            if not request.is_number(self.fmus[unit], variable):
-                text = f"outputs: '{output}' cannot be recorded: it is no single number."
-                raise Misfit(text, "outputs", output)
 
     def changed(self, **settings: Any) -> CoupledSystem:
         """The same system with other settings; errors as for a new one."""

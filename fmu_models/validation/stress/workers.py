@@ -5,6 +5,7 @@ A child that dies, or does not answer in time, is a failed cell of that case, an
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable, Iterator, Sequence
 
@@ -40,7 +41,7 @@ def judged(
         processes=processes or os.cpu_count() or 1,
         limits=Limits(patience),
         threads=1,
-        group=_model,
+        group=operator.attrgetter("model"),
     )
     for done, (number, outcome) in enumerate(outcomes, 1):
         progress(done / len(cases))
@@ -50,10 +51,6 @@ def judged(
             raise outcome
         else:
             yield outcome
-
-
-def _model(case: Case) -> str:
-    return case.model
 
 
 def _failed(case: Case, failure: IsolatedFailure, patience: float) -> Cell:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
@@ -272,8 +273,9 @@ def _warnings(
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
             warnings.append(
-                f"{parameter.name} is hardly determined: {parameter.value:.3g} +- {parameter.standard_deviation:.2g} "
-                f"{parameter.unit}. Pool logs at more drive speeds."
+                f"{parameter.name} is hardly determined: "
+                f"{value_with_sd(parameter.value, parameter.standard_deviation, parameter.unit)}. Pool logs at more "
+                "drive speeds."
             )
     if segments < FEW_SEGMENTS:
         warnings.append(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from identification.estimators.inverse_dynamics import PARTS, InverseProblem, inverse_problem, law_problems, regressors
 from identification.estimators.inverse_terms import KINDS, Term, check_terms, read_model
 from identification.inference.choice import coloured_covariance
@@ -254,7 +255,7 @@ def _on_values(estimates: Sequence[Estimate], at_bound: Sequence[bool]) -> list[
                 "signs of effort and motion, or leave the term out."
             )
         elif abs(e.value) < 1.96 * e.standard_deviation:
-            said.append(f"{e.name} cannot be told from zero: {e.value:.4g} +- {e.standard_deviation:.2g} {e.unit}.")
+            said.append(f"{e.name} cannot be told from zero: {value_with_sd(e.value, e.standard_deviation, e.unit)}.")
     return said
 
 

@@ -6,10 +6,9 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import table
+from fmu_models.base.digits import value_with_sd
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from identification.inference.comparison import LawComparison, LawScore
 
 LEGEND = (
@@ -18,7 +17,7 @@ LEGEND = (
 )
 
 
-def law_table(found: LawComparison) -> Table:
+def law_table(found: LawComparison) -> table:
     """One row for each law, the best first."""
     columns = ("law", ">BIC", ">AICc", ">AIC", ">held out", ">worse by", "parameters", "")
     title = f"Friction laws: {found.residuals} residuals, worth {found.effective:.0f} independent ones"
@@ -39,7 +38,6 @@ def law_table(found: LawComparison) -> Table:
 
 
 def _value(one: LawScore, name: str) -> str:
-    deviation, unit = one.deviations[name], one.units[name]
-    known = f" +- {deviation:.2g}" if isfinite(deviation) else ""
     bound = " (bound)" if name in one.bounds else ""
-    return f"{name} = {one.values[name]:.4g}{known}{'' if unit == '1' else f' {unit}'}{bound}"
+    deviation = one.deviations[name] if isfinite(one.deviations[name]) else None
+    return f"{name} = {value_with_sd(one.values[name], deviation, one.units[name])}{bound}"

@@ -16,8 +16,8 @@ from fmu_models.base.files import refuse_existing
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.base.processes import Limits
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.fmu.isolation import Limits
     from fmu_models.importer.experiment import Experiment
     from fmu_models.scene.scene import Scene
 
@@ -274,7 +274,7 @@ def _opened(model: str, contacts: str | None) -> Fmu:
 
 
 def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
-    from fmu_models.fmu.isolation import Limits
+    from fmu_models.base.processes import Limits
 
     if not isolate and not (time_limit is None and memory_limit is None):
         raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from rig_io.logs.log import RigLog
 
 app = console.app("Friction: fit laws.")
+
+RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 
 Logs = Annotated[
     list[Path], typer.Argument(metavar="LOGS...", help="CSV logs, or the folder of a data package with its logs.")
@@ -68,19 +71,30 @@ def fit(
 
     refuse_existing(result, figure, overwrite=overwrite)
     inference = Inference(covariance, bootstrap, seed, profile)
+    # share of the work that is the fit itself; it costs as much as some ten draws of a bootstrap
+    fitted = 10 / (10 + bootstrap) if covariance == "bootstrap" else 0.2 if profile else 0.95
+    begun = 0.1 * fitted
     with console.progress("fitting") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"), repair)
-        advance(0.1)
-        decay, ready, found = fit_logs(
+
+        def searching(count: int, _: float) -> None:
+            advance(begun + (fitted - begun) * count / (count + 10))
+
+        constants = console.assignments(settings, "rig constant")
+        ratios = {name: constants.pop(name) for name in RATIOS if name in constants}
+        read = read_logs(logs, constants, repair)
+        decay = _decay(read, constants, ratios)
+        advance(begun)
+        ready, found = fit_logs(
             read,
+            decay,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), lambda count, _: advance(0.1 + 0.1 * count / (count + 10))),
+            options=Options(tuple(free or ()), searching),
             inference=inference,
-            progress=lambda done: advance(0.2 + 0.7 * done),
+            progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,
         )
-        advance(0.9)
+        advance(0.98)
         files, interrupted = _kept(found, ready, result, figure, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: _print_fit(decay, found, files, out))
@@ -139,7 +153,8 @@ def demo(
         emulate_set(targets["logs"], standard_set(), seed)
         advance(0.3)
         logs = read_package(targets["logs"])
-        decay, ready, found = fit_logs(logs)
+        decay = _decay(logs)
+        ready, found = fit_logs(logs, decay)
         write_text(targets["fit"], found.to_json(), False)
         advance(0.5)
         draw_friction(found, ready, targets["friction"], False)
@@ -185,9 +200,13 @@ def read_logs(paths: Sequence[Path], constants: dict[str, float], repair: str | 
     from rig_io.packages.datapackage import read_log, read_package
 
     for name in constants:
-        if name not in RIG_UNITS:
-            raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, RIG_UNITS)}")
-    given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in constants.items()}
+        if name not in (*RIG_UNITS, "N"):
+            known = ", ".join((*RIG_UNITS, "N"))
+            raise StickslipError(f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc).")
+    # tables of one driving disc call its normal force N
+    forces = dict.fromkeys(("N0", "N1"), constants["N"]) if "N" in constants else {}
+    stated = {**forces, **{name: value for name, value in constants.items() if name != "N"}}
+    given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
     mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
     logs: list[RigLog] = []
     with warnings.catch_warnings(record=True) as said:
@@ -204,21 +223,42 @@ def read_logs(paths: Sequence[Path], constants: dict[str, float], repair: str | 
     return [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
 
 
+def _decay(
+    logs: Sequence[RigLog], constants: Collection[str] = (), ratios: Mapping[str, float] = MappingProxyType({})
+) -> FreeDecay | None:
+    """The free decay, if there is one among the logs, with ratios in place of its own.
+
+    Raises:
+        StickslipError: a ratio is set and there is no free decay, or a constant that the decay takes the place of.
+    """
+    from identification.measurement.free_decay import fit_free_decay
+
+    decays = [log for log in logs if log.kind == "free-decay"]
+    if not decays:
+        if ratios:
+            name = next(iter(ratios))
+            raise StickslipError(f"{name} is known from a free decay, and none is among the logs. Set {name[0]} and J.")
+        return None
+    for name in ("k", "c"):
+        if name in constants:
+            raise StickslipError(
+                f"{name}/J is known from the free decay '{decays[0].name}', so that {name} is not used. Set {name}/J."
+            )
+    return fit_free_decay(decays[0]).with_ratios(ratios)
+
+
 def fit_logs(
-    logs: Sequence[RigLog], *, allow_no_stick: bool = False, **options: Any
-) -> tuple[FreeDecay | None, Pool, FrictionFit]:
-    """Free decay (if there is one among the logs), what was made ready for the fit, and the fit.
+    logs: Sequence[RigLog], decay: FreeDecay | None, *, allow_no_stick: bool = False, **options: Any
+) -> tuple[Pool, FrictionFit]:
+    """What was made ready for the fit, and the fit.
 
     options: of `identification.fit.fit_friction`.
     """
     from identification.fit.fit import fit_friction
-    from identification.measurement.free_decay import fit_free_decay
     from identification.measurement.pooling import pool
 
-    decays = [log for log in logs if log.kind == "free-decay"]
-    decay = fit_free_decay(decays[0]) if decays else None
     ready = pool(logs, free_decay=decay, allow_no_stick=allow_no_stick)
-    return decay, ready, fit_friction(ready, **options)
+    return ready, fit_friction(ready, **options)
 
 
 def draw_friction(found: FrictionFit, ready: Pool, path: Path, overwrite: bool) -> None:
@@ -271,11 +311,9 @@ def read_fit(path: Path) -> FrictionFit:
 
 
 def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
-    from identification.report.terminal_tables import decay_table, fit_report
+    from identification.report.fit_summary import fit_summary
 
-    if decay:
-        out.print(decay_table(decay))
-    out.print(fit_report(found))
+    out.print(fit_summary(found, decay))
     print_files(files, out)
 
 

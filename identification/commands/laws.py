@@ -10,19 +10,16 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.terminal_table import terminal
 from identification.commands.fit import Logs, read_fit, read_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rich.console import Console
 
+    from identification.inference.comparison import LawComparison
     from identification.next_step.design import Design
-    from identification.next_step.laws import LawComparison, LawScore
 
 app = console.app("Which friction law, and which experiment next.")
-
-SHOWN = 12  # candidates of a design; all are in --json
 
 
 @app.command()
@@ -94,46 +91,19 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
 
 def print_laws(found: LawComparison, out: Console) -> None:
     """The laws as a table, and what decides."""
-    columns = ("law", ">BIC", ">AICc", ">AIC", ">held out", ">worse by", "parameters")
-    table = console.table(*columns, title=f"{found.residuals} residuals, worth {found.effective:.0f} independent ones")
-    best = found.best
-    for one in found.scores:
-        values = ", ".join(
-            f"{name} {value:.4g}{' (bound)' if name in one.bounds else ''}" for name, value in one.values.items()
-        )
-        criteria = (f"{value - least:+.1f}" for value, least in _leads(one, best))
-        table.add_row(one.law, *criteria, f"{one.held_out:.3g}", f"{one.worse:.1f} se", values)
-    out.print(table)
-    out.print("Criteria against the first law. Held out: rms of predicted residuals, 1 = as good as fitted.")
+    from identification.report.law_table import LEGEND, law_table
+
+    out.print(law_table(found))
+    out.print(LEGEND)
     out.print(found.verdict)
-    for doubt in found.doubts:
-        out.print(f"Warning: {doubt}", style="bold")
-
-
-def _leads(one: LawScore, best: LawScore) -> Sequence[tuple[float, float]]:
-    return ((one.bic, best.bic), (one.aicc, best.aicc), (one.aic, best.aic))
+    for warning in found.warnings:
+        out.print(f"Warning: {warning}", style="bold")
 
 
 def _print_design(found: Design, out: Console) -> None:
-    names = list(found.deviations)
-    columns = ("experiment", ">rad/s", ">N", *(f">sd {name}" for name in names), ">gain", ">collinearity", ">slip m/s")
-    table = console.table(*columns, "", title=f"One more log of {found.duration:g} s")
-    known = (f"{value:.2g}" for value in found.deviations.values())
-    table.add_row("as it is", "", "", *known, "", f"{found.index:.3g}", "", "")
-    useful = [one for one in found.candidates if one.refused is None]
-    for one in useful[:SHOWN]:
-        deviations = (f"{one.deviations[name]:.2g}" for name in names)
-        table.add_row(
-            one.kind,
-            f"{one.drive_speed:.3g}",
-            f"{one.load:.3g}",
-            *deviations,
-            f"{one.gain:.0%}",
-            f"{one.index:.3g}",
-            f"{one.greatest_slip:.2g}",
-            "",
-        )
-    out.print(table)
+    from identification.report.tables import design_table
+
+    out.print(terminal(design_table(found)))
     refused = [one for one in found.candidates if one.refused is not None]
     for reason in dict.fromkeys(one.refused for one in refused):
         where = ", ".join(f"{one.drive_speed:.2g} rad/s {one.load:.2g} N" for one in refused if one.refused == reason)

@@ -37,10 +37,10 @@ def inverse(
 ) -> None:
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
-    Example: stickslip inverse emps DATA_EMPS.mat --figure emps.png
+    Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
-    from identification.one_dof.inverse import inverse_dynamics
-    from identification.one_dof.recipe import read_recipe
+    from identification.fit.inverse import inverse_dynamics
+    from identification.measurement.recipe import read_recipe
 
     _check(result, figure, overwrite)
     with console.progress("fitting") as advance:
@@ -48,13 +48,13 @@ def inverse(
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure
-            from identification.one_dof.figures import inverse_figure
+            from identification.report.machine_figures import inverse_figure
 
             save_figure(inverse_figure(run), figure, overwrite=overwrite)
     content = _finish(run.result.to_dict(), result, figure, overwrite)
 
     def show(out: Any) -> None:
-        from identification.one_dof.tables import inverse_report
+        from identification.report.machine_tables import inverse_report
 
         out.print(inverse_report(run.result))
         _files(content, out)
@@ -77,11 +77,11 @@ def slips(
 
     --set gives mass (kg), stiffness (N/m), speed (m/s), damping (N s/m), smoothing (s), share in place of the recipe's.
 
-    Example: stickslip slips lyon_stick_slip k168Nm_v42.mat --set stiffness=168 --set speed=42e-6
+    Example: stickslip slips slider data/machines/slider.csv --set stiffness=50
     """
-    from identification.one_dof.recipe import read_recipe
-    from identification.one_dof.slip_model import fit_slip_model
-    from identification.one_dof.slip_statistics import slip_statistics
+    from identification.measurement.recipe import read_recipe
+    from identification.slips.block_on_belt import fit_slip_model
+    from identification.slips.statistics import slip_statistics
 
     _check(result, figure, overwrite)
     with console.progress("looking for slips") as advance:
@@ -92,14 +92,14 @@ def slips(
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure
-            from identification.one_dof.figures import slip_figure
+            from identification.report.machine_figures import slip_figure
 
             save_figure(slip_figure(statistics, events, model), figure, overwrite=overwrite)
     found = {**statistics.to_dict(), "model": model.to_dict() if model else None, "table": events.to_dict()}
     content = _finish(found, result, figure, overwrite)
 
     def show(out: Any) -> None:
-        from identification.one_dof.tables import slip_report
+        from identification.report.machine_tables import slip_report
 
         out.print(slip_report(statistics, model))
         _files(content, out)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.laws.law import FittableLaw, LawParameter, coefficient, fall_start, falling_doubts
+from identification.laws.law import FittableLaw, LawParameter, coefficient, fall_start, falling_warnings
 
 MU_S = coefficient("mu_s", "friction coefficient at vanishing slip speed")
 MU_K = coefficient("mu_k", "friction coefficient at great slip speed")
@@ -39,12 +39,12 @@ def _start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return fall_start(v, mu, scales(v), share)
 
 
-def _doubts(q: np.ndarray) -> tuple[str, ...]:
-    return falling_doubts("Conti", q[0], q[1])
+def _warnings(q: np.ndarray) -> tuple[str, ...]:
+    return falling_warnings("Conti", q[0], q[1])
 
 
 def _simulated(q: np.ndarray, N: float) -> dict[str, float]:
     return {"mu_s": float(q[0]), "mu_k": float(q[1]), "p": float(q[2])}
 
 
-LAW = FittableLaw("Conti", (MU_S, MU_K, P), value, gradient, _start, _doubts, None, _simulated)
+LAW = FittableLaw("Conti", (MU_S, MU_K, P), value, gradient, _start, _warnings, None, _simulated)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identification.laws import conti
-from identification.laws.law import VISCOUS, FittableLaw, fall_start, falling_doubts
+from identification.laws.law import VISCOUS, FittableLaw, fall_start, falling_warnings
 
 
 def _value(v: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -20,8 +20,8 @@ def _start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return fall_start(v, mu, conti.scales(v), conti.share, viscous=True)
 
 
-def _doubts(q: np.ndarray) -> tuple[str, ...]:
-    return falling_doubts("Conti+viscous", q[0], q[1])
+def _warnings(q: np.ndarray) -> tuple[str, ...]:
+    return falling_warnings("Conti+viscous", q[0], q[1])
 
 
 def _simulated(q: np.ndarray, N: float) -> dict[str, float]:
@@ -34,7 +34,7 @@ LAW = FittableLaw(
     _value,
     _gradient,
     _start,
-    _doubts,
+    _warnings,
     "conti_viscous",
     _simulated,
 )

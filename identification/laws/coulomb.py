@@ -21,7 +21,7 @@ def _start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return np.array([np.mean(mu)])
 
 
-def _doubts(q: np.ndarray) -> tuple[str, ...]:
+def _warnings(q: np.ndarray) -> tuple[str, ...]:
     return ()
 
 
@@ -29,4 +29,4 @@ def _simulated(q: np.ndarray, N: float) -> dict[str, float]:
     return {"mu_s": float(q[0]), "mu_k": float(q[0]), "p": 0.0}
 
 
-LAW = FittableLaw("Coulomb", (MU,), _value, _gradient, _start, _doubts, None, _simulated)
+LAW = FittableLaw("Coulomb", (MU,), _value, _gradient, _start, _warnings, None, _simulated)

@@ -22,7 +22,7 @@ def _start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return nnls(np.stack([np.ones_like(v), v], axis=1), mu)[0]
 
 
-def _doubts(q: np.ndarray) -> tuple[str, ...]:
+def _warnings(q: np.ndarray) -> tuple[str, ...]:
     return ()
 
 
@@ -30,4 +30,4 @@ def _simulated(q: np.ndarray, N: float) -> dict[str, float]:
     return {"mu_s": float(q[0]), "mu_k": float(q[0]), "p": 0.0, "viscous": float(N * q[1])}
 
 
-LAW = FittableLaw("Coulomb+viscous", (MU, VISCOUS), _value, _gradient, _start, _doubts, "conti_viscous", _simulated)
+LAW = FittableLaw("Coulomb+viscous", (MU, VISCOUS), _value, _gradient, _start, _warnings, "conti_viscous", _simulated)

@@ -67,8 +67,8 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
     def start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
         return np.concatenate([single.start(v[:, d], mu[:, d]) for d in DISCS])
 
-    def doubts(q: np.ndarray) -> tuple[str, ...]:
-        return tuple(f"Disc {d}: {said}" for d in DISCS for said in single.doubts(q[d * count : (d + 1) * count]))
+    def warnings(q: np.ndarray) -> tuple[str, ...]:
+        return tuple(f"Disc {d}: {said}" for d in DISCS for said in single.warnings(q[d * count : (d + 1) * count]))
 
     named = CHANGEOVER.get(arrangement)
     parameters = (
@@ -80,7 +80,7 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
         *([] if named is None else [_CHANGEOVERS[named]]),
     )
     form = {one.name: getattr(single, one.name) for one in fields(single)}
-    made = {"parameters": parameters, "value": value, "gradient": gradient, "start": start, "doubts": doubts}
+    made = {"parameters": parameters, "value": value, "gradient": gradient, "start": start, "warnings": warnings}
     return JointLaw(**form | made, single=single, arrangement=arrangement)
 
 

@@ -28,7 +28,7 @@ class FittableLaw:
     value(v, q): friction coefficients, shape of v (slip speed >= 0, m/s), for parameters q (m,);
     gradient(v, q): their derivatives by q, (m, *shape of v);
     start(v, mu): first guess (m,) from slip speeds (n,) and rough coefficients (n,);
-    doubts(q): sentences about values that no friction law of this form should have;
+    warnings(q): sentences about values that no friction law of this form should have;
     model: name of the law in ``fmu_models/language/laws`` that simulates it, None for the one that the rig has (Conti);
     simulated(q, N): that law's parameters by name (the contact's number left out) for a normal force N in newton;
     linear in q.
@@ -39,7 +39,7 @@ class FittableLaw:
     value: Callable[[np.ndarray, np.ndarray], np.ndarray]
     gradient: Callable[[np.ndarray, np.ndarray], np.ndarray]
     start: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    doubts: Callable[[np.ndarray], tuple[str, ...]]
+    warnings: Callable[[np.ndarray], tuple[str, ...]]
     model: str | None
     simulated: Callable[[np.ndarray, float], dict[str, float]]
 
@@ -86,7 +86,7 @@ def fall_start(
     return best
 
 
-def falling_doubts(law: str, mu_s: float, mu_k: float) -> tuple[str, ...]:
+def falling_warnings(law: str, mu_s: float, mu_k: float) -> tuple[str, ...]:
     """What to say where a law whose friction is to fall with slip speed was found to rise."""
     if mu_s >= mu_k:
         return ()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from identification.laws import conti
-from identification.laws.law import FittableLaw, LawParameter, falling_doubts
+from identification.laws.law import FittableLaw, LawParameter, falling_warnings
 
 
 def _value(v: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -25,8 +25,8 @@ def _start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return np.append(conti.LAW.start(v, mu), [2e5, 100.0])
 
 
-def _doubts(q: np.ndarray) -> tuple[str, ...]:
-    return falling_doubts("LuGre", q[0], q[1])
+def _warnings(q: np.ndarray) -> tuple[str, ...]:
+    return falling_warnings("LuGre", q[0], q[1])
 
 
 def _simulated(q: np.ndarray, N: float) -> dict[str, float]:
@@ -45,7 +45,7 @@ LAW = FittableLaw(
     _value,
     _gradient,
     _start,
-    _doubts,
+    _warnings,
     "lugre",
     _simulated,
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from identification.laws.conti import MU_K, MU_S
-from identification.laws.law import FittableLaw, LawParameter, fall_start, falling_doubts
+from identification.laws.law import FittableLaw, LawParameter, fall_start, falling_warnings
 
 V_S = LawParameter("v_s", "m/s", 1e-4, 100.0, "slip speed over which friction falls")
 
@@ -30,12 +30,14 @@ def _start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return fall_start(v, mu, np.max(v) / np.geomspace(0.2, 100, 25), _share)
 
 
-def _doubts(q: np.ndarray) -> tuple[str, ...]:
-    return falling_doubts("Stribeck", q[0], q[1])
+def _warnings(q: np.ndarray) -> tuple[str, ...]:
+    return falling_warnings("Stribeck", q[0], q[1])
 
 
 def _simulated(q: np.ndarray, N: float) -> dict[str, float]:
     return {"mu_s": float(q[0]), "mu_k": float(q[1]), "v_s": float(q[2])}
 
 
-LAW = FittableLaw("Stribeck", (MU_S, MU_K, V_S), _value, _gradient, _start, _doubts, "exponential_stribeck", _simulated)
+LAW = FittableLaw(
+    "Stribeck", (MU_S, MU_K, V_S), _value, _gradient, _start, _warnings, "exponential_stribeck", _simulated
+)

@@ -184,7 +184,7 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         (["fit", "nowhere"], "nowhere"),
         (["fit", RIGS, "--estimator", "guess"], "no estimator 'guess'"),
         (["fit", RIGS, "--law", "Cont"], "Did you mean 'Conti'"),
-        (["fit", RIGS, "--set", "N=1"], "no constant 'N'"),
+        (["fit", RIGS, "--set", "M=1"], "no constant 'M'"),
         (["fit", RIGS / "free-decay.csv"], "no stick-slip log"),
         (["compare", "fit.json", RIGS], "fit.json"),
         (["demo", "."], "exists already"),

@@ -1,4 +1,4 @@
-"""Friction laws to be fitted: gradients, starts from data, doubts, and the laws of the FMU that simulate them."""
+"""Friction laws to be fitted: gradients, starts from data, warnings, and the laws of the FMU that simulate them."""
 
 from __future__ import annotations
 
@@ -71,11 +71,11 @@ def test_what_is_simulated_is_linear_in_the_parameters(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["Conti", "Conti+viscous", "Stribeck"])
-def test_rising_friction_is_doubted(name: str) -> None:
+def test_rising_friction_is_warned_of(name: str) -> None:
     q = np.array(VALUES[name])
-    assert LAWS[name].doubts(q) == ()
+    assert LAWS[name].warnings(q) == ()
     q[:2] = 0.3, 0.4
-    (said,) = LAWS[name].doubts(q)
+    (said,) = LAWS[name].warnings(q)
     assert "rises with slip speed" in said and "Coulomb+viscous" in said
 
 

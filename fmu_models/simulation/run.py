@@ -15,7 +15,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.trajectory import Event, Trajectory
+from fmu_models.simulation.trajectory import Events, Trajectory
 
 
 def simulate(
@@ -207,9 +207,5 @@ def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], r
         data = result.values[: times.size, column]
         values[name] = data.astype(np.int8) if name in states else np.ascontiguousarray(data)
     units = {name: fmu.variables[name].unit or "1" for name in recorded}
-    contacts, rigid = fmu.contacts, set(fmu.impacts)
-    events = tuple(
-        Event(time, contacts[c], before, after, work, contacts[c] in rigid)
-        for time, c, before, after, work in result.events.tolist()
-    )
+    events = Events(result.events, fmu.contacts, fmu.impacts)
     return Trajectory(times, values, units, events, result.steps, result.evaluations, seconds=result.seconds)

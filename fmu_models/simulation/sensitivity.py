@@ -19,7 +19,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.run import check_names, check_value, checked_times, new_instance
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.trajectory import Event
+from fmu_models.simulation.trajectory import Events
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Sensitivity:
     values: NDArray[np.float64]
     by: tuple[str, ...]
     derivative: NDArray[np.float64]
-    events: tuple[Event, ...]
+    events: Events
     event_derivative: NDArray[np.float64]
     steps: int
     seconds: float
@@ -164,10 +164,7 @@ class SensitiveRun:
         if found is None:
             raise self._failure()
         result, derivatives, event_derivatives, one_sided = found
-        events = tuple(
-            Event(time, self._contacts[c], before, after, work, self._contacts[c] in self._rigid)
-            for time, c, before, after, work in result.events.tolist()
-        )
+        events = Events(result.events, self._contacts, self._rigid)
         return Sensitivity(
             times,
             self.recorded,

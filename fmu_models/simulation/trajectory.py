@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 # of the largest energy: by so much rounding can make an elastic impact seem to raise it
 ROUNDING = 1e-12
+_BLOCK = 4096  # events that become objects at a time
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,48 @@ class Event:
         change = f"{names[self.before]} -> {names[self.after]}"
         impact = f", {self.work:.6g} J" if self.is_impact else ""
         return f"{self.time:.9g} s: {self.contact} {'bounce' if self.before == self.after else change}{impact}"
+
+
+class Events(Sequence[Event]):
+    """The events of a run, kept as an array; each becomes an ``Event`` when it is asked for.
+
+    Attributes:
+        rows: (k,) structured array with the fields time (s), contact (its number), before, after, work (J).
+        contacts: names of the contacts by number.
+        rigid: the names of those that are rigid.
+    """
+
+    def __init__(self, rows: NDArray[Any], contacts: Sequence[str], rigid: Iterable[str]) -> None:
+        self.rows, self.contacts, self.rigid = rows, tuple(contacts), frozenset(rigid)
+
+    def __len__(self) -> int:
+        return self.rows.size
+
+    @overload
+    def __getitem__(self, index: int) -> Event: ...
+    @overload
+    def __getitem__(self, index: slice) -> Events: ...
+    def __getitem__(self, index: int | slice) -> Event | Events:
+        if isinstance(index, slice):
+            return Events(self.rows[index], self.contacts, self.rigid)
+        return self._event(self.rows[index].item())
+
+    def __iter__(self) -> Iterator[Event]:
+        for begin in range(0, self.rows.size, _BLOCK):
+            yield from map(self._event, self.rows[begin : begin + _BLOCK].tolist())
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Sequence) or len(self) != len(other):
+            return NotImplemented if not isinstance(other, Sequence) else False
+        return all(one == two for one, two in zip(self, other, strict=True))
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} events of {', '.join(self.contacts)}>"
+
+    def _event(self, row: tuple[float, int, int, int, float]) -> Event:
+        time, contact, before, after, work = row
+        name = self.contacts[contact]
+        return Event(time, name, before, after, work, name in self.rigid)
 
 
 @dataclass(frozen=True)
@@ -103,7 +146,7 @@ class Trajectory:
     time: NDArray[np.float64]
     values: Mapping[str, NDArray]
     units: Mapping[str, str]
-    events: tuple[Any, ...]
+    events: Sequence[Any]
     steps: int
     evaluations: int
     method: str = ""

@@ -72,7 +72,7 @@ class FittedModel:
 
     def states_at(
         self, drive_speeds: Mapping[str, float], time: float, start: Mapping[str, float] | None = None
-    ) -> tuple[dict[str, float], tuple[Event, ...]]:
+    ) -> tuple[dict[str, float], Sequence[Event]]:
         """States at a time (s) after a start, and the events until then.
 
         Raises:

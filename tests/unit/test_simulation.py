@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,6 +23,7 @@ from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal, knots
+from fmu_models.simulation.trajectory import Events
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +97,8 @@ def test_events_that_speed_up_without_end_are_refused_early(tmp_path: Path) -> N
         kinetic_energy=m * q.v**2 / 2,
         dissipation=b * q.v**2 / 2,
         contacts=[
-            Friction(name="left", slip=q.v - w, law=Coulomb(F, 1), where=-q),
-            Friction(name="right", slip=q.v + w, law=Coulomb(F, 1), where=q),
+            Friction(name="left", slip=q.v - w, law=Coulomb(F, sympy.S.One), where=-q),
+            Friction(name="right", slip=q.v + w, law=Coulomb(F, sympy.S.One), where=q),
         ],
     )
     fmu = Fmu.open(export(mechanism, tmp_path / "two_belts.fmu"))
@@ -105,6 +108,17 @@ def test_events_that_speed_up_without_end_are_refused_early(tmp_path: Path) -> N
         StickslipError, match=r"switches ever faster at t = 2\.\d+: 8192 events, twice as many with every"
     ):
         simulate(fmu, 20.0, start=start)
+
+
+def test_events_are_kept_as_an_array(rig: Fmu) -> None:
+    events = simulate(rig, 20.0).events
+    assert isinstance(events, Events) and events.rows.nbytes < 48 * len(events)
+    assert [event.time for event in events] == events.rows["time"].tolist()
+    assert events[0] == next(iter(events)) and events[-1] == list(events)[-1]
+    assert events[2:5] == tuple(events)[2:5] and events != tuple(events)[1:]
+    assert events == pickle.loads(pickle.dumps(events))
+    with pytest.raises(IndexError):
+        events[len(events)]
 
 
 def test_a_run_can_be_continued(rig: Fmu) -> None:

@@ -31,6 +31,7 @@ from fmu_models.base.errors import StickslipError, nearest
 T = TypeVar("T")
 Reference = str | os.PathLike[str]
 
+OURS = "stickslip"  # the origin of members of our folders
 _NOT_USERS = {"fmu_models", "rig_io", "identification", *sys.stdlib_module_names}
 _FILE = re.compile(r"(?P<file>.+\.py)(:(?P<attribute>\w+))?")
 _MODULE = re.compile(r"(?P<module>[\w.]+):(?P<attribute>\w+)")
@@ -65,15 +66,15 @@ class Registry(Generic[T]):
         return sorted({*self.members(), *(point.name for point in metadata.entry_points(group=self.group))})
 
     def origin(self, reference: Reference) -> str:
-        """Where a member comes from: "stickslip", the installed package with its version, or what the user named.
+        """Where a member comes from: `OURS`, the installed package with its version, or what the user named.
 
         Raises:
             StickslipError: there is none of that name.
         """
-        name = str(reference)
+        name = os.fspath(reference)
         if name in self.members():
-            return "stickslip"
-        if _FILE.fullmatch(name) or _MODULE.fullmatch(name):
+            return OURS
+        if is_place(name):
             return name
         package = self._entry_point(name).dist
         return f"{package.name} {package.version}" if package else self._entry_point(name).value
@@ -146,6 +147,19 @@ class Registry(Generic[T]):
     def _fits(self, value: object) -> bool:
         # by name: a value can only be of a class whose module is imported, and listing must not import it
         return any(f"{kind.__module__}.{kind.__qualname__}" in self.types for kind in type(value).__mro__)
+
+
+def is_place(reference: Reference) -> bool:
+    """Whether a reference is a file or a module, not the name of a member."""
+    return bool(_FILE.fullmatch(os.fspath(reference)) or _MODULE.fullmatch(os.fspath(reference)))
+
+
+def moved(reference: str, beside: Path, to: Path) -> str:
+    """A reference that was relative to one folder, for another."""
+    found = _FILE.fullmatch(reference)
+    if not found or Path(found["file"]).is_absolute() or beside.absolute() == to.absolute():
+        return reference
+    return os.path.relpath(beside / reference, to)
 
 
 @contextmanager

@@ -12,6 +12,8 @@ from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import refuse_existing
+from fmu_models.base.registry import OURS
+from fmu_models.oscillators import MODELS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,8 +30,9 @@ SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on
 METHODS = "auto, dopri5, dop853, stiff, co-simulation"
 SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, as 'stickslip models' lists them.")]
-ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model, or a scene (.toml).")]
+NAMED = "its name in 'stickslip models', my_model.py, my_model.py:NAME or package.module:NAME"
+Model = Annotated[str, typer.Argument(metavar="MODEL", help=f"A model: {NAMED}.")]
+ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), or a model: {NAMED}.")]
 
 
 @app.command()
@@ -38,28 +41,30 @@ def models(json: Json = False) -> None:
 
     Example: stickslip models
     """
-    from fmu_models import oscillators
-
     rows = [
         {
             "name": name,
             "title": model.title,
             "contacts": [contact.name for contact in model.contacts],
             "source": model.source,
+            "origin": MODELS.origin(name),
         }
-        for name in oscillators.names()
-        for model in [oscillators.load(name)]
+        for name in MODELS.names()
+        for model in [MODELS.load(name)]
     ]
 
     def show(out: Console) -> None:
-        papers = {row["name"]: row["source"].partition(", equation")[0] for row in rows}
+        papers = {
+            row["name"]: row["source"].partition(", equation")[0] if row["origin"] == OURS else row["origin"]
+            for row in rows
+        }
         for paper in dict.fromkeys(papers.values()):
             made = console.table("model", "what it is", "contacts", title=paper)
             for row in rows:
                 if papers[row["name"]] == paper:
                     made.add_row(row["name"], row["title"], ", ".join(row["contacts"]))
             out.print(made)
-        out.print("Look at one:  stickslip show MODEL")
+        out.print("Look at one:  stickslip show MODEL, also of your own: stickslip show my_model.py")
 
     console.say(json, {"models": rows}, show)
 
@@ -94,7 +99,7 @@ def export(
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
     """
-    from fmu_models.codegen.package import export_built
+    from fmu_models.codegen.package import export_built, kept_by_name
     from fmu_models.fmu.fmu import Fmu
 
     values = console.assignments(settings, "parameter")
@@ -103,7 +108,8 @@ def export(
         path = path or Path(f"{scene.name}.fmu")
         _export_scene(scene, path, values, fmi, overwrite)
     else:
-        path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
+        name = model if kept_by_name(model) else MODELS.load(model).name
+        path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
         export_built(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
     fmu = Fmu.open(path)
@@ -130,7 +136,7 @@ def export(
 @app.command()
 def simulate(
     model: Annotated[
-        str, typer.Argument(metavar="MODEL", help="Name of a model, a scene (.toml), or the .fmu file of anybody.")
+        str, typer.Argument(metavar="MODEL", help=f"The .fmu file of anybody, a scene (.toml), or a model: {NAMED}.")
     ],
     until: Annotated[
         float | None,

@@ -2,7 +2,7 @@
 
     title = "Disc rig, class a"                 what it is
     source = "..."                              where it comes from
-    model = "disc_rig"                          as 'stickslip models' lists them
+    model = "disc_rig"                          as 'stickslip models' lists them; or "my_model.py" beside the scene
     contacts = ["disc0"]                        those in use; all if left out
     outputs = ["F0", "energy"]                  those to show; if left out those the model declares, without the derived
     stop_time = "25 s"
@@ -32,7 +32,6 @@ from fmu_models.base.toml_document import Document
 from fmu_models.scene.scene import Compute, Drive, Reference, Scene
 
 if TYPE_CHECKING:
-    from fmu_models.language.automaton import Automaton
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.language.quantities import Quantity
 
@@ -57,7 +56,7 @@ def checked_scene(document: Document) -> Scene:
 class _Check:
     def __init__(self, document: Document) -> None:
         self.doc = document
-        self.full = self._load()
+        self.full: Mechanism = self._load()
         self.kept, self.laws = self._variant()
         parameters: dict[str, Quantity] = {p.name: p for p in self.kept.parameters}
         inputs: dict[str, Quantity] = {u.name: u for u in self.kept.inputs}
@@ -104,15 +103,15 @@ class _Check:
 
     # the model
 
-    def _load(self) -> Mechanism | Automaton:
+    def _load(self) -> Mechanism:
         from fmu_models.codegen.package import variant
 
         try:
-            return variant(self.doc.text("model"))
+            return variant(self.doc.text("model"), beside=self.doc.path.parent)
         except StickslipError as error:
             raise self.doc.fault(str(error), "model") from error
 
-    def _variant(self) -> tuple[Mechanism | Automaton, dict[str, str]]:
+    def _variant(self) -> tuple[Mechanism, dict[str, str]]:
         """The model with the contacts in use and their laws."""
         from fmu_models.codegen.package import variant
 
@@ -131,7 +130,7 @@ class _Check:
         if self.contacts is not None:
             self.contacts = tuple(name for name in known if name in self.contacts)
         try:
-            return variant(self.full.name, self.contacts, laws), laws
+            return variant(self.full, self.contacts, laws), laws
         except StickslipError as error:
             raise doc.fault(str(error), *(("laws", next(iter(laws))) if laws else ("contacts",))) from error
 

@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 Kind = Literal["trajectory", "cycle", "strobe", "orbit"]
@@ -75,7 +76,7 @@ class Scene:
     Attributes:
         name: identifier, also of its FMU; that of the file.
         title, source: for people.
-        model: name of the oscillator.
+        model: name of the oscillator, or the user's own: a file or module, relative to the ``folder`` of the scene.
         contacts: those in use, in the order of the model; None for all.
         laws: per contact the name of another law.
         fixed: parameters, and inputs held at one value, that become constants of the code; those that the scene does
@@ -112,6 +113,11 @@ class Scene:
     def parameters(self) -> dict[str, float]:
         """Every value that the scene gives to a parameter or to an input it holds, fixed or free."""
         return {**self.fixed, **self.free}
+
+    @property
+    def folder(self) -> Path:
+        """Where the scene stands, which its relative paths start from."""
+        return Path(self.path).parent
 
     def to_json(self) -> str:
         """The scene as text, from which ``from_json`` makes it again."""

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
     from fmu_models.validation.stress.cases import Case
     from fmu_models.validation.stress.judge import Cell
 
-app = console.app("Stress: models at their extremes.")
 
-
-@app.command()
 def stress(
     models: Annotated[
         list[str] | None, typer.Argument(metavar="[MODEL]...", help="Names of models. [default: all]")

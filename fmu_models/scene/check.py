@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
+from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.scene import Compute, Drive, Reference, Scene
 
 if TYPE_CHECKING:
@@ -40,7 +41,6 @@ _KEYS = (
     *("laws", "parameters", "free", "drives", "start", "compute", "reference", "sensors"),
 )
 _COMPUTE = ("kind", "samples", "over", "values", "follow", "period", "forcing", "periods", "autonomous")
-_KINDS = ("trajectory", "cycle", "strobe", "orbit")
 
 
 def checked_scene(document: Document) -> Scene:
@@ -266,9 +266,11 @@ class _Check:
         doc = self.doc
         doc.check_keys(_COMPUTE, "compute")
         table = doc.table("compute")
-        kind: Any = doc.text("kind", "compute", default="trajectory")
-        if kind not in _KINDS:
-            raise doc.fault(f"there is nothing to compute called '{kind}'.{nearest(kind, _KINDS)}", "compute", "kind")
+        kind = doc.text("kind", "compute", default="trajectory")
+        try:
+            periodic = KINDS.load(kind, doc.path.parent).periodic
+        except StickslipError as error:
+            raise doc.fault(str(error), "compute", "kind") from error
         over, unit = table.get("over"), "1"
         if over is not None:
             over = doc.text("over", "compute")
@@ -286,7 +288,7 @@ class _Check:
             if forcing not in self.parameters:
                 raise self._stranger("parameter", forcing, self.parameters, "compute", "forcing")
         period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
-        if kind in ("strobe", "orbit") and (period is None) == (forcing is None):
+        if periodic and (period is None) == (forcing is None):
             raise doc.fault(
                 f"a {kind} needs either 'period', s, or 'forcing', the parameter that is the frequency.", "compute"
             )

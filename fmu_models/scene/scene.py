@@ -7,9 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
-
-Kind = Literal["trajectory", "cycle", "strobe", "orbit"]
+from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +30,7 @@ class Compute:
     Attributes:
         kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe":
             the states once per period, and how many different ones are left at the end; "orbit": the periodic motion
-            near the start, stable or not, and its multipliers.
+            near the start, stable or not, and its multipliers; or a kind of the user's own, see ``kinds``.
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.
@@ -42,7 +40,7 @@ class Compute:
         autonomous: nothing forces the orbit, ``period`` is a guess.
     """
 
-    kind: Kind = "trajectory"
+    kind: str = "trajectory"
     samples: int = 2001
     over: str | None = None
     values: tuple[float, ...] = ()

@@ -10,7 +10,8 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.registry import is_place
 from fmu_models.oscillators import MODELS
-from fmu_models.scene.compute import arguments, period
+from fmu_models.scene.compute import arguments
+from fmu_models.scene.kinds.kind import period
 from fmu_models.scene.read import SUFFIX, files, read_scene
 from fmu_models.scene.reduce import built_scene, reduced
 from fmu_models.scene.scene import Scene

@@ -10,6 +10,7 @@ from fmu_models.commands.inspect import inspect
 from fmu_models.commands.map import show_map
 from fmu_models.commands.maps import maps
 from fmu_models.commands.models import models
+from fmu_models.commands.new import app as new_commands
 from fmu_models.commands.scene import scene
 from fmu_models.commands.show import show
 from fmu_models.commands.simulate import simulate
@@ -31,6 +32,7 @@ FRICTION = (emulate, fit, demo, laws, design, compare, report, apply, inverse, s
 for command in MODELS:
     app.command()(command)
 app.command("map")(show_map)
+app.add_typer(new_commands, name="new")
 for command in FRICTION:
     app.command()(command)
 

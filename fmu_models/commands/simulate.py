@@ -13,6 +13,7 @@ from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from fmu_models.commands.arguments import NAMED, is_scene, scene_of
+from fmu_models.report.figures import check_format, save_figure
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -49,7 +50,13 @@ def simulate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
-    figure: Annotated[Path | None, typer.Option(help="Draw phase portrait and time series (png, svg, pdf).")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw phase portrait and time series of each coordinate (png, svg, pdf).")
+    ] = None,
+    plot: Annotated[
+        list[str] | None,
+        typer.Option(metavar="X,V|X:V", help="Draw these over time (x,v), or one over another (x:v); repeat for more."),
+    ] = None,
     error: Annotated[
         bool, typer.Option("--error", help="Run again four times otherwise, and estimate the error.")
     ] = False,
@@ -69,6 +76,8 @@ def simulate(
 
     Example: stickslip simulate disc_rig --contacts disc0 --input w0=0.41 --until 25 --figure portrait.png
 
+    Example: stickslip simulate woodpecker --until 0.5 --figure run.png --plot y,phi_M,phi_S --plot phi_S:w_S
+
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
     from fmu_models.importer.experiment import perform, perform_with_error
@@ -78,9 +87,9 @@ def simulate(
     refuse_existing(output, figure, overwrite=overwrite)
     check_suffix(output)
     if figure:
-        from fmu_models.report.figures import check_format
-
         check_format(figure)
+    if plot and not figure:
+        raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
     limits = _limits(isolate, time_limit, memory_limit)
     changed = {
         "parameters": console.assignments(settings, "parameter"),
@@ -97,12 +106,15 @@ def simulate(
             recording, estimate = perform_with_error(fmu, experiment, limits=limits, progress=advance)
         else:
             recording = perform(fmu, experiment, limits=limits, progress=advance)
+    drawn = None
+    if figure:
+        from fmu_models.report.trajectory_figure import trajectory_figure
+
+        drawn = trajectory_figure(recording.trajectory, fmu, plot or ())
     if output:
         recording.write(output, overwrite=overwrite)
-    if figure:
-        from fmu_models.report.trajectory_figure import draw
-
-        draw(recording.trajectory, fmu, figure, overwrite=overwrite)
+    if figure and drawn:
+        save_figure(drawn, figure, overwrite=overwrite)
     content = run_summary.summary(fmu, recording, estimate)
     for name, time in content["not_finite"].items():
         console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")

@@ -187,6 +187,7 @@ def _spells(trajectory: Trajectory, fmu: Fmu) -> Spells:
 
 
 def _draw_series(axes: Axes, panel: Panel, trajectory: Trajectory, spells: Spells) -> None:
+    first = panel.y[0]
     for i, name in enumerate(panel.y):
         whole = trajectory[name].dtype.kind in "iu"  # the state of a contact
         style: Any = "steps-post" if whole else "default"
@@ -199,8 +200,7 @@ def _draw_series(axes: Axes, panel: Panel, trajectory: Trajectory, spells: Spell
             axes.axvspan(begin, end, color=SHADES[kind], linewidth=0, zorder=0)
     if len(panel.y) > 1:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.3)
-    first, *others = panel.y
-    axes.set_ylabel(_unit(trajectory, first) if others else _label(trajectory, first))
+    axes.set_ylabel(_unit(trajectory, first) if len(panel.y) > 1 else _label(trajectory, first))
 
 
 def _draw_portrait(axes: Axes, panel: Panel, trajectory: Trajectory, spells: Spells) -> None:

@@ -21,8 +21,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.language.laws import LAWS
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
@@ -117,7 +118,8 @@ def variant(model_name: str, contacts: Sequence[str] | None = None, laws: Mappin
     mechanism = oscillators.load(model_name)
     if contacts is not None:
         mechanism = mechanism.restricted_to(contacts)
-    return mechanism.with_law(**_laws(mechanism, laws)) if laws else mechanism
+    others = _laws(mechanism, laws or {})
+    return mechanism.with_law(**others) if others else mechanism
 
 
 def built(
@@ -191,20 +193,12 @@ def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> 
 
 
 def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
-    """Law objects by contact, each around the law the contact has; its parameters end like the contact's name."""
-    import importlib
-    import pkgutil
-
-    from fmu_models.language import laws as package
-
-    known = [module.name for module in pkgutil.iter_modules(package.__path__)]
+    """Law objects by contact, where it has another, around the law it has; parameters end like the contact's name."""
     found = {}
     for contact, name in laws.items():
-        own = mechanism.law_of(contact)
-        if name not in known:
-            raise StickslipError(f"There is no law '{name}'.{nearest(name, known)}")
-        module = importlib.import_module(f"{package.__name__}.{name}")
-        (law,) = (v for key, v in vars(module).items() if key.lower() == name.replace("_", ""))
+        own, law = mechanism.law_of(contact), LAWS.load(name)
+        if type(own) is law:
+            continue
         if not hasattr(law, "around"):
             raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
         digits = re.search(r"\d*$", contact)

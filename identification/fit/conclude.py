@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, Inferred, infer
@@ -95,6 +96,7 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        declaration="" if law.reference in LAWS.members() else law.reference,
     )
 
 
@@ -235,7 +237,7 @@ def _sensors(ready: Pool) -> dict[str, float]:
 def _doubts(
     law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
-    doubts = list(law.doubts(found.values))
+    doubts = list(law.doubts(found.values[: len(law.parameters)]))
     if not found.converged:
         doubts.append(f"The search did not converge: {found.message}. The values are its last ones.")
     for parameter in parameters:

@@ -43,7 +43,7 @@ CASES = (
     Case("paper/rubber, micro-slip 5e4", "paper/rubber", stiffness=5e4),
     Case("liner/rubber, micro-slip 5e4", "liner/rubber", stiffness=5e4),
     Case("paper/rubber, exponential", "paper/rubber", law="exponential_stribeck v_s0=0.04"),
-    Case("paper/rubber, with viscous friction", "paper/rubber", law="conti_viscous viscous0=1.0"),
+    Case("paper/rubber, with viscous friction", "paper/rubber", law="conti_viscous mu_v0=0.2"),
 )
 TESTS = ("speeds", "course", "pre-sliding", "other")
 

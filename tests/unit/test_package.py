@@ -73,7 +73,7 @@ def test_names_and_versions_are_checked(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="Did you mean 'lugre'"):
         built("disc_rig", laws={"disc0": "lugree"})
     with pytest.raises(StickslipError, match="around another"):
-        built("disc_rig", laws={"disc0": "conti"})
+        built("disc_rig", laws={"disc0": "kelvin_voigt"})
     with pytest.raises(StickslipError, match="cannot be written"):
         export_built("block_on_belt", "/proc/no/such/place.fmu")
     assert not list(tmp_path.iterdir())

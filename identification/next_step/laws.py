@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.fit import estimator_named
 from identification.inference.problem import Problem, Solution, prior_precision, solve
 from identification.inference.uncertainty import clustered_covariance, plain_covariance
 from identification.inference.whiteness import whiteness
@@ -154,7 +154,7 @@ def compare_on(
     Raises:
         StickslipError: as in `compare_laws`, or the logs cannot be fitted.
     """
-    chosen = estimator_named(estimator)
+    chosen = ESTIMATORS.load(estimator)
     sought = slip_laws() if laws is None else {name: find_law(name) for name in laws}
     problems = {name: chosen.estimate(ready, law, Options()).problem for name, law in sought.items()}
     return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
@@ -170,7 +170,7 @@ def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = 
     names = [motion.log.name for motion in ready.motions]
     made = {}
     for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
-        made[name] = estimator_named(estimator).estimate(ready, find_law("Conti"), Options())
+        made[name] = ESTIMATORS.load(estimator).estimate(ready, find_law("Conti"), Options())
         if progress is not None:
             progress(0.3 * (number + 1))
     rigid, elastic = made[RIGID], made[BRISTLES]

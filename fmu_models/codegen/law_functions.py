@@ -75,7 +75,10 @@ def law_functions(reference: str) -> LawFunctions:
     own = own_laws()
     if reference in own:
         return own[reference]
-    return _run(_text(reference, laws.LAWS.load(reference)))[0]
+    law = laws.load(reference)
+    with laws.LAWS.running(reference):
+        text = _text(reference, law)
+    return _run(text)[0]
 
 
 @cache
@@ -94,7 +97,7 @@ def own_laws() -> dict[str, LawFunctions]:
 def _own_texts() -> Iterator[str]:
     for name in laws.LAWS.members():
         with suppress(NotACoefficientError):
-            yield _text(name, laws.LAWS.load(name))
+            yield _text(name, laws.load(name))
 
 
 def _run(text: str) -> list[LawFunctions]:

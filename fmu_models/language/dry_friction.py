@@ -69,8 +69,8 @@ def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
             parts[one.name] = _parameter(declared[one.name], suffix)
         else:
             raise StickslipError(
-                f"The law '{law.__name__}' needs the '{one.name}' of the law that it replaces, and "
-                f"'{type(own).__name__}' has none. Declare it in the model instead."
+                f"The law '{law.__name__}' has a part '{one.name}' that its contact's own law does not have. Give it "
+                "its unit and meaning: field(metadata=declared(...)); or declare the law in the model."
             )
     return parts
 

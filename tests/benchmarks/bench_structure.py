@@ -62,14 +62,14 @@ def logs(case: Case, seed: int) -> list[RigLog]:
 
 def _scene(case: Case) -> Scene:
     """The rig with one disc under the law of the case."""
-    pair, (law, value) = material(case.pair), case.law.split()
+    pair, (law, value) = material(case.pair).values, case.law.split()
     name, number = value.split("=")
     text = f"""title = "{case.name}"
 model = "disc_rig"
 contacts = ["disc0"]
 stop_time = 25
 laws = {{ disc0 = "{law}" }}
-parameters = {{ mu_s0 = {pair.mu_s}, mu_k0 = {pair.mu_k}{f", p0 = {pair.p}" if "conti" in law else ""} }}
+parameters = {{ mu_s0 = {pair["mu_s"]}, mu_k0 = {pair["mu_k"]}{f", p0 = {pair['p']}" if "conti" in law else ""} }}
 free = {{ {name} = {number} }}
 drives = {{ w0 = 0.41 }}
 compute = {{ kind = "trajectory" }}

@@ -18,12 +18,15 @@ import shutil
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.language.laws import LAWS
+from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
@@ -96,7 +99,7 @@ def variant(
     Args:
         model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module.
         contacts: names of those to keep; all if None.
-        laws: per contact the name of a law in ``language/laws`` to build around its own, such as "lugre".
+        laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         beside: folder that relative paths start from; the working folder if None.
 
     Raises:
@@ -105,7 +108,11 @@ def variant(
     mechanism = MODELS.load(model, beside) if isinstance(model, str | os.PathLike) else model
     if contacts is not None:
         mechanism = mechanism.restricted_to(contacts)
-    return mechanism.with_law(**_laws(mechanism, laws)) if laws else mechanism
+    with ExitStack() as users:
+        for law in (laws or {}).values():
+            users.enter_context(LAWS.running(law, beside))
+        others = _laws(mechanism, laws or {}, beside)
+        return mechanism.with_law(**others) if others else mechanism
 
 
 def built(
@@ -122,7 +129,7 @@ def built(
         StickslipError: as for ``variant`` and ``export``.
     """
     checked("model.fmu", fmi_version, overwrite=True)
-    if not kept_by_name(model):
+    if not kept_by_name(model, laws):
         from fmu_models.lowering.lower import lower
 
         return built_of(lower(variant(model, contacts, laws, beside=beside)), fmi_version)
@@ -178,9 +185,11 @@ def export_built(
     return path
 
 
-def kept_by_name(model: Model) -> bool:
-    """Whether what is made of a model may be kept under its name: ours, whose sources the cache knows."""
-    return isinstance(model, str) and model in MODELS.members()
+def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
+    """Whether what is made of a model may be kept under its name and those of its laws: ours, whose sources the cache
+    knows."""
+    own = isinstance(model, str) and model in MODELS.members()
+    return own and all(law in LAWS.members() for law in (laws or {}).values())
 
 
 def kept_folder(*options: str) -> Path:
@@ -203,21 +212,13 @@ def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> 
     return path
 
 
-def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
-    """Law objects by contact, each around the law the contact has; its parameters end like the contact's name."""
-    import importlib
-    import pkgutil
-
-    from fmu_models.language import laws as package
-
-    known = [module.name for module in pkgutil.iter_modules(package.__path__)]
+def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) -> dict[str, Any]:
+    """Law objects by contact, where it has another, around the law it has; parameters end like the contact's name."""
     found = {}
     for contact, name in laws.items():
-        own = mechanism.law_of(contact)
-        if name not in known:
-            raise StickslipError(f"There is no law '{name}'.{nearest(name, known)}")
-        module = importlib.import_module(f"{package.__name__}.{name}")
-        (law,) = (v for key, v in vars(module).items() if key.lower() == name.replace("_", ""))
+        own, law = mechanism.law_of(contact), load_law(name, beside)
+        if type(own) is law:
+            continue
         if not hasattr(law, "around"):
             raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
         digits = re.search(r"\d*$", contact)

@@ -6,7 +6,7 @@
     contacts = ["disc0"]                        those in use; all if left out
     outputs = ["F0", "energy"]                  those to show; if left out those the model declares, without the derived
     stop_time = "25 s"
-    [laws]         disc0 = "lugre"              another law for a contact
+    [laws]         disc0 = "lugre"              another law for a contact; or "my_law.py" beside the scene
     [parameters]   N0 = "8 N"                   fixed: constants of the code, as all parameters that are named nowhere;
                                                 an input here is held at its value and is a constant, too
     [free]         mu_s0 = 0.65                 stay parameters of the FMU, with this start value
@@ -130,7 +130,7 @@ class _Check:
         if self.contacts is not None:
             self.contacts = tuple(name for name in known if name in self.contacts)
         try:
-            return variant(self.full, self.contacts, laws), laws
+            return variant(self.full, self.contacts, laws, beside=doc.path.parent), laws
         except StickslipError as error:
             raise doc.fault(str(error), *(("laws", next(iter(laws))) if laws else ("contacts",))) from error
 

@@ -36,7 +36,7 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
     from fmu_models.scene.check import checked_scene
 
     scene = checked_scene(read_document(path))
-    if not kept_by_name(scene.model) or scene.compute.kind not in KINDS.members():
+    if not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
         return scene
     with write_whole(kept, overwrite=True) as temporary:
         temporary.write_text(scene.to_json(), "utf-8")

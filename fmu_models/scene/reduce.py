@@ -45,7 +45,7 @@ def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
         StickslipError: unknown version, or the compiler fails.
     """
     checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
-    if not kept_by_name(scene.model):
+    if not kept_by_name(scene.model, scene.laws):
         return built_of(reduced(scene), fmi_version)
     kept = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
     if not kept.is_file():

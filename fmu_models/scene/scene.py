@@ -76,7 +76,7 @@ class Scene:
         title, source: for people.
         model: name of the oscillator, or the user's own: a file or module, relative to the ``folder`` of the scene.
         contacts: those in use, in the order of the model; None for all.
-        laws: per contact the name of another law.
+        laws: per contact another law: a name, or the user's own as for ``model``.
         fixed: parameters, and inputs held at one value, that become constants of the code; those that the scene does
             not name have their defaults here.
         free: parameters that stay parameters, with their start values.

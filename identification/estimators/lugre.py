@@ -15,12 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification import laws
 from identification.estimators import shooting, whole_cycle
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ArcProblem
 from identification.inference.problem import solve
-from identification.laws import FittableLaw
+from identification.laws import FittableLaw, find_law
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
@@ -48,8 +47,8 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             "The estimator 'lugre' is of one driving disc: with two, the force in stick on one is not known apart from "
             "that of the other. Fit two discs by slip shooting, which micro-slip hardly touches."
         )
-    conti = laws.find_law("Conti")
-    if law.name not in (conti.name, laws.LUGRE.name):
+    conti = find_law("Conti")
+    if law.reference not in (conti.reference, find_law("LuGre").reference):
         raise StickslipError(
             f"The estimator 'lugre' has bristles before Conti's law, not before '{law.name}'. Leave --law out, or take "
             "slip shooting."
@@ -87,12 +86,12 @@ def _bristles(slips: ArcProblem, x: np.ndarray, options: Options) -> Estimate:
         problem = min((_problem(slips, x, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
     problem.evaluate(problem.first)
     found = solve(problem, progress=options.progress, tolerance=shooting.TOLERANCE)
-    return Estimate(ESTIMATOR, laws.LUGRE, problem, found, whole_cycle.excess(found))
+    return Estimate(ESTIMATOR, find_law("LuGre"), problem, found, whole_cycle.excess(found))
 
 
 def _problem(slips: ArcProblem, x: np.ndarray, stiffness: float, options: Options) -> ArcProblem:
     damping = DAMPING * float(np.sqrt(stiffness * slips.ready.values.J)) / slips.ready.values.R
-    return whole_cycle.cycle_problem(slips, x, laws.LUGRE, np.array([*x[:3], stiffness, damping]), options)
+    return whole_cycle.cycle_problem(slips, x, find_law("LuGre"), np.array([*x[:3], stiffness, damping]), options)
 
 
 def _sum_of_squares(problem: ArcProblem) -> float:

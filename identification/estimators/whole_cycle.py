@@ -99,7 +99,7 @@ def cycle_problem(slips: ArcProblem, x: np.ndarray, law: FittableLaw, q: np.ndar
 
 def _deflection(arc: Arc, rig: RigValues, law: FittableLaw, q: np.ndarray) -> float:
     """Of the bristles in steady slip at the start of an arc, m; 0 for a law without any, as those of two discs are."""
-    stiffness = None if isinstance(law, JointLaw) else law.simulated(q, rig.N).get("sigma0")
+    stiffness = None if isinstance(law, JointLaw) else dict(zip(law.names, q, strict=True)).get("sigma0")
     if stiffness is None:
         return 0.0
     drive = arc.drives[0]

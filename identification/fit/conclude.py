@@ -13,10 +13,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, Inferred, infer
-from identification.inference.problem import Problem, Solution, information, prior_precision
+from identification.inference.problem import Problem, Solution, determines, information, prior_precision
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -24,9 +25,6 @@ from identification.measurement.presliding import presliding
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
-# condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed,
-# and rounding hides all beyond 1e15
-SINGULAR = 1e7
 
 
 def conclude(
@@ -95,15 +93,12 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        declaration="" if law.reference in LAWS.members() else law.reference,
     )
 
 
 def _check_determined(problem: FrictionProblem, found: Solution, law: FittableLaw) -> None:
-    matrix = information(problem, found.evaluation)
-    norms = np.sqrt(np.diag(matrix))
-    scaled = matrix / np.outer(norms, norms) if np.all(norms > 0) else np.zeros_like(matrix)
-    # the eigenvalues of the scaled matrix are the squared singular values of the scaled gradient
-    if np.linalg.cond(scaled) > SINGULAR**2 or not np.all(norms > 0):
+    if not determines(information(problem, found.evaluation)):
         names = [parameter.name for parameter in law.parameters]
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=False))
         raise StickslipError(
@@ -235,7 +230,7 @@ def _sensors(ready: Pool) -> dict[str, float]:
 def _doubts(
     law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
-    doubts = list(law.doubts(found.values))
+    doubts = list(law.doubts(found.values[: len(law.parameters)]))
     if not found.converged:
         doubts.append(f"The search did not converge: {found.message}. The values are its last ones.")
     for parameter in parameters:

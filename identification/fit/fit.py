@@ -10,7 +10,7 @@ from identification.estimators.base import Options
 from identification.fit.conclude import conclude
 from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
-from identification.laws import LUGRE, find_law
+from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
@@ -32,17 +32,19 @@ def fit_friction(
     """Friction law from stick-slip logs of one rig, all pooled.
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
-    `measurement.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
-    uncertainty, and the fit says so. inference: how its uncertainty is found, and ``progress`` the fraction of
-    that work done.
+    `measurement.pooling.pool` of them; law: as `find_law` takes it. An interrupt (Ctrl-C) once there is a solution ends
+    the search for its uncertainty, and the fit says so. inference: how its uncertainty is found; ``progress``: told the
+    fraction of that work done.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
     """
     chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
-    if form is LUGRE and estimator != "lugre":
-        raise StickslipError(f"The law '{law}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip.")
+    if not form.sticks and estimator != "lugre":
+        raise StickslipError(
+            f"The law '{form.name}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip."
+        )
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = sought_law(form, ready.contacts, ready.arrangement)
     made = chosen.estimate(ready, sought, options)

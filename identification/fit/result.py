@@ -106,7 +106,8 @@ class FrictionFit:
     motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder;
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
-    apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one.
+    apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
+    declaration: file or module of a law that is none of ours.
     """
 
     estimator: str
@@ -134,6 +135,7 @@ class FrictionFit:
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
+    declaration: str = ""
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -153,6 +155,11 @@ class FrictionFit:
             if constant.name == name:
                 return constant
         raise StickslipError(f"The fit took no constant '{name}'.{nearest(name, [c.name for c in self.constants])}")
+
+    @property
+    def law_reference(self) -> str:
+        """What `identification.laws.find_law` finds the law by."""
+        return self.declaration or self.law
 
     @property
     def law_values(self) -> np.ndarray:

@@ -27,7 +27,8 @@ from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST
-from identification.laws import LAWS, FittableLaw, find_law
+from identification.inference.problem import determines
+from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooling import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
 
@@ -86,12 +87,12 @@ def design(
         StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model
             does not stick and slip at any of the fitted drive speeds.
     """
-    if fit.law not in LAWS:
+    law, rig = find_law(fit.law_reference), fitted_rig(fit)
+    if not law.sticks:
         raise StickslipError(
-            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do "
-            "shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
+            f"A design needs a law of slip speed alone ({', '.join(slip_laws())}), not '{fit.law}': what its bristles "
+            "do shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
         )
-    law, rig = find_law(fit.law), fitted_rig(fit)
     if len(fit.contacts) > 1:
         raise StickslipError(
             "A design is for one driving disc; this fit is of two. Fit the logs of each disc by itself."
@@ -106,7 +107,7 @@ def design(
     with _Experiments(fit, law) as made:
         logged = [made.stick_slip(w, rig.N).information * log.duration for w, log in zip(driven, fit.logs, strict=True)]
         seen = sum(logged, np.zeros_like(now))
-        if np.linalg.matrix_rank(seen) < len(now):
+        if not determines(seen):
             raise StickslipError(
                 "The fitted model does not stick and slip at the drive speeds of the logs, so that it cannot say what "
                 "others would show. Compare it with the logs first: stickslip compare."
@@ -144,8 +145,7 @@ class _Experiments:
 
         self.fit, self.law, self.rig, self.disc = fit, law, fitted_rig(fit), fit.contacts[0][-1]
         self.model = fitted_model(fit)
-        self.named = tuple(law.simulated(fit.law_values, self.rig.N))
-        by = (*(f"{name}{self.disc}" for name in self.named), *STARTS)
+        by = (*(f"{name}{self.disc}" for name in law.names), *STARTS)
         self.run = SensitiveRun(self.model.fmu, by=by, recorded=STARTS)
         self.kept: dict[tuple[float, float], _Seen] = {}
 
@@ -192,10 +192,8 @@ class _Experiments:
             inputs={f"w{self.disc}": w},
         )
         slope = self.rig.R * seen.derivative[:, 0]
-        by_fmu, by_start = slope[:, : len(self.named)], slope[:, len(self.named) :]
-        unit = np.eye(len(self.law.parameters))
-        move = np.array([[self.law.simulated(row, N)[name] for row in unit] for name in self.named])
-        columns = by_fmu @ move
+        count = len(self.law.parameters)
+        columns, by_start = slope[:, :count], slope[:, count:]
         free = columns - by_start @ np.linalg.lstsq(by_start, columns, rcond=None)[0]
         return free.T @ free
 

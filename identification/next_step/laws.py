@@ -27,7 +27,7 @@ from identification.estimators.base import Options
 from identification.inference.problem import Problem, Solution, prior_precision, solve
 from identification.inference.uncertainty import clustered_covariance, plain_covariance
 from identification.inference.whiteness import whiteness
-from identification.laws import LAWS, find_law
+from identification.laws import find_law, slip_laws
 from identification.measurement.pooling import Pool
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
@@ -141,20 +141,22 @@ def compare_laws(
 
 def compare_on(
     ready: Pool,
-    laws: Sequence[str] = tuple(LAWS),
+    laws: Sequence[str] | None = None,
     *,
     estimator: str = "weak-form",
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
     """Compare friction laws on pooled logs.
 
-    estimator: one that reduces the logs in the same way for every law.
+    laws: as `find_law` takes them; all of slip speed alone if None; estimator: one that reduces the logs in the same
+    way for every law.
 
     Raises:
         StickslipError: as in `compare_laws`, or the logs cannot be fitted.
     """
     chosen = ESTIMATORS.load(estimator)
-    problems = {name: chosen.estimate(ready, find_law(name), Options()).problem for name in laws}
+    sought = slip_laws() if laws is None else {name: find_law(name) for name in laws}
+    problems = {name: chosen.estimate(ready, law, Options()).problem for name, law in sought.items()}
     return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 

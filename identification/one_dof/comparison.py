@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.inference.uncertainty import newey_west
-from identification.laws import LAWS
+from identification.laws import slip_laws
 from identification.laws.law import FittableLaw
 from identification.one_dof.estimate import INDISTINGUISHABLE, blocks, regressors
 from identification.one_dof.memory import memory
@@ -72,7 +72,7 @@ def compare_friction(recipe: Recipe, prepared: Prepared) -> FrictionComparison |
     candidates = [
         _Linear(prepared, name, base)
         if name in LINEAR_LAWS
-        else _Nonlinear(prepared, LAWS[name], base, sign_of(recipe.terms), scale)
+        else _Nonlinear(prepared, slip_laws()[name], base, sign_of(recipe.terms), scale)
         for name in recipe.laws
     ]
     everything = np.ones(len(prepared.time), bool)

@@ -15,7 +15,7 @@ from typing import Any
 from fmu_models.base.errors import nearest
 from fmu_models.base.files import named_file
 from fmu_models.base.toml_document import Document, read_document
-from identification.laws import LAWS
+from identification.laws import slip_laws
 from identification.one_dof.terms import KINDS, LINEAR_LAWS, Speed, Term
 
 SUFFIX = ".toml"
@@ -276,8 +276,8 @@ def _friction(document: Document) -> tuple[tuple[str, ...], float | None]:
     table = document.table("friction")
     laws = document.names("compare", "friction") or ()
     for law in laws:
-        if law not in (*LINEAR_LAWS, *LAWS):
-            hint = nearest(law, (*LINEAR_LAWS, *LAWS))
+        if law not in (*LINEAR_LAWS, *slip_laws()):
+            hint = nearest(law, (*LINEAR_LAWS, *slip_laws()))
             raise document.fault(f"there is no friction law '{law}'.{hint}", "friction", "compare")
     if "normal_force" not in table:
         return laws, None

@@ -95,7 +95,7 @@ def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndar
     Raises:
         StickslipError: the fit is of an unknown law.
     """
-    law = find_law(fit.law)
+    law = find_law(fit.law_reference)
     values = np.array([fit[name].value for name in _names(fit, contact)])
     return lambda slip: law.value(np.abs(slip), values)
 
@@ -103,4 +103,4 @@ def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndar
 def _names(fit: FrictionFit, contact: str) -> list[str]:
     """The fit's names of the parameters of one disc."""
     number = "" if len(fit.contacts) == 1 else contact[-1]
-    return [f"{name}{number}" for name in find_law(fit.law).names]
+    return [f"{name}{number}" for name in find_law(fit.law_reference).names]

@@ -25,7 +25,7 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
         StickslipError: these logs cannot be fitted.
     """
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
-    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
+    law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     made = ESTIMATORS.load(fit.estimator).estimate(ready, law, Options(nuisance=nuisance))
     return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
 

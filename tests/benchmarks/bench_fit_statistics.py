@@ -69,7 +69,7 @@ def fits(
 def summary(results: Sequence[FrictionFit], pair: str) -> Statistics:
     """Statistics of one estimator's results against the truth."""
     truth = material(pair)
-    expected = np.array([truth.mu_s, truth.mu_k, truth.p])
+    expected = np.array(list(truth.values.values()))
     error = np.array([[fit[name].value for name in NAMES] for fit in results]) / expected - 1
     stated = np.array([[fit[name].standard_deviation for name in NAMES] for fit in results]) / expected
     bound = np.array([[fit[name].bound or np.nan for name in NAMES] for fit in results]) / expected

@@ -18,12 +18,12 @@ from identification.fit.conclude import conclude
 from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
 from identification.inference.problem import solve
-from identification.laws import LAWS
+from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import Quantity, RigLog
 
-CONTI = LAWS["Conti"]
+CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 
 
@@ -41,7 +41,7 @@ def ready(logs: list[RigLog]) -> Pool:
 
 def arcs_of(ready: Pool, law: str = "Conti", q: np.ndarray = TRUTH, nuisance: tuple[str, ...] = ()) -> ArcProblem:
     arcs, known = shooting.slip_arcs(ready)
-    return shooting.arc_problem(ready, LAWS[law], arcs, q, nuisance, known)
+    return shooting.arc_problem(ready, find_law(law), arcs, q, nuisance, known)
 
 
 def exact(problem: ArcProblem, x: np.ndarray) -> ArcProblem:

@@ -31,9 +31,11 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
     scene = read_scene(source)
     if target.suffix != ".toml":
         raise StickslipError(f"'{target}' must end in .toml, as scenes do.")
-    document = tomlkit.parse(source.read_text("utf-8"))
-    if (model := moved(scene.model, scene.folder, target.parent)) != scene.model:
-        document["model"] = model
+    document: Any = tomlkit.parse(source.read_text("utf-8"))
+    laws = [(document["laws"], contact, law) for contact, law in scene.laws.items()]
+    for table, key, reference in [(document, "model", scene.model), *laws]:
+        if (there := moved(reference, scene.folder, target.parent)) != reference:
+            table[key] = there
     for one in values:
         if one.target not in scene.parameters:
             raise StickslipError(

@@ -74,3 +74,11 @@ def test_nothing_is_overwritten_unasked(stickslip, tmp_path):
     assert stickslip("new", "model", "my_rig", "--overwrite").code == 0
     for name in ("3x", "my rig", "../x", "class", ""):
         assert "cannot be a name" in stickslip("new", "model", name).err
+
+
+def test_a_new_law_is_simulated_and_fitted_and_its_test_passes(stickslip, tmp_path):
+    assert stickslip("new", "law", "my_law").code == 0
+    assert passes(tmp_path, "test_my_law.py")
+    text = (tmp_path / "my_law.py").read_text()
+    (tmp_path / "my_law.py").write_text(text.replace("** 2)", "** 4)"))
+    assert not passes(tmp_path, "test_my_law.py")

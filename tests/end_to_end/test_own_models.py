@@ -50,6 +50,17 @@ kind = "{kind}"
 """
 
 
+RIG = """title = "The rig under a law of one's own"
+model = "disc_rig"
+contacts = ["disc0"]
+stop_time = "2 s"
+[laws]
+disc0 = "my_law.py"
+[drives]
+w0 = 0.41
+"""
+
+
 def test_every_command_takes_a_model_of_ones_own(stickslip, own):
     shipped = stickslip("simulate", "block_on_belt", "--until", "5", "--json").json
     for name in ("my_model.py", "my_model.py:MODEL", "my_model:MODEL", own / "my_model.py"):
@@ -123,6 +134,29 @@ def test_an_error_shows_the_line_of_the_user(stickslip, own):
     ):
         (own / "constants.py").write_text("MASS = 1.0\n")
         assert said in stickslip("simulate", name).err
+
+
+def test_every_command_takes_a_law_of_ones_own(stickslip, tmp_path):
+    stickslip("new", "law", "my_law")
+    (tmp_path / "s.toml").write_text(
+        SCENE.format(model="block_on_belt", kind="trajectory") + '[laws]\nbelt = "my_law.py"\n[parameters]\nv_s = 0.2\n'
+    )
+    assert stickslip("scene", "s.toml").code == 0
+    values = stickslip("scene", "s.toml", "--json").json["results"][0]["values"]
+    (tmp_path / "my_law.py").write_text((tmp_path / "my_law.py").read_text().replace("** 2)", "** 4)"))
+    assert stickslip("scene", "s.toml", "--json").json["results"][0]["values"] != values
+    fit = ("fit", RIGS, "--law", "my_law.py", "--estimator", "weak-form", "--result", "fit.json")
+    assert stickslip(*fit).code == 0
+    assert stickslip("compare", "fit.json", RIGS, "--no-uncertainty").code == 0
+    assert stickslip("report", "fit.json", RIGS, "--no-residuals", "--no-uncertainty").code == 0
+    assert stickslip("apply", "fit.json", "-o", "rig.fmu").code == 0
+    assert "v_s0" in stickslip("inspect", "rig.fmu").out
+    copied = ("apply", "fit.json", "rig.toml", "--name", "v_s0=v_s0", "-o", "elsewhere/fitted.toml")
+    (tmp_path / "rig.toml").write_text(RIG)
+    assert stickslip(*copied).code == 0 and stickslip("scene", "elsewhere/fitted.toml").code == 0
+    (tmp_path / "my_law.py").write_text("x = 1\n1 / 0\n")
+    for command in (fit, ("scene", "s.toml")):
+        assert "my_law.py, line 2: ZeroDivisionError" in stickslip(*command, *(["--overwrite"] * (command is fit))).err
 
 
 def recorded(folder: Path, name: str = "paper.rec") -> Path:

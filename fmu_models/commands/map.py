@@ -9,6 +9,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.maps import MAPS
 
@@ -138,7 +139,7 @@ def _print_map(content: dict[str, Any], out: Console) -> None:
     if "lyapunov" in content:
         found = content["lyapunov"]
         pairs = zip(found["exponents"], found["standard_errors"], strict=True)
-        shown = ", ".join("-inf" if value is None else f"{value:.5g} +- {error:.1g}" for value, error in pairs)
+        shown = ", ".join("-inf" if value is None else value_with_sd(value, error) for value, error in pairs)
         out.print(f"Lyapunov exponents: {shown} per step, from {found['steps']} steps")
 
 

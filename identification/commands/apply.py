@@ -9,6 +9,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FitFile, read_fit
@@ -150,8 +151,8 @@ def _notes(source: Path | None, kind: str) -> list[str]:
 def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
     table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
     for one in values:
-        deviation = "" if one.deviation is None else f"{one.deviation:.2g}"
-        table.add_row(one.target, f"{one.value:.6g}", deviation, one.unit, one.description)
+        numbers = (like_sd(one.value, one.deviation), deviation(one.deviation))
+        table.add_row(one.target, *numbers, one.unit, one.description)
     out.print(table)
     for note in notes:
         out.print(console.plain(note))

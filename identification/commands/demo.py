@@ -11,6 +11,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import (
+    decay_of,
     draw_families,
     draw_friction,
     fit_logs,
@@ -53,7 +54,8 @@ def demo(
         emulate_set(targets["logs"], standard_set(), seed)
         advance(0.3)
         logs = read_package(targets["logs"])
-        decay, ready, found = fit_logs(logs)
+        decay = decay_of(logs)
+        ready, found = fit_logs(logs, decay)
         write_text(targets["fit"], found.to_json(), False)
         advance(0.5)
         draw_friction(found, ready, targets["friction"], False)

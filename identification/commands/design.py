@@ -9,14 +9,13 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.terminal_table import terminal
 from identification.commands.fits import FitFile, read_fit
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from identification.next_step.design import Design
-
-SHOWN = 12  # candidates of a design; all are in --json
 
 
 def design(
@@ -51,25 +50,9 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
 
 
 def _print_design(found: Design, out: Console) -> None:
-    names = list(found.deviations)
-    columns = ("experiment", ">rad/s", ">N", *(f">sd {name}" for name in names), ">gain", ">collinearity", ">slip m/s")
-    table = console.table(*columns, "", title=f"One more log of {found.duration:g} s")
-    known = (f"{value:.2g}" for value in found.deviations.values())
-    table.add_row("as it is", "", "", *known, "", f"{found.index:.3g}", "", "")
-    useful = [one for one in found.candidates if one.refused is None]
-    for one in useful[:SHOWN]:
-        deviations = (f"{one.deviations[name]:.2g}" for name in names)
-        table.add_row(
-            one.kind,
-            f"{one.drive_speed:.3g}",
-            f"{one.load:.3g}",
-            *deviations,
-            f"{one.gain:.0%}",
-            f"{one.index:.3g}",
-            f"{one.greatest_slip:.2g}",
-            "",
-        )
-    out.print(table)
+    from identification.report.tables import design_table
+
+    out.print(terminal(design_table(found)))
     refused = [one for one in found.candidates if one.refused is not None]
     for reason in dict.fromkeys(one.refused for one in refused):
         where = ", ".join(f"{one.drive_speed:.2g} rad/s {one.load:.2g} N" for one in refused if one.refused == reason)

@@ -10,12 +10,14 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FigurePath, draw_friction, fit_logs, print_fit, write_text
+from identification.commands.fits import FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
 
 if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
     from identification.measurement.pooling import Pool
+
+RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 
 
 def fit(
@@ -52,19 +54,30 @@ def fit(
 
     refuse_existing(result, figure, overwrite=overwrite)
     inference = Inference(covariance, bootstrap, seed, profile)
+    # share of the work that is the fit itself; it costs as much as some ten draws of a bootstrap
+    fitted = 10 / (10 + bootstrap) if covariance == "bootstrap" else 0.2 if profile else 0.95
+    begun = 0.1 * fitted
     with console.progress("fitting") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"), repair, reader)
-        advance(0.1)
-        decay, ready, found = fit_logs(
+
+        def searching(count: int, _: float) -> None:
+            advance(begun + (fitted - begun) * count / (count + 10))
+
+        constants = console.assignments(settings, "rig constant")
+        ratios = {name: constants.pop(name) for name in RATIOS if name in constants}
+        read = read_logs(logs, constants, repair, reader)
+        decay = decay_of(read, constants, ratios)
+        advance(begun)
+        ready, found = fit_logs(
             read,
+            decay,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), lambda count, _: advance(0.1 + 0.1 * count / (count + 10))),
+            options=Options(tuple(free or ()), searching),
             inference=inference,
-            progress=lambda done: advance(0.2 + 0.7 * done),
+            progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,
         )
-        advance(0.9)
+        advance(0.98)
         files, interrupted = _kept(found, ready, result, figure, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: print_fit(decay, found, files, out))

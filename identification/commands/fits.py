@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -24,21 +25,42 @@ FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'sticksl
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
 
 
+def decay_of(
+    logs: Sequence[RigLog], constants: Collection[str] = (), ratios: Mapping[str, float] = MappingProxyType({})
+) -> FreeDecay | None:
+    """The free decay, if there is one among the logs, with ratios in place of its own.
+
+    Raises:
+        StickslipError: a ratio is set and there is no free decay, or a constant that the decay takes the place of.
+    """
+    from identification.measurement.free_decay import fit_free_decay
+
+    decays = [log for log in logs if log.kind == "free-decay"]
+    if not decays:
+        if ratios:
+            name = next(iter(ratios))
+            raise StickslipError(f"{name} is known from a free decay, and none is among the logs. Set {name[0]} and J.")
+        return None
+    for name in ("k", "c"):
+        if name in constants:
+            raise StickslipError(
+                f"{name}/J is known from the free decay '{decays[0].name}', so that {name} is not used. Set {name}/J."
+            )
+    return fit_free_decay(decays[0]).with_ratios(ratios)
+
+
 def fit_logs(
-    logs: Sequence[RigLog], *, allow_no_stick: bool = False, **options: Any
-) -> tuple[FreeDecay | None, Pool, FrictionFit]:
-    """Free decay (if there is one among the logs), what was made ready for the fit, and the fit.
+    logs: Sequence[RigLog], decay: FreeDecay | None, *, allow_no_stick: bool = False, **options: Any
+) -> tuple[Pool, FrictionFit]:
+    """What was made ready for the fit, and the fit.
 
     options: of `identification.fit.fit_friction`.
     """
     from identification.fit.fit import fit_friction
-    from identification.measurement.free_decay import fit_free_decay
     from identification.measurement.pooling import pool
 
-    decays = [log for log in logs if log.kind == "free-decay"]
-    decay = fit_free_decay(decays[0]) if decays else None
     ready = pool(logs, free_decay=decay, allow_no_stick=allow_no_stick)
-    return decay, ready, fit_friction(ready, **options)
+    return ready, fit_friction(ready, **options)
 
 
 def read_fit(path: Path) -> FrictionFit:
@@ -91,11 +113,9 @@ def family_paths(path: Path, families: Sequence[FamilyComparison]) -> tuple[Path
 
 
 def print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
-    from identification.report.terminal_tables import decay_table, fit_report
+    from identification.report.fit_summary import fit_summary
 
-    if decay:
-        out.print(decay_table(decay))
-    out.print(fit_report(found))
+    out.print(fit_summary(found, decay))
     print_files(files, out)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
     from rig_io.logs.log import RigLog
@@ -44,9 +44,13 @@ def read_logs(
     from rig_io.packages.datapackage import read_log, read_package
 
     for name in constants:
-        if name not in RIG_UNITS:
-            raise StickslipError(f"The rig has no constant '{name}'.{nearest(name, RIG_UNITS)}")
-    given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in constants.items()}
+        if name not in (*RIG_UNITS, "N"):
+            known = ", ".join((*RIG_UNITS, "N"))
+            raise StickslipError(f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc).")
+    # tables of one driving disc call its normal force N
+    forces = dict.fromkeys(("N0", "N1"), constants["N"]) if "N" in constants else {}
+    stated = {**forces, **{name: value for name, value in constants.items() if name != "N"}}
+    given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
     mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
     logs: list[RigLog] = []
     with warnings.catch_warnings(record=True) as said:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.savitzky_golay import friction_samples
@@ -387,7 +387,7 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
     stated["zero"] = Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
     for name in dict.fromkeys(asked):
         if name not in stated:
-            raise StickslipError(f"'{name}' cannot be estimated beside the law.{nearest(name, stated)}")
+            raise StickslipError(f"'{name}' cannot be estimated beside the law. Known are: {', '.join(stated)}.")
         prior = stated[name]
         if not prior.standard_uncertainty > 0:
             raise StickslipError(

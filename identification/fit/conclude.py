@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
@@ -242,8 +243,9 @@ def _doubts(
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
             doubts.append(
-                f"{parameter.name} is hardly determined: {parameter.value:.3g} +- {parameter.standard_deviation:.2g} "
-                f"{parameter.unit}. Pool logs at more drive speeds."
+                f"{parameter.name} is hardly determined: "
+                f"{value_with_sd(parameter.value, parameter.standard_deviation, parameter.unit)}. Pool logs at more "
+                "drive speeds."
             )
     if segments < FEW_SEGMENTS:
         doubts.append(

@@ -10,6 +10,7 @@ torque). Source: disc_rig paper, section 3.2 (natural frequency and decay of the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -30,7 +31,7 @@ class FreeDecay:
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included).
     rest: rad, angle at rest (zero of the angle sensor); amplitude: rad, first swing used; rms_residual: rad; cycles
-    used.
+    used; stated: which of k/J and c/J were set by the user instead.
     """
 
     stiffness_ratio: float
@@ -43,6 +44,15 @@ class FreeDecay:
     cycles: float
     log: str = ""
     warnings: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
+
+    def with_ratios(self, ratios: Mapping[str, float]) -> FreeDecay:
+        """With k/J (1/s^2) or c/J (1/s) as stated, without uncertainty, in place of its own."""
+        changed: dict[str, Any] = {"stated": tuple(ratios)}
+        for name, field in (("k/J", "stiffness_ratio"), ("c/J", "damping_ratio")):
+            if name in ratios:
+                changed |= {field: ratios[name], f"{field}_deviation": 0.0}
+        return replace(self, **changed)
 
     @property
     def natural_period(self) -> float:

@@ -310,11 +310,13 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
     names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", **forces}
     ratios: list[Prior] = []
     if free_decay is not None:
-        source = f"free decay '{free_decay.log}'"
+        source = {
+            name: "set" if name in free_decay.stated else f"free decay '{free_decay.log}'" for name in ("k/J", "c/J")
+        }
         del names["k"], names["c"]
         ratios = [
-            Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source),
-            Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source),
+            Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source["k/J"]),
+            Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source["c/J"]),
         ]
     elif log.rig.k is None or log.rig.c is None:
         missing = " and ".join(name for name in ("k", "c") if getattr(log.rig, name) is None)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from rig_io.logs.log import EncoderCalibration, LaserCalibration, RigLog
@@ -71,15 +72,16 @@ def delay_doubts(motions: Sequence[DiscMotion], equations: EdgeEquations, misfit
         name = motion.log.name
         if abs(drift) > max(DELAY_SUSPECT, SURE * drift_sd):
             doubts.append(
-                f"Log '{name}': the laser's delay against the encoder drifts by {1e3 * drift:.2g} +- "
-                f"{1e3 * drift_sd:.1g} ms over {length:.3g} s: they were recorded on two clocks, whose rates differ by "
-                f"{1e6 * drift / length:.0f} ppm. Record both on one, or stretch the time of one of them."
+                f"Log '{name}': the laser's delay against the encoder drifts by "
+                f"{value_with_sd(1e3 * drift, 1e3 * drift_sd, 'ms')} over {length:.3g} s: they were recorded on two "
+                f"clocks, whose rates differ by {1e6 * drift / length:.0f} ppm. Record both on one, or stretch the "
+                "time of one of them."
             )
         if abs(delay) > max(DELAY_SUSPECT, SURE * delay_sd):
             doubts.append(
-                f"Log '{name}': the laser lags by {1e3 * delay:+.2g} +- {1e3 * delay_sd:.1g} ms against what it does "
-                "in all logs together: the recorders were started apart. Fit this log alone, or shift one of its "
-                "clocks."
+                f"Log '{name}': the laser lags by {value_with_sd(1e3 * delay, 1e3 * delay_sd, 'ms')} against what "
+                "it does in all logs together: the recorders were started apart. Fit this log alone, or shift one of "
+                "its clocks."
             )
     return tuple(doubts)
 

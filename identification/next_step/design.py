@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
 from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
 from identification.fit.result import FrictionFit
@@ -252,7 +253,7 @@ def _advice(ranked: Sequence[Candidate], known: Mapping[str, float], index: floa
     if not useful:
         return "No candidate sticks and slips: try lower drive speeds or higher loads (--speeds, --loads)."
     best = useful[0]
-    falls = ", ".join(f"{name} {known[name]:.2g} -> {now:.2g}" for name, now in best.deviations.items())
+    falls = ", ".join(f"{name} {deviation(known[name])} -> {deviation(now)}" for name, now in best.deviations.items())
     said = (
         f"{duration:g} s more of {best.kind} at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
         f"most: standard deviations {falls}; collinearity index {index:.3g} -> {best.index:.3g}."

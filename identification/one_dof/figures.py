@@ -42,7 +42,9 @@ def inverse_figure(run: InverseRun) -> Figure:
     above.set_ylabel(f"effort ({unit})")
     below.set_ylabel(f"residual ({unit})")
     below.set_xlabel("time (s)")
-    above.legend(loc="lower right", fontsize="small")
+    figure.legend(
+        *above.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize="small", frameon=False
+    )
     explained = f"{100 * result.score.explained:.1f} % of the variance explained"
     above.set_title(f"relative error {100 * result.score.relative_error:.2f} %, {explained}", fontsize="medium")
     _friction(speeds, run)
@@ -70,7 +72,7 @@ def _friction(axes: Axes, run: InverseRun) -> None:
         (v * t.regressor(signals) for t, v, of_friction in zip(terms, values, friction, strict=True) if of_friction),
         np.zeros_like(line),
     )
-    axes.plot(line, curve, color="black", linewidth=1.6)
+    axes.plot(line, curve, color="black", linewidth=1.6, label="model")
     axes.set_xlabel(f"speed ({prepared.speed_unit})")
     axes.set_ylabel(f"friction: effort less the other terms ({prepared.effort_unit})")
 
@@ -83,7 +85,8 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
     grid = figure.add_gridspec(2, 6)
     whole, part = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
     middle = len(events.time) // 2
-    begin, end = events.time[max(middle - 4, 0)], events.time[min(middle + 4, len(events.time) - 1)]
+    last = min(middle + 4, len(events.time) - 1)
+    begin, end = events.time[max(middle - 4, 0)], events.time[last] + float(np.median(np.diff(events.time))) / 4
     inside = (events.smooth_time >= begin) & (events.smooth_time <= end)
     every = max(len(events.smooth) // 20000, 1)
     whole.plot(events.smooth_time[::every], events.smooth[::every], color=GREY, linewidth=0.5)
@@ -93,7 +96,9 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
         axes.plot(events.time[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
         axes.set_xlabel("time (s)")
         axes.set_ylabel("force over weight (1)")
-    part.legend(loc="lower right", fontsize="small")
+    figure.legend(
+        *part.get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small", frameon=False
+    )
     lines = {one.name: one.modelled for one in model.predictions} if model else {}
     histograms = (
         ("peak friction", events.peak, statistics.peak.value, "1"),
@@ -108,6 +113,6 @@ def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel
             axes.axvline(lines[name], color="black", linestyle="--", linewidth=1.6, label=f"model {lines[name]:.4g}")
         axes.set_xlabel(f"{name} ({unit})")
         axes.set_ylabel("slip events")
-        axes.legend(fontsize="small")
+        axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     figure.suptitle(f"{statistics.title}: {statistics.events} slip events")
     return figure

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from identification.one_dof.comparison import FrictionComparison, compare_friction
 from identification.one_dof.estimate import (
     LinearFit,
@@ -177,7 +178,7 @@ def _on_values(estimates: Sequence[Estimate]) -> list[str]:
                 "signs of effort and motion, or leave the term out."
             )
         elif abs(e.value) < 1.96 * e.standard_deviation:
-            said.append(f"{e.name} cannot be told from zero: {e.value:.4g} +- {e.standard_deviation:.2g} {e.unit}.")
+            said.append(f"{e.name} cannot be told from zero: {value_with_sd(e.value, e.standard_deviation, e.unit)}.")
     return said
 
 

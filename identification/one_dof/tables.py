@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain, table
+from fmu_models.base.digits import deviation, like_sd, value_with_sd
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
-    from rich.table import Table
 
     from identification.one_dof.comparison import FrictionComparison
     from identification.one_dof.inverse import InverseResult
@@ -25,8 +25,8 @@ def inverse_report(result: InverseResult) -> Group:
         "parameter", "term", ">value", ">sd", ">sd if white", ">ratio", "unit", title=f"Values from {result.log}"
     )
     for e in result.estimates:
-        deviations = (f"{e.standard_deviation:.2g}", f"{e.white_deviation:.2g}", f"{e.factor:.1f}")
-        shown.add_row(e.name, e.term, f"{e.value:.6g}", *deviations, e.unit)
+        deviations = (deviation(e.standard_deviation), deviation(e.white_deviation), f"{e.factor:.1f}")
+        shown.add_row(e.name, e.term, like_sd(e.value, e.standard_deviation), *deviations, e.unit)
     parts += [shown, _scores(result)]
     parts.append(
         plain(
@@ -40,7 +40,7 @@ def inverse_report(result: InverseResult) -> Group:
     return Group(*parts)
 
 
-def _scores(result: InverseResult) -> Table:
+def _scores(result: InverseResult) -> table:
     shown = table("log", ">relative error, %", ">variance explained, %", title="Scores")
     rows = {"fitted": result.score, "its blocks, left out in turn": result.unseen, **result.held_out}
     for name, score in rows.items():
@@ -48,14 +48,14 @@ def _scores(result: InverseResult) -> Table:
     return shown
 
 
-def _laws(laws: FrictionComparison) -> Table:
+def _laws(laws: FrictionComparison) -> table:
     shown = table(
         "law", "values", ">error, %", ">unseen, %", ">AIC", ">BIC", "", title="Friction laws, the best BIC first"
     )
     best_aic, best_bic = min(row.aic for row in laws.rows), laws.rows[0].bic
     for row in laws.rows:
         values = "\n".join(
-            f"{name} = {value:.4g} +- {row.deviations[name]:.1g} {row.units[name]}"
+            f"{name} = {value_with_sd(value, row.deviations[name], row.units[name])}"
             for name, value in row.values.items()
         )
         mark = "preferred" if row.name == laws.preferred else "doubtful" if row.doubts else ""
@@ -78,7 +78,7 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None) -> Group:
         ("period, mean", statistics.period, "s"),
         ("slip time, median", statistics.slip_time, "s"),
     ):
-        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{one.spread:.2g}", unit)
+        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{deviation(one.spread)}", unit)
     parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
     parts.append(
         plain(

@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
+from fmu_models.base.html_table import html
+from fmu_models.base.table import Table
 from fmu_models.codegen.package import version
+from fmu_models.report.inline_svg import inline_svg
 from identification.model_check.portraits import MEANING
-from identification.model_check.table import bifurcation_sentences
+from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
 from identification.report import tables
 from identification.report.citations import citations
-from identification.report.inline import inline_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,10 +92,11 @@ def page(findings: Findings) -> str:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["shown"] = tables.shown
+    environment.filters["html"] = html
     families = [
         {
             "drawing": drawing,
-            "tables": [tables.metrics_table(family), tables.sequence_table(family)],
+            "tables": [metrics_table(family), sequence_table(family)],
             "sentences": bifurcation_sentences(family),
             "notes": family.notes,
         }
@@ -198,7 +201,7 @@ def _drawing(figure: Figure, prefix: str, caption: str) -> Drawing:
     return Drawing(inline_svg(figure, prefix, caption), caption)
 
 
-def _tables(findings: Findings) -> list[tables.Table]:
+def _tables(findings: Findings) -> list[Table]:
     fit = findings.fit
     found = [tables.correlation_table(fit), tables.constants_table(fit)]
     found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []

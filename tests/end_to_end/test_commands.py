@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -27,8 +28,11 @@ def files(folder: Path) -> set[str]:
 def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     listed = stickslip("--help")
     assert listed.code == 0
-    names = {one.name or one.callback.__name__ for one in cli.app.registered_commands if one.callback}
-    groups = {group.name: group.typer_instance for group in cli.app.registered_groups if group.typer_instance}
+    functions: list[Any] = cli.app.registered_commands
+    names = {one.name or one.callback.__name__ for one in functions}
+    groups: dict[Any, Any] = {
+        group.name: group.typer_instance for group in cli.app.registered_groups if group.typer_instance
+    }
     inner = {f"{name} {one.callback.__name__}" for name, app in groups.items() for one in app.registered_commands}
     assert {"models", "simulate", "fit", "map", "new model"} <= names | inner
     for command in names | inner:
@@ -188,7 +192,7 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         (["fit", "nowhere"], "nowhere"),
         (["fit", RIGS, "--estimator", "guess"], "No estimator is called 'guess'"),
         (["fit", RIGS, "--law", "Cont"], "Did you mean 'Conti'"),
-        (["fit", RIGS, "--set", "N=1"], "no constant 'N'"),
+        (["fit", RIGS, "--set", "M=1"], "no constant 'M'"),
         (["fit", RIGS / "free-decay.csv"], "no stick-slip log"),
         (["compare", "fit.json", RIGS], "fit.json"),
         (["demo", "."], "exists already"),

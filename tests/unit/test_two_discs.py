@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import two_discs
 from identification.estimators.base import Options
 from identification.estimators.chart import bends_of
+from identification.fit.samples import samples_by_disc
 from identification.laws import find_law
 from identification.laws.joint_law import joint_law
 from identification.measurement.pooling import pool
@@ -217,3 +219,19 @@ def test_straight_coordinates_lead_to_the_law_and_back(name: str, q: list[float]
     # a law that rises has no such coordinates
     x[:2] = x[1::-1]
     assert [bend.first for bend in bends_of(law, ("disc0", "disc1"), x, speeds, place)] == [count]
+
+
+@pytest.mark.parametrize("logs", ["sequential", "overlapping"])
+def test_what_is_drawn_of_each_disc_lies_on_its_true_law(logs: str, request: pytest.FixtureRequest) -> None:
+    """A mean over a window lies above a bent law at the mean slip speed, unless that is taken off."""
+    ready = pool(request.getfixturevalue(logs), allow_no_stick=True)
+    place = {"sequential": 0.07, "overlapping": 0.15}[logs]
+    fit = made_fit(discs=2, theta_s=place)
+    truth = [*TRUTH.tolist(), place]
+    fit = replace(
+        fit, parameters=tuple(replace(q, value=value) for q, value in zip(fit.parameters, truth, strict=True))
+    )
+    for number, (contact, seen) in enumerate(samples_by_disc(fit, ready).items()):
+        off = seen.coefficient - LAWS["Conti"].value(seen.slip, TRUTH[3 * number : 3 * number + 3])
+        assert len(off) > 20, contact
+        assert abs(np.median(off)) < 3e-4 and np.quantile(np.abs(off), 0.9) < 2e-3, contact

@@ -6,6 +6,8 @@ import io
 import re
 from typing import TYPE_CHECKING
 
+from fmu_models.report.figures import part_ticks
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -17,6 +19,7 @@ def inline_svg(figure: Figure, prefix: str, title: str) -> str:
 
     from matplotlib import rc_context
 
+    part_ticks(figure)
     buffer = io.StringIO()
     # text stays text: smaller, searchable, and in the font of the page
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):
@@ -24,10 +27,15 @@ def inline_svg(figure: Figure, prefix: str, title: str) -> str:
     svg = buffer.getvalue()
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
-    svg = re.sub(r"(\d\.\d\d)\d+", r"\1", svg)  # hundredths of a point are below what any paper shows
+    svg = re.sub(r"<(?:path|use)\b[^>]*>", _shortened, svg)
     svg = re.sub(r'\bid="', f'id="{prefix}-', svg)
     svg = re.sub(r'(xlink:href="#|url\(#)', rf"\1{prefix}-", svg)
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     head, end, rest = svg.partition(">")
     return f'{head} role="img" aria-label="{escape(title)}"{end}{rest.strip()}'
+
+
+def _shortened(tag: re.Match[str]) -> str:
+    """A drawn line or mark with places to hundredths of a point, which is below what any paper shows."""
+    return re.sub(r'(?<= )(d|x|y)="([^"]*)"', lambda found: re.sub(r"(\.\d\d)\d+", r"\1", found[0]), tag[0])

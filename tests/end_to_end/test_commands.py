@@ -30,10 +30,10 @@ def test_help_is_there_for_every_command_and_shows_an_example(stickslip):
     assert listed.code == 0
     functions: list[Any] = cli.app.registered_commands
     names = {one.name or one.callback.__name__ for one in functions}
-    groups: dict[Any, Any] = {
-        group.name: group.typer_instance for group in cli.app.registered_groups if group.typer_instance
+    groups: list[Any] = cli.app.registered_groups
+    inner = {
+        f"{group.name} {one.callback.__name__}" for group in groups for one in group.typer_instance.registered_commands
     }
-    inner = {f"{name} {one.callback.__name__}" for name, app in groups.items() for one in app.registered_commands}
     assert {"models", "simulate", "fit", "map", "new model"} <= names | inner
     for command in names | inner:
         assert command.partition(" ")[0] in listed.out

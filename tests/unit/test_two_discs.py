@@ -232,6 +232,6 @@ def test_what_is_drawn_of_each_disc_lies_on_its_true_law(logs: str, request: pyt
         fit, parameters=tuple(replace(q, value=value) for q, value in zip(fit.parameters, truth, strict=True))
     )
     for number, (contact, seen) in enumerate(samples_by_disc(fit, ready).items()):
-        off = seen.coefficient - LAWS["Conti"].value(seen.slip, TRUTH[3 * number : 3 * number + 3])
+        off = seen.coefficient - find_law("Conti").value(seen.slip, TRUTH[3 * number : 3 * number + 3])
         assert len(off) > 20, contact
         assert abs(np.median(off)) < 3e-4 and np.quantile(np.abs(off), 0.9) < 2e-3, contact

@@ -118,22 +118,16 @@ def _text(reference: str, law: Any) -> str:
     """
     import sympy
 
-    wrong = f"The law '{reference}' cannot be fitted: "
-    if not hasattr(law, "magnitude") or not hasattr(law, "around"):
-        raise NotACoefficientError(
-            f"{wrong}it declares no steady friction of its own. Copy 'coulomb' for one that does."
-        )
-    N, v = sympy.Symbol("N", positive=True), sympy.Symbol("v", nonnegative=True)
-    one = law.around(SimpleNamespace(N=N))
+    one, N, v = _by_itself(reference, law)
     declared = tuple(declared_in(one))
     # symbols that print as what the functions are given
     q = {symbol: sympy.Symbol(f"q[{place}]", real=True) for place, (symbol, _) in enumerate(declared)}
-    force = sympy.sympify(one.magnitude(v)).xreplace(q)
-    mu = force.subs(N, 1)
-    if sympy.diff(force, N).has(N) or sympy.simplify(force.subs(N, 0)) != 0:
-        raise NotACoefficientError(f"{wrong}its force {one.magnitude(v)} is not in proportion to the load N.")
+    mu = sympy.sympify(one.magnitude(v)).xreplace(q).subs(N, 1)
     slopes = [sympy.diff(mu, symbol) for symbol in q.values()]
-    shared, (value, *gradient) = sympy.cse([mu, *slopes], symbols=sympy.numbered_symbols("x"))
+    shared: Any
+    results: Any
+    shared, results = sympy.cse([mu, *slopes], symbols=sympy.numbered_symbols("x"))
+    value, *gradient = results
     margins = [_printed(needed.expression.xreplace(q).subs(N, 1)) for needed in one.requirements]
     said = [needed.doubt or f"{needed.sentence}." for needed in one.requirements]
     return "\n".join(
@@ -146,7 +140,7 @@ def _text(reference: str, law: Any) -> str:
             f"    return numpy.stack([{', '.join(_along(slope, shared, v) for slope in gradient)}])",
             f"doubted = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, said, strict=True))}]",
             "made.append(LawFunctions(",
-            f"    name={law.label or law.__name__!r}, reference={reference!r}, sticks={law.sticks!r},",
+            f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r}, sticks={law.sticks!r},",
             f"    parameters={tuple(parameter for _, parameter in declared)!r},",
             f"    linear={_linear(mu, tuple(q.values()))!r},",
             "    value=value, gradient=gradient, doubted=doubted,",
@@ -154,6 +148,27 @@ def _text(reference: str, law: Any) -> str:
             "",
         ]
     )
+
+
+def _by_itself(reference: str, law: Any) -> tuple[Any, sympy.Symbol, sympy.Symbol]:
+    """A law with parameters of its own under a load N at a slip speed v; and both.
+
+    Raises:
+        NotACoefficientError: its friction is no coefficient.
+    """
+    import sympy
+
+    wrong = f"The law '{reference}' cannot be fitted: "
+    if not hasattr(law, "magnitude") or not hasattr(law, "around"):
+        raise NotACoefficientError(
+            f"{wrong}it declares no steady friction of its own. Copy 'coulomb' for one that does."
+        )
+    N, v = sympy.Symbol("N", positive=True), sympy.Symbol("v", nonnegative=True)
+    one = law.around(SimpleNamespace(N=N))
+    force = sympy.sympify(one.magnitude(v))
+    if sympy.diff(force, N).has(N) or sympy.simplify(force.subs(N, 0)) != 0:
+        raise NotACoefficientError(f"{wrong}its force {force} is not in proportion to the load N.")
+    return one, N, v
 
 
 def _linear(mu: sympy.Expr, q: Sequence[sympy.Symbol]) -> tuple[bool, ...]:
@@ -201,6 +216,6 @@ def _printed(expression: sympy.Expr) -> str:
     from sympy.printing.numpy import NumPyPrinter
 
     try:
-        return NumPyPrinter({"fully_qualified_modules": True, "strict": True}).doprint(expression)
+        return str(NumPyPrinter({"fully_qualified_modules": True, "strict": True}).doprint(expression))
     except PrintMethodNotImplementedError as error:
         raise StickslipError(f"{expression} cannot be turned into numpy code: {error}.") from error

@@ -150,7 +150,7 @@ def swapped(law: Any, old: Any, new: Any) -> Any:
 def test_generated_series_are_the_taylor_coefficients(law: Any) -> None:
     model = CompiledModel(mechanism(law))
     rng = np.random.default_rng(3)
-    paths = {x.v: 0.4 * rng.uniform(-1, 1, ORDER + 1) * 0.5 ** np.arange(ORDER + 1)}
+    paths: dict[sympy.Symbol, np.ndarray] = {x.v: 0.4 * rng.uniform(-1, 1, ORDER + 1) * 0.5 ** np.arange(ORDER + 1)}
     paths |= {state: state.nominal * rng.uniform(-1, 1, ORDER + 1) for state in law.states}
     paths[x.v][0] = 0.3
     for sign in (1.0, -1.0):
@@ -225,5 +225,5 @@ def test_a_fit_to_emulated_logs_finds_the_parameters(name: str, fitted: Fittable
     found = fit_friction(pool(logs, allow_no_stick=True), estimator="weak-form", law=name)
     for one, true in zip(found.parameters, truth(fitted), strict=True):
         assert abs(one.value - true) < 5 * one.total_deviation, one
-    slip = np.linspace(*(getattr(found.logs[-1], f"{end}_slip") for end in ("least", "greatest")), 20)
+    slip = np.linspace(found.logs[-1].least_slip, found.logs[-1].greatest_slip, 20)
     np.testing.assert_allclose(fitted.value(slip, found.law_values), fitted.value(slip, truth(fitted)), atol=0.01)

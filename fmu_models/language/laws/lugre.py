@@ -35,7 +35,6 @@ class LuGre:
     sigma1: sympy.Expr = field(metadata=declared(100.0, "N s/m", "damping of the bristles", 0.0, 1e4))
     bristle: InternalState = field(default_factory=lambda: _bristle("z"))
     sticks: ClassVar[bool] = False
-    label: ClassVar[str] = ""
 
     @classmethod
     def around(cls, own: Any, suffix: str = "") -> Self:

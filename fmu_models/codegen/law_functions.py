@@ -1,6 +1,6 @@
 """The steady friction of a law as numpy functions, printed by SymPy from its declaration.
 
-    mu(v; q) = magnitude(v)/N,    d mu/d q_i,    and the values q that the declaration doubts
+    mu(v; q) = magnitude(v)/N,    d mu/d q_i,    and the values q that the declaration warns of
 
 q are the parameters in the order of their fields. Common subexpressions are computed once. The functions of our own
 laws are kept in the user's cache as Python text under the hash of the declarations, so that a program that only fits
@@ -42,7 +42,7 @@ class LawFunctions:
     value(v, q): friction coefficients, shape of v (slip speed >= 0, m/s), for parameters q (m,);
     gradient(v, q): their derivatives by q, (m, *shape of v);
     linear: of each parameter, whether mu is linear in it and in the other linear ones together;
-    doubted(q): by how much q meets a requirement of the declaration, and what to say where it does not.
+    warned(q): by how much q meets a requirement of the declaration, and what to say where it does not.
     """
 
     name: str
@@ -52,17 +52,17 @@ class LawFunctions:
     linear: tuple[bool, ...]
     value: Callable[[np.ndarray, np.ndarray], np.ndarray]
     gradient: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    doubted: Callable[[np.ndarray], Sequence[tuple[float, str]]]
+    warned: Callable[[np.ndarray], Sequence[tuple[float, str]]]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, in order."""
         return tuple(parameter.name for parameter in self.parameters)
 
-    def doubts(self, q: np.ndarray) -> tuple[str, ...]:
+    def warnings(self, q: np.ndarray) -> tuple[str, ...]:
         """Sentences about values that no friction law of this form should have."""
         values = dict(zip(self.names, q, strict=True))
-        return tuple(said.format(law=self.name, **values) for margin, said in self.doubted(q) if margin < 0)
+        return tuple(said.format(law=self.name, **values) for margin, said in self.warned(q) if margin < 0)
 
 
 def law_functions(reference: str) -> LawFunctions:
@@ -129,7 +129,7 @@ def _text(reference: str, law: Any) -> str:
     shared, results = sympy.cse([mu, *slopes], symbols=sympy.numbered_symbols("x"))
     value, *gradient = results
     margins = [_printed(needed.expression.xreplace(q).subs(N, 1)) for needed in one.requirements]
-    said = [needed.doubt or f"{needed.sentence}." for needed in one.requirements]
+    said = [needed.warning or f"{needed.sentence}." for needed in one.requirements]
     return "\n".join(
         [
             "def value(v, q):",
@@ -138,12 +138,12 @@ def _text(reference: str, law: Any) -> str:
             "def gradient(v, q):",
             *_assigned(shared, gradient),
             f"    return numpy.stack([{', '.join(_along(slope, shared, v) for slope in gradient)}])",
-            f"doubted = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, said, strict=True))}]",
+            f"warned = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, said, strict=True))}]",
             "made.append(LawFunctions(",
             f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r}, sticks={law.sticks!r},",
             f"    parameters={tuple(parameter for _, parameter in declared)!r},",
             f"    linear={_linear(mu, tuple(q.values()))!r},",
-            "    value=value, gradient=gradient, doubted=doubted,",
+            "    value=value, gradient=gradient, warned=warned,",
             "))",
             "",
         ]

@@ -17,14 +17,14 @@ from fmu_models.language.quantities import InternalState, Quantity
 class Requirement(NamedTuple):
     """Something the parameters must satisfy: ``expression`` >= 0, or > 0 if ``strict``.
 
-    ``sentence`` is what the user reads if they do not; ``doubt`` what a fit says that found such values of a law, with
-    {names} of its parameters and {law}.
+    ``sentence`` is what the user reads if they do not; ``warning`` what a fit says that found such values of a law,
+    with {names} of its parameters and {law}.
     """
 
     expression: sympy.Expr
     sentence: str
     strict: bool = False
-    doubt: str = ""
+    warning: str = ""
 
 
 class Law(Protocol):

@@ -26,10 +26,10 @@ def inverse(
 ) -> None:
     """Fit inertia, friction and other terms to measured effort and motion, judge them, and compare friction laws.
 
-    Example: stickslip inverse emps DATA_EMPS.mat --figure emps.png
+    Example: stickslip inverse axis data/machines/axis.csv --figure axis.png
     """
-    from identification.one_dof.inverse import inverse_dynamics
-    from identification.one_dof.recipe import read_recipe
+    from identification.fit.inverse import inverse_dynamics
+    from identification.measurement.recipe import read_recipe
 
     check_targets(result, figure, overwrite)
     with console.progress("fitting") as advance:
@@ -37,13 +37,13 @@ def inverse(
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure
-            from identification.one_dof.figures import inverse_figure
+            from identification.report.machine_figures import inverse_figure
 
             save_figure(inverse_figure(run), figure, overwrite=overwrite)
     content = finish(run.result.to_dict(), result, figure, overwrite)
 
     def show(out: Any) -> None:
-        from identification.one_dof.tables import inverse_report
+        from identification.report.machine_tables import inverse_report
 
         out.print(inverse_report(run.result))
         print_files(content["files"], out)

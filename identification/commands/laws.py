@@ -11,11 +11,9 @@ from fmu_models.base.console import Json, Settings
 from identification.commands.logs import Logs, ReaderOption, read_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rich.console import Console
 
-    from identification.next_step.laws import LawComparison, LawScore
+    from identification.inference.comparison import LawComparison
 
 
 def laws(
@@ -55,21 +53,10 @@ def laws(
 
 def print_laws(found: LawComparison, out: Console) -> None:
     """The laws as a table, and what decides."""
-    columns = ("law", ">BIC", ">AICc", ">AIC", ">held out", ">worse by", "parameters")
-    table = console.table(*columns, title=f"{found.residuals} residuals, worth {found.effective:.0f} independent ones")
-    best = found.best
-    for one in found.scores:
-        values = ", ".join(
-            f"{name} {value:.4g}{' (bound)' if name in one.bounds else ''}" for name, value in one.values.items()
-        )
-        criteria = (f"{value - least:+.1f}" for value, least in _leads(one, best))
-        table.add_row(one.law, *criteria, f"{one.held_out:.3g}", f"{one.worse:.1f} se", values)
-    out.print(table)
-    out.print("Criteria against the first law. Held out: rms of predicted residuals, 1 = as good as fitted.")
+    from identification.report.law_table import LEGEND, law_table
+
+    out.print(law_table(found))
+    out.print(LEGEND)
     out.print(found.verdict)
-    for doubt in found.doubts:
-        out.print(f"Warning: {doubt}", style="bold")
-
-
-def _leads(one: LawScore, best: LawScore) -> Sequence[tuple[float, float]]:
-    return ((one.bic, best.bic), (one.aicc, best.aicc), (one.aic, best.aic))
+    for warning in found.warnings:
+        out.print(f"Warning: {warning}", style="bold")

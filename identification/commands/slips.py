@@ -26,11 +26,11 @@ def slips(
 
     --set gives mass (kg), stiffness (N/m), speed (m/s), damping (N s/m), smoothing (s), share in place of the recipe's.
 
-    Example: stickslip slips lyon_stick_slip k168Nm_v42.mat --set stiffness=168 --set speed=42e-6
+    Example: stickslip slips slider data/machines/slider.csv --set stiffness=50
     """
-    from identification.one_dof.recipe import read_recipe
-    from identification.one_dof.slip_model import fit_slip_model
-    from identification.one_dof.slip_statistics import slip_statistics
+    from identification.measurement.recipe import read_recipe
+    from identification.slips.block_on_belt import fit_slip_model
+    from identification.slips.statistics import slip_statistics
 
     check_targets(result, figure, overwrite)
     with console.progress("looking for slips") as advance:
@@ -41,14 +41,14 @@ def slips(
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure
-            from identification.one_dof.figures import slip_figure
+            from identification.report.machine_figures import slip_figure
 
             save_figure(slip_figure(statistics, events, model), figure, overwrite=overwrite)
     found = {**statistics.to_dict(), "model": model.to_dict() if model else None, "table": events.to_dict()}
     content = finish(found, result, figure, overwrite)
 
     def show(out: Any) -> None:
-        from identification.one_dof.tables import slip_report
+        from identification.report.machine_tables import slip_report
 
         out.print(slip_report(statistics, model))
         print_files(content["files"], out)

@@ -8,17 +8,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.identifiability import Collinearity
+from identification.inference.lmfit_exchange import Given, Solved
+from identification.inference.problem import identifier
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
 from identification.inference.whiteness import Whiteness, whiteness_from
 from identification.measurement.presliding import PreSliding
+
+if TYPE_CHECKING:
+    from lmfit import Minimizer
 
 VERSION = 2  # of the format of a fit
 
@@ -41,6 +46,11 @@ class FittedParameter:
     at_bound: bool
     description: str = ""
     bound: float | None = None
+
+    @property
+    def held(self) -> bool:
+        """Whether it was held at its value rather than found: its bounds are one."""
+        return self.minimum == self.maximum
 
     @property
     def efficiency(self) -> float | None:
@@ -108,6 +118,7 @@ class FrictionFit:
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
     declaration: file or module of a law that is none of ours.
+    solved: the problem behind it, None in a fit that was read back.
     """
 
     estimator: str
@@ -136,6 +147,7 @@ class FrictionFit:
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
     declaration: str = ""
+    solved: Solved | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -166,6 +178,22 @@ class FrictionFit:
         """Values (m,) of the parameters, in order."""
         return np.array([parameter.value for parameter in self.parameters])
 
+    @property
+    def given(self) -> Given:
+        """Bounds of the search and values held, as they were given to the fit."""
+        bounds = {identifier(q.name): (q.minimum, q.maximum) for q in self.parameters if not q.held}
+        return Given(bounds=bounds, held={identifier(q.name): q.value for q in self.parameters if q.held})
+
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
+        """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.
+
+        Raises:
+            StickslipError: it was read from a file, which holds no logs.
+        """
+        if self.solved is None:
+            raise StickslipError("This fit was read from a file, which holds no logs. Fit the logs again for lmfit.")
+        return self.solved.to_lmfit()
+
     def interval(self, name: str, level: float = 0.95, *, with_scale: bool = False) -> tuple[float, float]:
         """Confidence interval of a parameter (Student's t, one degree of freedom for each slip segment to spare)."""
         parameter = self[name]
@@ -175,7 +203,9 @@ class FrictionFit:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`."""
-        return {"type": "stickslip friction fit", "version": VERSION, **asdict(self)}
+        plain = asdict(replace(self, solved=None))
+        del plain["solved"]
+        return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
         """The result as JSON text; the inverse of `from_json`."""

@@ -53,7 +53,7 @@ class Draws:
         return Interval(name, level, float(low), float(high), "bootstrap")
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What to say of draws that are missing."""
         said = []
         if self.interrupted:

@@ -39,15 +39,15 @@ class JointLaw(FittableLaw):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As in `FittableLaw`."""
-        return joint_law, (self.single, self.arrangement)
+        return _again, (self.single, self.arrangement, self.parameters)
 
     def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:
         """First guess, as in `FittableLaw`, disc by disc; v, mu: (n, 2)."""
         return np.concatenate([self.single.start(v[:, d], mu[:, d]) for d in DISCS])
 
-    def doubts(self, q: np.ndarray) -> tuple[str, ...]:
+    def warnings(self, q: np.ndarray) -> tuple[str, ...]:
         """Those of each disc."""
-        return tuple(f"Disc {d}: {said}" for d in DISCS for said in self.single.doubts(q[self.of_disc(d)]))
+        return tuple(f"Disc {d}: {said}" for d in DISCS for said in self.single.warnings(q[self.of_disc(d)]))
 
     @property
     def changeover(self) -> str | None:
@@ -89,6 +89,10 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
     )
     made = {"parameters": parameters, "value": value, "gradient": gradient}
     return JointLaw(**vars(single) | made, single=single, arrangement=arrangement)
+
+
+def _again(single: FittableLaw, arrangement: Arrangement, parameters: tuple[LawParameter, ...]) -> JointLaw:
+    return replace(joint_law(single, arrangement), parameters=parameters)
 
 
 def sought_law(single: FittableLaw, contacts: Sequence[str], arrangement: Arrangement) -> FittableLaw:

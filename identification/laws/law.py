@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from fmu_models.codegen.law_functions import LawFunctions, law_functions
+from fmu_models.language.law_parameter import LawParameter
 from identification.inference.problem import Unknown
 
 CANDIDATES = np.geomspace(0.2, 100, 25)  # multiples of the greatest slip speed's inverse, among which a scale may start
@@ -20,7 +21,7 @@ class FittableLaw(LawFunctions):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """For another process, which makes it from its declaration again."""
-        return fittable, (self.reference,)
+        return _again, (self.reference, self.parameters)
 
     def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:
         """First guess (m,) from slip speeds v (n,) and rough coefficients mu (n,).
@@ -52,6 +53,10 @@ class FittableLaw(LawFunctions):
 def fittable(reference: str) -> FittableLaw:
     """A law as a fit needs it; errors as in `law_functions`."""
     return FittableLaw(**vars(law_functions(reference)))
+
+
+def _again(reference: str, parameters: tuple[LawParameter, ...]) -> FittableLaw:
+    return replace(fittable(reference), parameters=parameters)
 
 
 def unknowns(law: FittableLaw) -> tuple[Unknown, ...]:

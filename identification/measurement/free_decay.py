@@ -121,8 +121,9 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
     linear = np.linalg.lstsq(basis, angle, rcond=None)[0]
     error = basis @ linear - angle
     gradient = _gradient(time, found.x, linear, basis)
+    # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a swing
     period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
-    covariance = newey_west(gradient, error, lags=max(period_samples // 4, 1))[:2, :2]
+    covariance = newey_west(gradient, error, reach=max(period_samples // 4, 1))[:2, :2]
     # d(k/J) = 2 a da + 2 w dw
     to_ratio = np.array([2 * rate, 2 * frequency])
     rms = float(np.sqrt(np.mean(error**2)))
@@ -136,7 +137,7 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
         rms_residual=rms,
         cycles=float(frequency * time[-1] / (2 * np.pi)),
         log=name,
-        warnings=_doubts(time, error, frequency, scale),
+        warnings=_warnings(time, error, frequency, scale),
     )
 
 
@@ -192,7 +193,7 @@ def _no_decay(name: str, rate: float) -> StickslipError:
     )
 
 
-def _doubts(time: np.ndarray, error: np.ndarray, frequency: float, scale: float) -> tuple[str, ...]:
+def _warnings(time: np.ndarray, error: np.ndarray, frequency: float, scale: float) -> tuple[str, ...]:
     """Warn where a viscous decay does not describe the data: residuals that swing with the disc."""
     lag = round(np.pi / frequency / 4 / float(np.median(np.diff(time))))
     smooth = np.convolve(error, np.ones(lag) / lag, mode="valid")

@@ -65,7 +65,7 @@ class PreSliding:
         return self.deviation / self.compliance**2 if self.elastic else None
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What to say to a fit that takes the contact as rigid."""
         if not self.elastic:
             return ()

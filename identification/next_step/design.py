@@ -1,7 +1,8 @@
 """The next experiment: which drive speed and load would tell the parameters apart best.
 
-A candidate (drive speed w, normal force N) is simulated with the fitted law. Its slip arcs are what an estimator would
-see; with D the derivatives of the border's displacement R theta by the law's parameters, start states projected out,
+A candidate (drive speed w, normal force N) is simulated with the fitted law. Its slip segments are what an estimator
+would see; with D the derivatives of the border's displacement R theta by the law's parameters, start states projected
+out,
     I = a duration sum D'D,    sd' = sqrt(diag((C^-1 + I)^-1))
 a is the precision of one sample, found by asking that the fitted logs, predicted in the same way, have the determinant
 of the stated covariance C: it holds noise, colour and sampling rate without a model of them. Candidates without
@@ -157,7 +158,7 @@ class _Experiments:
         self.run.close()
 
     def stick_slip(self, w: float, N: float) -> _Seen:
-        """What the slip arcs at this drive speed and load show."""
+        """What the slip segments at this drive speed and load show."""
         if (w, N) not in self.kept:
             self.kept[w, N] = self._stick_slip(w, N)
         return self.kept[w, N]
@@ -174,16 +175,18 @@ class _Experiments:
             slipping = np.abs(slip) > THRESHOLD
             if slipping.all():
                 return _Seen(nothing, greatest, "slides without sticking")
-            arcs = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > 10]
-            if not arcs:
+            segments = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > 10]
+            if not segments:
                 return _Seen(nothing, greatest, f"no slip above {THRESHOLD:g} m/s")
-            shown = sum((self._arc(fit, motion, w, N, a, b) for a, b in arcs), nothing)
+            shown = sum((self._segment(fit, motion, w, N, a, b) for a, b in segments), nothing)
         except StickslipError as error:
             return _Seen(nothing, 0.0, str(error))
-        return _Seen(shown / (motion.time[arcs[-1][1]] - motion.time[arcs[0][0]]), greatest)
+        return _Seen(shown / (motion.time[segments[-1][1]] - motion.time[segments[0][0]]), greatest)
 
-    def _arc(self, fit: FrictionFit, motion: SimulatedMotion, w: float, N: float, first: int, last: int) -> np.ndarray:
-        """Information (m, m) of one arc, samples first..last-1."""
+    def _segment(
+        self, fit: FrictionFit, motion: SimulatedMotion, w: float, N: float, first: int, last: int
+    ) -> np.ndarray:
+        """Information (m, m) of one segment, samples first..last-1."""
         states = {"theta": float(motion.angle[first]), "omega": float(motion.speed[first])}
         seen = self.run.run(
             motion.time[first + 1 : last],
@@ -206,6 +209,11 @@ def loaded(fit: FrictionFit, N: float) -> FrictionFit:
 
 def _covariance(fit: FrictionFit) -> np.ndarray:
     deviation = np.array([parameter.standard_deviation for parameter in fit.parameters])
+    held = ", ".join(one.name for one in fit.parameters if one.held)
+    if held:
+        raise StickslipError(
+            f"The fit holds {held} at a value: a design is of parameters that are found. Fit them all."
+        )
     covariance = np.array(fit.correlation) * np.outer(deviation, deviation)
     if not np.all(np.isfinite(covariance)) or not np.all(np.linalg.eigvalsh(covariance) > 0):
         raise StickslipError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fmu_models.base.terminal_table import terminal
+from identification.inference.uncertainty import LAG_RULE
 from identification.report.tables import (
     constants_table,
     correlation_table,
@@ -38,7 +39,7 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
 
 def _certainty(fit: FrictionFit) -> list[str]:
     """What a fit says of its identifiability, of its residuals and of the contact in stick."""
-    said = []
+    said = [f"Deviations: {LAG_RULE}."] if fit.covariance == "hac" else []
     if fit.collinearity:
         judged = "nearly collinear" if fit.collinearity.poor else "told apart"
         said.append(f"Collinearity index {fit.collinearity.index:.3g} ({judged}): {fit.collinearity.words}.")

@@ -167,7 +167,7 @@ class RigLog:
 
     time: (n_samples,) s, increasing. columns: raw columns by name, each (n_samples,) float64, without ``time``; names
     and units as in `rig_io.logs.columns`; NaN where the file has no number. units: unit of each column (and of time).
-    breaks: samples at which a further recording begins, or before which edges were lost; doubts: what was mended when
+    breaks: samples at which a further recording begins, or before which edges were lost; warnings: what was mended when
     it was read.
     """
 
@@ -180,7 +180,7 @@ class RigLog:
     experiment: Experiment
     path: Path | None = None
     breaks: tuple[int, ...] = ()
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def kind(self) -> Kind:

@@ -39,7 +39,7 @@ def read_log(
     """Read one log and its entry in the ``datapackage.json`` beside it.
 
     What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
-    needs no sidecar. What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
+    needs no sidecar. What is mended is said in a `StickslipWarning` and kept in `RigLog.warnings`.
 
     Args:
         repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the first of rows
@@ -67,9 +67,9 @@ def read_log(
             instruments.need(instrument)
     values, breaks, mended = counted(known.columns, known.breaks, instruments, known.table.source, known.table.place)
     check_edges(known.table, values, breaks)
-    doubts = (*known.said, *mended)
-    for doubt in doubts:
-        warnings.warn(f"{table.source}: {doubt}", StickslipWarning, stacklevel=2)
+    said = (*known.said, *mended)
+    for warning in said:
+        warnings.warn(f"{table.source}: {warning}", StickslipWarning, stacklevel=2)
     time = values.pop(TIME.name)
     return RigLog(
         name=str(resource.get("name", path.stem)),
@@ -81,7 +81,7 @@ def read_log(
         experiment=experiment or sidecar.experiment(mapping(resource, "experiment", where), where),
         path=path,
         breaks=breaks,
-        doubts=doubts,
+        warnings=said,
     )
 
 

@@ -94,7 +94,7 @@ def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], es
         second = fit_friction([replace(log, rig=moved) for log in sliding], estimator=estimator)
         change = np.log(second.law_values / first.law_values) / np.log(1.002)
         said = [float(first.constant(name).sensitivity[parameter] or 0) for parameter in TRUTH]
-        # samples enter and leave at the ends of arcs, with their noise: 0.02 % of p, a tenth of its deviation
+        # samples enter and leave at the ends of segments, with their noise: 0.02 % of p, a tenth of its deviation
         np.testing.assert_allclose(change, said, rtol=0.1, atol=0.12 if estimator == "shooting" else 0.03)
 
 

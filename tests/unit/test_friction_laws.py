@@ -1,4 +1,4 @@
-"""Friction laws to be fitted: functions from the declarations against the formulas, starts from data, and doubts."""
+"""Friction laws to be fitted: functions from the declarations against the formulas, starts from data, and warnings."""
 
 from __future__ import annotations
 
@@ -89,12 +89,12 @@ def test_what_mu_does_not_tell_starts_at_its_default() -> None:
 
 
 @pytest.mark.parametrize("name", ["Conti", "Conti+viscous", "Stribeck", "LuGre"])
-def test_rising_friction_is_doubted(name: str) -> None:
+def test_rising_friction_is_warned_of(name: str) -> None:
     law = find_law(name)
     q = np.array([one.value for one in law.parameters])
-    assert law.doubts(q) == ()
+    assert law.warnings(q) == ()
     q[:2] = 0.3, 0.4
-    (said,) = law.doubts(q)
+    (said,) = law.warnings(q)
     assert said.startswith("mu_s = 0.3 is less than mu_k = 0.4: ")
     assert f"which the {name} law does not mean" in said and "Coulomb+viscous" in said
 

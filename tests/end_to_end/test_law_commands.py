@@ -34,7 +34,7 @@ def logs() -> list[RigLog]:
 
 @pytest.fixture(scope="module")
 def benchmark() -> ModuleType:
-    return benchmark_script("bench_structure")
+    return benchmark_script("bench_law_comparison")
 
 
 def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
@@ -46,7 +46,7 @@ def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
     two = [RIGS / f"paper-rubber-{speed}.csv" for speed in ("0.41", "1.4")]
     compared = stickslip("laws", *two, "--json").json
     assert [one["law"] for one in compared["scores"]][:2] == ["Conti", "Conti+viscous"]
-    assert compared["doubts"] == [] and "Likely: what Conti+viscous has more" in compared["verdict"]
+    assert compared["warnings"] == [] and "Likely: what Conti+viscous has more" in compared["verdict"]
     planned = stickslip("design", "fit.json", "--speeds", "0.2,3.5", "--loads", "4.905", "--json").json
     assert planned["candidates"][-1]["refused"] == "slides without sticking"
     shown = " ".join(stickslip("design", "fit.json", "--speeds", "0.2,3.5").out.split())
@@ -94,7 +94,7 @@ def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleTyp
     other = benchmark.flagged(fit_friction(ready, estimator="weak-form"))
     assert other["speeds"] and other["course"] and not other["pre-sliding"]
     compared = compare_on(ready, ("Coulomb", "Conti", "Stribeck"))
-    assert compared.best.law == "Stribeck" and compared.verdict.endswith("Sure.") and compared.doubts == ()
+    assert compared.best.law == "Stribeck" and compared.verdict.endswith("Sure.") and compared.warnings == ()
     values = compared.best.values
     assert (values["mu_s"], values["mu_k"], values["v_s"]) == pytest.approx((0.65, 0.35, 0.04), rel=0.01)
     console = Console(width=200, record=True, file=io.StringIO())

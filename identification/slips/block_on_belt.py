@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.one_dof.slip_statistics import SMOOTHING, SlipStatistics, find_slips
-from identification.one_dof.terms import GRAVITY
+from identification.measurement.signals import GRAVITY
+from identification.slips.events import find_slips
+from identification.slips.statistics import SMOOTHING, SlipStatistics
 
 STEEP = 200.0  # slip speeds 1/p in v_max
 CYCLES = 6

@@ -15,10 +15,23 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.one_dof.recipe import EFFORT, FRICTION, ROLES, TIME, VELOCITY, WEIGHT, Filter, Recipe, Signal
+from identification.measurement.motion import savitzky_golay
+from identification.measurement.recipe import (
+    EFFORT,
+    FRICTION,
+    ROLES,
+    TIME,
+    VELOCITY,
+    WEIGHT,
+    Filter,
+    Recipe,
+    Signal,
+    Speed,
+)
 from rig_io.logs.table import Table
 from rig_io.repair.table import conversion
 
+GRAVITY = 9.81  # m/s2
 GAP = 10.0  # median sample intervals: a longer one is a gap
 CHEBYSHEV_ORDER, CHEBYSHEV_RIPPLE = 8, 0.05  # dB
 RATE_SUSPECT = 0.01  # relative difference of the stated rate and the stamps: the recipe is of another log
@@ -56,6 +69,18 @@ class Prepared:
     def effort_unit(self) -> str:
         """N m or N."""
         return "N m" if self.turning else "N"
+
+    def check_speed(self, recipe: Recipe, name: str, speed: Speed) -> None:
+        """Refuse a speed of the recipe that is not one of such a body.
+
+        Raises:
+            StickslipError: which.
+        """
+        if not speed.fits(self.turning):
+            raise StickslipError(
+                f"{recipe.name}: '{name}' is given in a unit of {speed.unit}, but the body "
+                f"{'turns: rad/s' if self.turning else 'slides: m/s'} is expected."
+            )
 
     def thinned(self, of: Callable[[Mapping[str, np.ndarray]], np.ndarray]) -> np.ndarray:
         """A function of the signals (n,) or (n, m), evaluated at the full rate, decimated, masked: (k,) or (k, m)."""
@@ -128,9 +153,10 @@ def prepare(recipe: Recipe, table: Table) -> Prepared:
     if len(borders) > 2:
         notes.append(f"The clock has {len(borders) - 2} gaps; no filter runs across them ({lost} samples left out).")
     turning = _turning(recipe, units)
-    _check_speeds(recipe, turning)
-    every, least_speed = recipe.sampling.decimate, recipe.sampling.least_speed.value
-    return Prepared(table.source, tuple(pieces), turning, every * step, every, least_speed, tuple(notes))
+    every, least_speed = recipe.sampling.decimate, recipe.sampling.least_speed
+    made = Prepared(table.source, tuple(pieces), turning, every * step, every, least_speed.value, tuple(notes))
+    made.check_speed(recipe, "least_speed", least_speed)
+    return made
 
 
 class _Chain:
@@ -152,8 +178,6 @@ class _Chain:
         return self.made[name]
 
     def _derivative(self, signal: Signal) -> np.ndarray:
-        from identification.measurement.motion import savitzky_golay
-
         values = self.signal(str(signal.of))
         local = signal.savitzky_golay
         if local:
@@ -202,7 +226,7 @@ def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str])
     if name not in table.columns:
         reason = f" ('{name}' is {table.left_out[name]})" if name in table.left_out else ""
         raise StickslipError(
-            f"{table.source} has no column '{name}', which recipe {recipe.path.name} reads as '{signal.name}'{reason}."
+            f"{table.source} has no column '{name}', which recipe {recipe.name} reads as '{signal.name}'{reason}."
             f"{nearest(name, table.columns)}"
         )
     values = table.columns[name]
@@ -215,10 +239,10 @@ def _column(recipe: Recipe, table: Table, signal: Signal, units: dict[str, str])
     given = str(signal.unit)
     stated = table.units.get(name)
     if stated:
-        conversion(stated, given, f"{table.source}: column '{name}', for signal '{signal.name}' of {recipe.path.name},")
+        conversion(stated, given, f"{table.source}: column '{name}', for signal '{signal.name}' of {recipe.name},")
         given = stated
     unit = given if signal.gain_unit == "1" else f"({given}) * ({signal.gain_unit})"
-    where = f"{recipe.path.name}: signal '{signal.name}'"
+    where = f"{recipe.name}: signal '{signal.name}'"
     found, factor = _si(unit, ROLES.get(signal.name), where)
     units[signal.name] = found
     return values * (_gain(table, signal, where) * factor)
@@ -266,7 +290,7 @@ def _unit_of(recipe: Recipe, name: str, units: Mapping[str, str]) -> str:
 def _check_unit(recipe: Recipe, name: str, unit: str) -> None:
     if name in ROLES and unit not in ROLES[name]:
         raise StickslipError(
-            f"{recipe.path.name}: signal '{name}' comes out in '{unit}', expected {' or '.join(ROLES[name])}. Look at "
+            f"{recipe.name}: signal '{name}' comes out in '{unit}', expected {' or '.join(ROLES[name])}. Look at "
             "the units of the columns and at 'derivative_of'."
         )
 
@@ -278,20 +302,10 @@ def _turning(recipe: Recipe, units: Mapping[str, str]) -> bool:
     if len(set(turning.values())) > 1:
         told = ", ".join(f"{name} in {found[name]}" for name in turning)
         raise StickslipError(
-            f"{recipe.path.name}: the signals are of a body that slides and of one that turns ({told}). Give lengths "
+            f"{recipe.name}: the signals are of a body that slides and of one that turns ({told}). Give lengths "
             "with forces, or angles with torques; a gain with its 'gain_unit' converts."
         )
     return any(turning.values())
-
-
-def _check_speeds(recipe: Recipe, turning: bool) -> None:
-    speeds = {"least_speed": recipe.sampling.least_speed, **{t.name: t.speed for t in recipe.terms if t.speed}}
-    for name, speed in speeds.items():
-        if not speed.fits(turning):
-            raise StickslipError(
-                f"{recipe.path.name}: '{name}' is given in a unit of {speed.unit}, but the body "
-                f"{'turns: rad/s' if turning else 'slides: m/s'} is expected."
-            )
 
 
 def _step(recipe: Recipe, table: Table, time: np.ndarray) -> float:
@@ -311,7 +325,7 @@ def _step(recipe: Recipe, table: Table, time: np.ndarray) -> float:
         return step
     if abs(rate * step - 1) > RATE_SUSPECT:
         raise StickslipError(
-            f"{table.source} is sampled at {1 / step:.4g} Hz, but recipe {recipe.path.name} says {rate:g} Hz. Correct "
+            f"{table.source} is sampled at {1 / step:.4g} Hz, but recipe {recipe.name} says {rate:g} Hz. Correct "
             "'rate', or leave it out to use the stamps."
         )
     return 1 / rate

@@ -1,22 +1,21 @@
-"""Recipe of an inverse-dynamics or slip-statistics run: which columns, how filtered and differentiated, which terms.
+"""Recipe for the log of a machine: which columns it has, how they are filtered and differentiated.
 
 A recipe is a TOML file without data; the log is named beside it. Every signal is a column (times a gain) or the
-derivative of another signal, then perhaps filtered. Which keys there are: data/README.md.
+derivative of another signal, then perhaps filtered. What is to be found in them stands in tables that others read:
+[terms] and [friction] (estimators.inverse_terms), [slips] (slips.statistics). Which keys there are: data/README.md.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import nearest
 from fmu_models.base.files import named_file
 from fmu_models.base.toml_document import Document, read_document
-from identification.laws import slip_laws
-from identification.one_dof.terms import KINDS, LINEAR_LAWS, Speed, Term
 
 SUFFIX = ".toml"
 TIME = "time"
@@ -34,7 +33,19 @@ ROLES: Mapping[str, tuple[str, ...]] = {
 }
 # left out, these are central differences of the signal before
 IMPLIED = {VELOCITY: POSITION, ACCELERATION: VELOCITY}
-SLIP_UNITS = {"mass": "kg", "stiffness": "N/m", "speed": "m/s", "damping": "N s/m", "smoothing": "s"}
+TASKS = ("terms", "slips")  # tables that say what is to be found
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A speed as a recipe gives it; unit: m/s or rad/s, None for a plain number, which is in that of the body."""
+
+    value: float
+    unit: str | None = None
+
+    def fits(self, turning: bool) -> bool:
+        """Whether it is one of a body that turns (or slides)."""
+        return self.unit in (None, "rad/s" if turning else "m/s")
 
 
 NO_SPEED = Speed(0.0)
@@ -87,28 +98,19 @@ class Sampling:
 
 
 @dataclass(frozen=True)
-class SlipRecipe:
-    """What is known of the slider: SI values by name (of `SLIP_UNITS`); share: of the root mean square fall, below
-    which a fall is a partial slip."""
-
-    known: Mapping[str, float] = field(default_factory=dict)
-    share: float = 0.5
-
-
-@dataclass(frozen=True)
 class Recipe:
-    """A recipe as read. terms: of the inverse dynamics; laws: of friction, to be compared; slips: None if it has no
-    table of that name."""
+    """A recipe as read. document: of the file, for those who read its other tables."""
 
-    path: Path
+    document: Document
     title: str
     source: str
     signals: Mapping[str, Signal]
     sampling: Sampling
-    terms: tuple[Term, ...]
-    laws: tuple[str, ...]
-    normal_force: float | None
-    slips: SlipRecipe | None
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+        return self.document.path.name
 
 
 def read_recipe(path: str | os.PathLike[str]) -> Recipe:
@@ -128,22 +130,10 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
         raise document.fault("there is no signal 'time'. Add [signals.time] with its column and unit.", "signals")
     for name in signals:
         _refuse_circle(document, signals, name)
-    terms = tuple(_term(document, name) for name in document.table("terms"))
-    has_slips = "slips" in document.data
-    if not terms and not has_slips:
+    if not any(task in document.data for task in TASKS):
         raise document.fault("it has neither [terms] for inverse dynamics nor [slips] for slip statistics. Add one.")
-    laws, normal_force = _friction(document)
-    return Recipe(
-        document.path,
-        document.text("title"),
-        document.text("source", default=""),
-        signals,
-        _sampling(document),
-        terms,
-        laws,
-        normal_force,
-        _slips(document) if has_slips else None,
-    )
+    title, source = document.text("title"), document.text("source", default="")
+    return Recipe(document, title, source, signals, _sampling(document))
 
 
 def recipes() -> list[Path]:
@@ -226,29 +216,6 @@ def _refuse_circle(document: Document, signals: Mapping[str, Signal], name: str)
         seen.append(of)
 
 
-def _term(document: Document, name: str) -> Term:
-    raw = document.table("terms")[name]
-    place: tuple[str, ...] = ("terms", name)
-    speed = None
-    if isinstance(raw, dict):
-        document.check_keys(("term", "speed"), *place)
-        kind = document.text("term", *place)
-        if "speed" in raw:
-            speed = _speed(document, raw["speed"], *place, "speed")
-    elif isinstance(raw, str):
-        kind = raw
-    else:
-        raise document.fault(
-            f"term '{name}' must be the name of a term, such as \"viscous\", or a table with it; found {raw!r}.", *place
-        )
-    if kind not in KINDS:
-        raise document.fault(f"'{kind}' is not a term.{nearest(kind, KINDS)}", *place)
-    if KINDS[kind].smoothed != (speed is not None) or (speed is not None and speed.value <= 0):
-        what = "needs 'speed', the speed over which it turns, above 0" if KINDS[kind].smoothed else "has no 'speed'"
-        raise document.fault(f"term '{name}' ({kind}) {what}.", *place)
-    return Term(name, kind, speed)
-
-
 def _sampling(document: Document) -> Sampling:
     document.check_keys(("rate", "drop", "decimate", "least_speed"), "sampling")
     table = document.table("sampling")
@@ -259,41 +226,13 @@ def _sampling(document: Document) -> Sampling:
         rate,
         document.count("drop", 0, 0, "sampling"),
         document.count("decimate", 1, 1, "sampling"),
-        _speed(document, table.get("least_speed", 0.0), "sampling", "least_speed"),
+        speed(document, table.get("least_speed", 0.0), "sampling", "least_speed"),
     )
 
 
-def _speed(document: Document, raw: Any, *place: str) -> Speed:
-    """The recipe alone does not say whether the body slides or turns: the text's own unit is kept with it."""
+def speed(document: Document, raw: Any, *place: str) -> Speed:
+    """A speed. The recipe alone does not say whether the body slides or turns: the text's own unit is kept."""
     if not isinstance(raw, str):
         return Speed(document.value(raw, "m/s", *place))
     unit = "rad/s" if any(word in raw for word in ("rad", "deg", "rpm", "turn")) else "m/s"
     return Speed(document.value(raw, unit, *place), unit)
-
-
-def _friction(document: Document) -> tuple[tuple[str, ...], float | None]:
-    document.check_keys(("compare", "normal_force"), "friction")
-    table = document.table("friction")
-    laws = document.names("compare", "friction") or ()
-    for law in laws:
-        if law not in (*LINEAR_LAWS, *slip_laws()):
-            hint = nearest(law, (*LINEAR_LAWS, *slip_laws()))
-            raise document.fault(f"there is no friction law '{law}'.{hint}", "friction", "compare")
-    if "normal_force" not in table:
-        return laws, None
-    normal_force = document.value(table["normal_force"], "N", "friction", "normal_force")
-    if normal_force <= 0:
-        raise document.fault("'normal_force' must be above 0 N.", "friction", "normal_force")
-    return laws, normal_force
-
-
-def _slips(document: Document) -> SlipRecipe:
-    document.check_keys((*SLIP_UNITS, "share"), "slips")
-    table = document.table("slips")
-    known = {
-        name: document.value(table[name], unit, "slips", name) for name, unit in SLIP_UNITS.items() if name in table
-    }
-    share = document.value(table.get("share", 0.5), "1", "slips", "share")
-    if not 0 <= share < 1:
-        raise document.fault(f"'share' must lie from 0 to below 1, found {share:g}.", "slips", "share")
-    return SlipRecipe(known, share)

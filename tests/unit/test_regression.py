@@ -69,10 +69,10 @@ def test_whitening_weighs_clusters() -> None:
 def test_rising_friction_is_flagged() -> None:
     slip = np.linspace(0.01, 0.2, 50)
     found = solve(points(slip, 0.3 + 0.5 * slip))
-    said = CONTI.doubts(found.values)
+    said = CONTI.warnings(found.values)
     assert len(said) == 1
     assert "mu_s" in said[0] and "rises with slip speed" in said[0]
-    assert CONTI.doubts(np.array([0.6, 0.3, 10.0])) == ()
+    assert CONTI.warnings(np.array([0.6, 0.3, 10.0])) == ()
 
 
 def test_a_bound_that_is_reached_is_told() -> None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fmu_models.base.console import plain, table
-from fmu_models.base.digits import deviation, like_sd, value_with_sd
+from fmu_models.base.digits import deviation, like_sd
+from identification.report.law_table import LEGEND, law_table
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
 
-    from identification.one_dof.comparison import FrictionComparison
-    from identification.one_dof.inverse import InverseResult
-    from identification.one_dof.slip_model import SlipModel
-    from identification.one_dof.slip_statistics import SlipStatistics
+    from identification.fit.inverse import InverseResult
+    from identification.slips.block_on_belt import SlipModel
+    from identification.slips.statistics import SlipStatistics
 
 
 def inverse_report(result: InverseResult) -> Group:
@@ -31,11 +31,11 @@ def inverse_report(result: InverseResult) -> Group:
     parts.append(
         plain(
             f"{result.samples} samples, worth {result.effective_samples:.0f} independent ones; condition of the "
-            f"regressors {result.condition:.5g}."
+            f"regressors {result.condition:.5g}. Deviations: {result.covariance}."
         )
     )
     if result.laws:
-        parts.append(_laws(result.laws))
+        parts += [law_table(result.laws), plain(LEGEND)]
     parts += [plain(f"- {verdict}") for verdict in result.verdicts]
     return Group(*parts)
 
@@ -45,22 +45,6 @@ def _scores(result: InverseResult) -> table:
     rows = {"fitted": result.score, "its blocks, left out in turn": result.unseen, **result.held_out}
     for name, score in rows.items():
         shown.add_row(name, f"{100 * score.relative_error:.4f}", f"{100 * score.explained:.2f}")
-    return shown
-
-
-def _laws(laws: FrictionComparison) -> table:
-    shown = table(
-        "law", "values", ">error, %", ">unseen, %", ">AIC", ">BIC", "", title="Friction laws, the best BIC first"
-    )
-    best_aic, best_bic = min(row.aic for row in laws.rows), laws.rows[0].bic
-    for row in laws.rows:
-        values = "\n".join(
-            f"{name} = {value_with_sd(value, row.deviations[name], row.units[name])}"
-            for name, value in row.values.items()
-        )
-        mark = "preferred" if row.name == laws.preferred else "doubtful" if row.doubts else ""
-        errors = (f"{100 * row.relative_error:.3f}", f"{100 * row.unseen_error:.3f}")
-        shown.add_row(row.name, values, *errors, f"{row.aic - best_aic:+.1f}", f"{row.bic - best_bic:+.1f}", mark)
     return shown
 
 

@@ -7,7 +7,7 @@ import pytest
 from linear_problem import Curve, linear
 
 from fmu_models.base.errors import StickslipError
-from identification.next_step.laws import compare_laws
+from identification.inference.comparison import compare_laws
 
 
 def polynomials(noise: np.ndarray, curve: float, logs: int = 3) -> dict[str, Curve]:

@@ -12,10 +12,11 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from identification.one_dof.recipe import read_recipe
-from identification.one_dof.slip_model import fit_slip_model
-from identification.one_dof.slip_statistics import find_slips, slip_statistics, statistic
-from identification.one_dof.terms import GRAVITY
+from identification.measurement.recipe import read_recipe
+from identification.measurement.signals import GRAVITY
+from identification.slips.block_on_belt import fit_slip_model
+from identification.slips.events import find_slips
+from identification.slips.statistics import slip_statistics, statistic
 from rig_io.readers.csv_log import write
 
 M, K, V = 0.5, 50.0, 0.01  # kg, N/m, m/s

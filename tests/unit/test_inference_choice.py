@@ -13,12 +13,12 @@ from identification.inference.choice import Inference, infer
 from identification.inference.problem import Prior, Unknown, solve
 
 
-def coloured_mean(memory: float, count: int = 4000) -> Curve:
+def coloured_mean(colour: float, count: int = 4000) -> Curve:
     """A mean of autoregressive values in 40 clusters."""
     rng = np.random.default_rng(5)
     values, value = [], 0.0
-    for kick in rng.standard_normal(count) * np.sqrt(1 - memory**2):
-        value = memory * value + kick
+    for kick in rng.standard_normal(count) * np.sqrt(1 - colour**2):
+        value = colour * value + kick
         values.append(value)
     return linear(np.ones((count, 1)), np.array(values), cluster=np.repeat(np.arange(40), count // 40))
 
@@ -83,7 +83,7 @@ def test_an_open_end_is_a_result_with_a_word_of_advice() -> None:
     found = infer(problem, solve(problem), Inference(profile=True), count=1, logs=["a"])
     (one,) = found.intervals
     assert one.high is None and one.low is not None
-    assert any("do not bound k from above" in said and "stickslip design" in said for said in found.doubts)
+    assert any("do not bound k from above" in said and "stickslip design" in said for said in found.warnings)
 
 
 def test_what_cannot_be_asked_for() -> None:

@@ -1,4 +1,4 @@
-"""Arcs of short emulated logs: gradient, projection of the start states, nuisance parameters, what is refused."""
+"""Shooting segments of short emulated logs: gradient, start states projected out, nuisance parameters, refusals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS, shooting
 from identification.estimators.base import Options
-from identification.estimators.shooting_segments import ArcProblem, Start, noise
+from identification.estimators.shooting_segments import ShootingProblem, Start, noise
 from identification.fit.conclude import conclude
 from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
@@ -39,18 +39,20 @@ def ready(logs: list[RigLog]) -> Pool:
     return pool(logs)
 
 
-def arcs_of(ready: Pool, law: str = "Conti", q: np.ndarray = TRUTH, nuisance: tuple[str, ...] = ()) -> ArcProblem:
-    arcs, known = shooting.slip_arcs(ready)
-    return shooting.arc_problem(ready, find_law(law), arcs, q, nuisance, known)
+def problem_of(
+    ready: Pool, law: str = "Conti", q: np.ndarray = TRUTH, nuisance: tuple[str, ...] = ()
+) -> ShootingProblem:
+    segments, known = shooting.slip_shooting(ready)
+    return shooting.shooting_problem(ready, find_law(law), segments, q, Options(nuisance), known)
 
 
-def exact(problem: ArcProblem, x: np.ndarray) -> ArcProblem:
+def exact(problem: ShootingProblem, x: np.ndarray) -> ShootingProblem:
     """The same problem with logs that the model follows exactly at x."""
-    arcs = []
-    for number, arc in enumerate(problem.arcs):
+    segments = []
+    for number, segment in enumerate(problem.segments):
         seen = problem._seen(number, x, [])[0]
-        arcs.append(replace(arc, measured=seen))
-    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(start.at(x)) for start in problem.starts))
+        segments.append(replace(segment, measured=seen))
+    return replace(problem, segments=tuple(segments), starts=tuple(Start(start.at(x)) for start in problem.starts))
 
 
 STEPS = {"mu_s": 1e-5, "mu_k": 1e-5, "mu": 1e-5, "mu_v": 1e-5, "p": 1e-3, "v_s": 1e-6, "gain": 1e-5, "delay": 1e-6}
@@ -68,14 +70,14 @@ STEPS = {"mu_s": 1e-5, "mu_k": 1e-5, "mu": 1e-5, "mu_v": 1e-5, "p": 1e-3, "v_s":
 )
 def test_gradient_is_the_derivative_for_every_law(ready: Pool, law: str, q: np.ndarray) -> None:
     nuisance = ("J", "k", "c", "R", "r", "N", "zero") if law in ("Conti", "Conti+viscous") else ()
-    problem = arcs_of(ready, law, q, nuisance)
-    problem = replace(problem, arcs=problem.arcs[:3], starts=problem.starts[:3])
+    problem = problem_of(ready, law, q, nuisance)
+    problem = replace(problem, segments=problem.segments[:3], starts=problem.starts[:3])
     problem = exact(problem, problem.first)
     here = problem.evaluate(problem.first)
     assert np.max(np.abs(here.residual)) < 1e-6
     # the projection takes most of a column away, whose rounding stays
     raw = np.abs(problem._seen(0, problem.first, [u.name for u in problem.unknowns])[2]).max(axis=0)
-    raw /= problem.arcs[0].deviation
+    raw /= problem.segments[0].deviation
     for place, unknown in enumerate(problem.unknowns):
         step = np.zeros(len(problem.unknowns))
         step[place] = STEPS.get(unknown.name, 1e-5 * max(abs(problem.first[place]), 1e-2))
@@ -86,7 +88,7 @@ def test_gradient_is_the_derivative_for_every_law(ready: Pool, law: str, q: np.n
 
 
 def test_the_gradient_of_the_sum_of_squares_is_exact_away_from_the_solution(ready: Pool) -> None:
-    problem = arcs_of(ready)
+    problem = problem_of(ready)
     x = problem.first * [1.02, 0.97, 1.1, 1.0, 1.0]
 
     def cost(x: np.ndarray) -> float:
@@ -100,24 +102,24 @@ def test_the_gradient_of_the_sum_of_squares_is_exact_away_from_the_solution(read
 
 
 def test_projection_equals_the_joint_solve_with_starts_as_unknowns(ready: Pool) -> None:
-    problem = arcs_of(replace(ready, sensors=replace(ready.sensors, covariance=np.zeros((2, 2)))))
+    problem = problem_of(replace(ready, sensors=replace(ready.sensors, covariance=np.zeros((2, 2)))))
     assert [unknown.name for unknown in problem.unknowns] == ["mu_s", "mu_k", "p"]
-    problem = replace(problem, arcs=problem.arcs[:3], starts=problem.starts[:3])
+    problem = replace(problem, segments=problem.segments[:3], starts=problem.starts[:3])
     found = solve(problem, tolerance=1e-10)
 
     def joint(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         starts = tuple(Start(pair) for pair in z[3:].reshape(-1, 2))
         these = replace(problem, starts=starts)
         residual, gradient = [], []
-        for number, arc in enumerate(problem.arcs):
+        for number, segment in enumerate(problem.segments):
             seen, by_start, columns, _ = these._seen(number, z[:3], ["mu_s", "mu_k", "p"])
             rows = np.zeros((len(seen), len(z)))
             rows[:, :3], rows[:, 3 + 2 * number : 5 + 2 * number] = columns, by_start
-            residual.append((seen - arc.measured) / arc.deviation)
-            gradient.append(rows / arc.deviation)
+            residual.append((seen - segment.measured) / segment.deviation)
+            gradient.append(rows / segment.deviation)
         return np.concatenate(residual), np.vstack(gradient)
 
-    z = np.concatenate([TRUTH, *(start.at(problem.first) for start in arcs_of(ready).starts[:3])])
+    z = np.concatenate([TRUTH, *(start.at(problem.first) for start in problem_of(ready).starts[:3])])
 
     options: Any = {"jac": lambda z: joint(z)[1]}
     other = least_squares(lambda z: joint(z)[0], z, **options, x_scale="jac", ftol=1e-14, xtol=1e-14)
@@ -149,10 +151,10 @@ def test_ends_of_arcs_are_those_of_the_solved_motion(ready: Pool) -> None:
     made = ESTIMATORS.load("shooting").estimate(ready, CONTI, Options())
     slip = made.solution.evaluation.slip
     assert slip.min() > 0.009
-    # the first and last sample of an arc lie within a sample's change of slip speed of the threshold
+    # the first and last sample of a segment lie within a sample's change of slip speed of the threshold
     problem, first = made.problem, np.flatnonzero(np.diff(made.solution.evaluation.cluster, prepend=-1))
-    assert isinstance(problem, ArcProblem)
-    inner = [i for i, arc in enumerate(problem.arcs) if arc.time[0] > 0.1 and arc.time[-1] < 5.9]
+    assert isinstance(problem, ShootingProblem)
+    inner = [i for i, segment in enumerate(problem.segments) if segment.time[0] > 0.1 and segment.time[-1] < 5.9]
     assert np.all(slip[first[inner]] < 0.0115)
     assert np.all(slip[np.append(first[1:], len(slip))[inner] - 1] < 0.0115)
 
@@ -168,17 +170,17 @@ def test_what_is_freed_carries_its_prior_into_the_deviations(ready: Pool) -> Non
 
 
 def test_resampled_arcs_count_as_often_as_they_are_drawn(ready: Pool) -> None:
-    problem = arcs_of(ready)
+    problem = problem_of(ready)
     here = problem.evaluate(problem.first)
     drawn = problem.resampled(np.array([2, 0, 2])).evaluate(problem.first)
     norm = {label: np.sum(here.residual[here.cluster == label] ** 2) for label in (0, 2)}
     parts = [np.sum(drawn.residual[drawn.cluster == label] ** 2) for label in range(3)]
-    # the two draws of an arc are one arc with each sample twice, so that the sum alone is comparable
+    # the two draws of a segment are one segment with each sample twice, so that the sum alone is comparable
     assert sum(parts) == pytest.approx(norm[0] + 2 * norm[2], rel=1e-6)
 
 
 def test_a_problem_travels_to_another_process(ready: Pool) -> None:
-    problem = arcs_of(ready)
+    problem = problem_of(ready)
     first = problem.evaluate(problem.first).residual
     other = pickle.loads(pickle.dumps(problem))
     np.testing.assert_allclose(other.evaluate(problem.first).residual, first, atol=1e-6)
@@ -199,7 +201,7 @@ def test_an_interrupted_search_returns_the_first_values_with_a_warning(ready: Po
 
     def stop(count: int, cost: float) -> None:
         seen.append(cost)
-        if cost > 1.0:  # the sum of squares of the weak form is that of coefficients, that of arcs is in deviations
+        if cost > 1.0:  # the sum of squares of the weak form is that of coefficients, that of segments is in deviations
             raise KeyboardInterrupt
 
     found = fit_friction(ready, options=Options(progress=stop))
@@ -218,4 +220,4 @@ def test_what_cannot_be_estimated_or_simulated_is_said(ready: Pool, logs: list[R
         shooting.shoot(ready, CONTI, np.array([0.3, 0.4, 10.0]), Options())
     short = replace(ready, segments=tuple(replace(s, last=s.first + 50) for s in ready.segments))
     with pytest.raises(StickslipError, match="0 slips last longer than"):
-        shooting.slip_arcs(short)
+        shooting.slip_shooting(short)

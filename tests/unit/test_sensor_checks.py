@@ -86,7 +86,7 @@ def test_jitter_is_kept_in_time_and_said() -> None:
 
     motion = disc_motion(swinging(ticks + jitter))
     assert motion.step == pytest.approx(1e-3, rel=1e-9) and not motion.filled.any()
-    assert "sampled unevenly: intervals depart from 0.001 s by 13 % (rms)" in motion.doubts[0]
+    assert "sampled unevenly: intervals depart from 0.001 s by 13 % (rms)" in motion.warnings[0]
     # read at the ticks the angle would be wrong by up to 0.7 rad/s of the jitter, 2e-4 rad
     np.testing.assert_allclose(motion.angle, 0.1 * np.sin(7 * motion.time), atol=2e-6)
     with pytest.raises(StickslipError, match="no even clock"):
@@ -120,7 +120,9 @@ def test_stray_readings_of_the_laser_are_left_out(logs: list[RigLog]) -> None:
     laser[[4000, 9000, 9001, 15000]] = [9.9, 0.2, 0.2, 300.0]  # the last is beyond R
     motion = disc_motion(columns(logs[1], laser=laser))
     assert np.flatnonzero(motion.filled).tolist() == [4000, 9000, 9001, 15000]
-    assert any("leaps and comes back" in doubt and "in 3 samples, first at 4 s" in doubt for doubt in motion.doubts)
+    assert any(
+        "leaps and comes back" in warning and "in 3 samples, first at 4 s" in warning for warning in motion.warnings
+    )
     with pytest.raises(StickslipError, match=r"displacement exceeds the radius.*millivolts"):
         disc_motion(columns(logs[1], laser=1000 * logs[1].column("laser")))
 
@@ -137,7 +139,7 @@ def test_a_saturated_laser_is_masked_and_its_share_said(logs: list[RigLog], stat
     )
     motion = disc_motion(cut)
     assert np.mean(motion.filled) == pytest.approx(np.mean(volts >= round(limit, 3)), abs=1e-3)
-    assert f"the laser is saturated in {100 * np.mean(motion.filled):.2g} % of the samples" in motion.doubts[0]
+    assert f"the laser is saturated in {100 * np.mean(motion.filled):.2g} % of the samples" in motion.warnings[0]
     assert not disc_motion(log).filled.any()
 
 
@@ -148,12 +150,12 @@ def test_two_recorders_show_by_a_delay_that_drifts(logs: list[RigLog]) -> None:
         return columns(log, laser=np.interp(log.time * (1 - rate), log.time, log.column("laser")))
 
     ready = pool([drifting(logs[0]), logs[1], logs[2], logs[3]])
-    (doubt,) = [w for w in ready.warnings if "drifts" in w]
-    assert "'paper-rubber-0.41': the laser's delay" in doubt
-    value, deviation = (float(part.split()[-1]) for part in doubt.partition(" ms")[0].split(" ± "))
+    (warning,) = [w for w in ready.warnings if "drifts" in w]
+    assert "'paper-rubber-0.41': the laser's delay" in warning
+    value, deviation = (float(part.split()[-1]) for part in warning.partition(" ms")[0].split(" ± "))
     # over 20 s the laser falls behind by 3 ms
     assert value == pytest.approx(3.0, abs=4 * deviation + 0.05) and deviation < 0.3
-    assert "rates differ by 1" in doubt
+    assert "rates differ by 1" in warning
 
 
 def test_recorders_started_apart_show_by_their_delay(logs: list[RigLog]) -> None:
@@ -210,8 +212,8 @@ def test_angles_in_degrees_show_by_the_speed_in_sticks(logs: list[RigLog]) -> No
 
 def test_a_drive_that_is_not_as_stated_is_said(logs: list[RigLog]) -> None:
     stated = replace(logs[1], experiment=replace(logs[1].experiment, drive_speed=(0.83 / 1.5,)))
-    (doubt,) = pool([stated, logs[3]]).warnings[:1]
-    assert "turns at 0.8297 rad/s, 1.5 times" in doubt and '"pulses_per_revolution": 1500' in doubt
+    (warning,) = pool([stated, logs[3]]).warnings[:1]
+    assert "turns at 0.8297 rad/s, 1.5 times" in warning and '"pulses_per_revolution": 1500' in warning
 
 
 def test_a_missing_free_decay_is_said(logs: list[RigLog]) -> None:
@@ -231,7 +233,7 @@ def test_a_log_that_passes_one_line_alone_is_no_singular_matrix(logs: list[RigLo
 
 
 def test_what_was_mended_is_in_the_result(logs: list[RigLog]) -> None:
-    ready = pool([replace(logs[1], doubts=("time was rebuilt.",)), logs[3]])
+    ready = pool([replace(logs[1], warnings=("time was rebuilt.",)), logs[3]])
     assert ready.warnings[0] == "Log 'paper-rubber-0.83': time was rebuilt."
 
 
@@ -251,8 +253,8 @@ def test_friction_that_rises_with_speed_is_said_to_need_another_law() -> None:
     log = RigLog("x", time, {"angle": angle + noise, "drive0_speed": drive}, {}, RIG, Calibration(), Experiment())
     found = fit_friction(pool([log], allow_no_stick=True), estimator="weak-form")
     assert found["mu_s"].value < found["mu_k"].value
-    (doubt,) = [warning for warning in found.warnings if "is less than mu_k" in warning]
-    assert "viscous" in doubt
+    (warning,) = [warning for warning in found.warnings if "is less than mu_k" in warning]
+    assert "viscous" in warning
 
 
 def test_comparison_takes_the_pieces_that_hold_cycles(logs: list[RigLog]) -> None:

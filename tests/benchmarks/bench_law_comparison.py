@@ -1,6 +1,6 @@
 """How often a fit says that its model is wrong: where it is, and (false alarms) where it is not.
 
-Run:  python tests/benchmarks/bench_structure.py [--seeds 10] [--estimator weak-form]
+Run:  python tests/benchmarks/bench_law_comparison.py [--seeds 10] [--estimator weak-form]
 Each seed is another bench with other noise, three drive speeds of 20 s each. Cases: right models of the three
 materials; micro-slip (LuGre, 5e4 N/m) fitted by a rigid law; an exponential Stribeck fall (and one with viscous
 friction) fitted by Conti's law. Printed: share of seeds with a warning, and by which test.
@@ -83,8 +83,8 @@ compute = {{ kind = "trajectory" }}
 def flagged(fit: FrictionFit) -> dict[str, bool]:
     """Which tests say that the model is wrong."""
     assert fit.whiteness is not None
-    doubts = (*fit.whiteness.doubts, *(fit.presliding.doubts if fit.presliding else ()))
-    own = (*doubts, *(fit.collinearity.doubts if fit.collinearity else ()))
+    warnings = (*fit.whiteness.warnings, *(fit.presliding.warnings if fit.presliding else ()))
+    own = (*warnings, *(fit.collinearity.warnings if fit.collinearity else ()))
     return {
         "speeds": bool(fit.whiteness.beyond),
         "course": bool(fit.whiteness.repeated),

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.one_dof.terms import KINDS
+from identification.estimators.inverse_terms import KINDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from identification.one_dof.inverse import InverseRun
-    from identification.one_dof.slip_model import SlipModel
-    from identification.one_dof.slip_statistics import SlipEvents, SlipStatistics
+    from identification.fit.inverse import InverseRun
+    from identification.slips.block_on_belt import SlipModel
+    from identification.slips.events import SlipEvents
+    from identification.slips.statistics import SlipStatistics
 
 BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
 MARKS = 4000  # more marks hide each other
@@ -29,7 +30,7 @@ def inverse_figure(run: InverseRun) -> Figure:
 
     result, prepared = run.result, run.prepared
     unit, effort, time = prepared.effort_unit, prepared.effort, prepared.time
-    model = effort - run.fit.residual
+    model = effort - run.residual
     figure = Figure(figsize=(11.0, 5.5), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1), width_ratios=(1.5, 1))
     above = figure.add_subplot(grid[0, 0])
@@ -37,7 +38,7 @@ def inverse_figure(run: InverseRun) -> Figure:
     speeds = figure.add_subplot(grid[:, 1])
     above.plot(time, effort, color=BLUE, linewidth=1.6, label="measured")
     above.plot(time, model, color="black", linewidth=0.9, linestyle="--", label="model")
-    below.plot(time, run.fit.residual, color=RED, linewidth=0.8)
+    below.plot(time, run.residual, color=RED, linewidth=0.8)
     below.axhline(0.0, color="black", linewidth=0.8)
     above.set_ylabel(f"effort ({unit})")
     below.set_ylabel(f"residual ({unit})")
@@ -55,7 +56,7 @@ def inverse_figure(run: InverseRun) -> Figure:
 
 
 def _friction(axes: Axes, run: InverseRun) -> None:
-    prepared, terms, values = run.prepared, run.fit.terms, run.fit.values
+    prepared, terms, values = run.prepared, run.problem.terms, run.solved.solution.values
     friction = [KINDS[term.kind].friction for term in terms]
     modelled = prepared.thinned(
         lambda s: sum(
@@ -65,7 +66,7 @@ def _friction(axes: Axes, run: InverseRun) -> None:
     )
     speed = prepared.speed
     every = max(len(speed) // MARKS, 1)
-    axes.plot(speed[::every], (modelled + run.fit.residual)[::every], ".", color=BLUE, markersize=2, alpha=0.5)
+    axes.plot(speed[::every], (modelled + run.residual)[::every], ".", color=BLUE, markersize=2, alpha=0.5)
     line = np.linspace(speed.min(), speed.max(), 801)
     signals = {"velocity": line, "position": np.zeros_like(line), "acceleration": np.zeros_like(line)}
     curve = sum(

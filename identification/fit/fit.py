@@ -41,9 +41,9 @@ def fit_friction(
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
     `measurement.pooling.pool` of them. law: as `find_law` takes it. parameters: first values, bounds and held
-    unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called k_per_J). An interrupt (Ctrl-C) once there
-    is a solution ends the search for its uncertainty, and the fit says so. inference: how its uncertainty is found, and
-    ``progress`` the fraction of that work done.
+    unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called
+    k_per_J). An interrupt (Ctrl-C) once there is a solution ends the search for its uncertainty, and the fit says so.
+    inference: how its uncertainty is found, and ``progress`` the fraction of that work done.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.

@@ -11,7 +11,7 @@ from linear_problem import Curve, line, linear
 from machine_log import log_of, recipe_of
 
 from fmu_models.base.errors import StickslipError
-from identification.fit.fit import ESTIMATORS, fit_friction
+from identification.fit.fit import fit_friction
 from identification.fit.inverse import inverse_dynamics
 from identification.fit.result import FrictionFit
 from identification.inference.lmfit_exchange import Solved, given
@@ -46,7 +46,7 @@ def asked(*said: tuple[str, float, bool, float, float]) -> lmfit.Parameters:
     return parameters
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("estimator", ESTIMATORS.members())
 def test_a_parameter_that_is_held_stays_and_bounds_are_kept(estimator: str, request) -> None:
     ready = request.getfixturevalue("elastic" if estimator == "lugre" else "rigid")
     free = fit_friction(ready, estimator=estimator)

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.version import version
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
@@ -264,14 +265,6 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
         f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
         f"const double instance_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
     )
-
-
-def version() -> str:
-    """Version of this suite."""
-    try:
-        return metadata.version("stickslip")
-    except metadata.PackageNotFoundError:
-        return "(from source)"
 
 
 def _sources_digest() -> str:

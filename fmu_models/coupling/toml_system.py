@@ -18,7 +18,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import named_file
 from fmu_models.codegen.package import built
 from fmu_models.coupling import ssp
 from fmu_models.coupling.system import CoupledSystem, Unit, opened
@@ -29,15 +31,13 @@ UNIT_KEYS = ("fmu", "model", "contacts", "parameters", "start", "inputs")
 CONNECTION_KEYS = ("from", "to", "factor", "offset")
 
 
-def read(path: str | os.PathLike[str]) -> CoupledSystem:
+def read_system(path: str | os.PathLike[str]) -> CoupledSystem:
     """The system in a TOML, .ssd or .ssp file.
 
     Raises:
         StickslipError: no such file, not readable, or a system that does not fit together; says where.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise StickslipError(f"There is no file '{path}'.")
+    path = named_file(path, shipped.files("systems"), "system")
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)
     try:

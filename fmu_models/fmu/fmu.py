@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import existing
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
 
@@ -44,9 +45,9 @@ class Fmu:
             StickslipError: no such file, not an FMU, of another FMI version, an archive that is unsafe to unpack, or
                 a description that does not say what is meant.
         """
-        path = Path(path)
+        path = existing(path, advice=" Export a model first: stickslip export MODEL")
         if not path.is_file():
-            raise StickslipError(f"There is no file '{path}'. Export a model first: stickslip export MODEL")
+            raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = Path(tempfile.mkdtemp(prefix="stickslip-fmu-"))
         try:
             archive.unpack(path, folder)

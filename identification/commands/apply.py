@@ -54,7 +54,7 @@ def apply(
 
     Example: stickslip apply fit.json -o fitted.ssv
     """
-    from identification.commands.fit import read_fit
+    from identification.fit.result import read_fit
     from identification.transfer.values import handed_values
 
     if output is None:

@@ -19,7 +19,6 @@ from identification.commands.fit import (
     draw_families,
     print_comparison,
     print_files,
-    read_fit,
     read_logs,
 )
 
@@ -58,6 +57,7 @@ def compare(
 
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
     """
+    from identification.fit.result import read_fit
     from identification.model_check.families import compare as compare_families
 
     refuse_existing(figure, overwrite=overwrite)
@@ -107,6 +107,8 @@ def report(
 
     Example: stickslip report fit.json data/rigs/paper_rubber -o report.html
     """
+    from identification.fit.result import read_fit
+
     if output.suffix.lower() not in (".html", ".htm"):
         raise StickslipError(f"'{output}' is to be a page: end it in .html.")
     refuse_existing(output, overwrite=overwrite)

@@ -112,6 +112,7 @@ def _kept(
 def demo(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="New folder for everything made.")],
     seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
@@ -126,7 +127,7 @@ def demo(
     from rig_io.bench.emulator import emulate_set, standard_set
     from rig_io.packages.datapackage import read_package
 
-    refuse_existing(folder)
+    refuse_existing(folder, overwrite=overwrite)
     targets = {
         "logs": folder / "logs",
         "fit": folder / "fit.json",
@@ -136,19 +137,21 @@ def demo(
         "fmu": folder / "disc_rig_fitted.fmu",
     }
     with console.progress("demo") as advance:
-        emulate_set(targets["logs"], standard_set(), seed)
+        emulate_set(targets["logs"], standard_set(), seed, overwrite=overwrite)
         advance(0.3)
         logs = read_package(targets["logs"])
         decay, ready, found = fit_logs(logs)
-        write_text(targets["fit"], found.to_json(), False)
+        write_text(targets["fit"], found.to_json(), overwrite)
         advance(0.5)
-        draw_friction(found, ready, targets["friction"], False)
+        draw_friction(found, ready, targets["friction"], overwrite)
         families = compare(found, logs)
-        draw_families(families, targets["family"], False)
+        draw_families(families, targets["family"], overwrite)
         advance(0.7)
-        write_report(Findings(found, logs, families, decay, samples_by_disc(found, ready)), targets["report"])
+        findings = Findings(found, logs, families, decay, samples_by_disc(found, ready))
+        write_report(findings, targets["report"], overwrite=overwrite)
         advance(0.9)
-        export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=fmu_parameters(found))
+        values = fmu_parameters(found)
+        export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=values, overwrite=overwrite)
     truth = next(log for log in logs if log.kind != "free-decay").experiment.emulation
     content = {
         "files": {name: str(path) for name, path in targets.items()},
@@ -251,23 +254,6 @@ def write_text(path: Path, text: str, overwrite: bool) -> None:
     """Write a text file whole."""
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
-
-
-def read_fit(path: Path) -> FrictionFit:
-    """A result of 'stickslip fit'.
-
-    Raises:
-        StickslipError: it cannot be read, or is none.
-    """
-    from identification.fit.result import FrictionFit
-
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise StickslipError(
-            f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."
-        ) from error
-    return FrictionFit.from_json(text)
 
 
 def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:

@@ -10,7 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from fmu_models.base.errors import StickslipError
-from identification.commands.fit import Logs, read_fit, read_logs
+from identification.commands.fit import Logs, read_logs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,6 +72,7 @@ def design(
 
     Example: stickslip design fit.json
     """
+    from identification.fit.result import read_fit
     from identification.next_step.design import design as designed
 
     fit = read_fit(fitted)

@@ -16,7 +16,8 @@ from fmu_models.base.files import refuse_existing, write_whole
 app = console.app("Machines of one degree of freedom: parameters from effort and motion, statistics of slips.")
 
 RecipeArgument = Annotated[
-    str, typer.Argument(metavar="RECIPE", help="A TOML file, or the name of one in data/recipes.", show_default=False)
+    str,
+    typer.Argument(metavar="RECIPE", help="A TOML file, or a name of 'stickslip data'.", show_default=False),
 ]
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="A log of any kind that is read: .csv, .txt, .mat.")]
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]

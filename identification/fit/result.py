@@ -7,6 +7,7 @@ Two kinds of uncertainty are kept apart: ``standard_deviation`` is what noise an
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import existing
 from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
@@ -217,3 +219,18 @@ class FrictionFit:
             return FrictionFit(**values)
         except (KeyError, TypeError) as error:
             raise StickslipError(f"The fitted law is incomplete or has an unknown entry: {error}.") from error
+
+
+def read_fit(path: str | os.PathLike[str]) -> FrictionFit:
+    """A result of 'stickslip fit --result', or of `FrictionFit.to_json` in a file.
+
+    Raises:
+        StickslipError: there is none, or it cannot be read.
+    """
+    file = existing(path, "fit", " Make one: stickslip fit LOGS --result FILE.json")
+    try:
+        return FrictionFit.from_json(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise StickslipError(
+            f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."
+        ) from error

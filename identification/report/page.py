@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
-from fmu_models.codegen.package import version
+from fmu_models.base.version import version
 from identification.model_check.portraits import MEANING
 from identification.model_check.table import bifurcation_sentences
 from identification.report import tables

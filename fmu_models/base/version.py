@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from importlib import metadata
-
 
 def version() -> str:
     """As the installed distribution says it."""
+    from importlib import metadata  # takes as long as all else that a command imports before it begins
+
     try:
         return metadata.version("stickslip")
     except metadata.PackageNotFoundError:

@@ -27,6 +27,7 @@ from fmu_models.base.version import version
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
+    from fmu_models.language.automaton import Automaton
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import HybridSystem
 
@@ -55,17 +56,23 @@ ENGINE = (
 
 
 def export(
-    mechanism: Mechanism,
+    model: str | Mechanism | Automaton,
     path: str | os.PathLike[str],
     *,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write ``mechanism`` as an FMU with Model Exchange and Co-Simulation.
+    """Write a model as an FMU with Model Exchange and Co-Simulation.
 
     Args:
+        model: a declaration, or the name of an oscillator, as in ``fmu_models.oscillators.names()``; that comes from
+            the user's cache if it was built before.
         path: ends in ".fmu".
+        contacts: names of those to keep; all if None.
+        laws: per contact the name of a law in ``language/laws`` to build around its own, such as "lugre".
         values: of parameters, as start values in place of their defaults.
         fmi_version: "2.0" or "3.0".
 
@@ -73,13 +80,19 @@ def export(
         ``path``.
 
     Raises:
-        StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, a value that
-            the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
+            written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
+    if isinstance(model, str) and not values:
+        kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
+        with write_whole(path, overwrite=overwrite) as temporary:
+            shutil.copyfile(kept, temporary)
+        return path
     from fmu_models.lowering.lower import lower
 
-    return write(_with_values(lower(mechanism), values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
+    system = lower(variant(model, contacts, laws))
+    return write(_with_values(system, values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
@@ -102,20 +115,19 @@ def write(
     return path
 
 
-def variant(model_name: str, contacts: Sequence[str] | None = None, laws: Mapping[str, str] | None = None) -> Mechanism:
-    """An oscillator with some of its contacts only, or with other laws.
-
-    Args:
-        model_name: as in ``fmu_models.oscillators.names()``.
-        contacts: names of those to keep; all if None.
-        laws: per contact the name of a law in ``language/laws`` to build around its own, such as "lugre".
+def variant(
+    model: str | Mechanism | Automaton,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
+) -> Mechanism | Automaton:
+    """An oscillator with some of its contacts only, or with other laws; arguments as for ``export``.
 
     Raises:
         StickslipError: unknown model, contact or law.
     """
     from fmu_models import oscillators
 
-    mechanism = oscillators.load(model_name)
+    mechanism = oscillators.load(model) if isinstance(model, str) else model
     if contacts is not None:
         mechanism = mechanism.restricted_to(contacts)
     return mechanism.with_law(**_laws(mechanism, laws)) if laws else mechanism
@@ -144,31 +156,6 @@ def built(
     if not kept.is_file():
         export(variant(model_name, contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
     return kept
-
-
-def export_built(
-    model_name: str,
-    path: str | os.PathLike[str],
-    *,
-    contacts: Sequence[str] | None = None,
-    laws: Mapping[str, str] | None = None,
-    values: Mapping[str, float] | None = None,
-    fmi_version: str = "3.0",
-    overwrite: bool = False,
-) -> Path:
-    """Write the FMU of a ``variant`` to ``path``, from the cache if possible (``values`` as for ``export``).
-
-    Raises:
-        StickslipError: as for ``variant`` and ``export``.
-    """
-    path = checked(path, fmi_version, overwrite)
-    if values:
-        mechanism = variant(model_name, contacts, laws)
-        return export(mechanism, path, values=values, fmi_version=fmi_version, overwrite=overwrite)
-    kept = built(model_name, contacts=contacts, laws=laws, fmi_version=fmi_version)
-    with write_whole(path, overwrite=overwrite) as temporary:
-        shutil.copyfile(kept, temporary)
-    return path
 
 
 def kept_folder(*options: str) -> Path:

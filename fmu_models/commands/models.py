@@ -94,7 +94,7 @@ def export(
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
     """
-    from fmu_models.codegen.package import export_built
+    from fmu_models.codegen.package import export
     from fmu_models.fmu.fmu import Fmu
 
     values = console.assignments(settings, "parameter")
@@ -105,7 +105,7 @@ def export(
     else:
         path = path or Path("_".join([model, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
-        export_built(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
+        export(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),
@@ -257,15 +257,10 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, 
 
 def _opened(model: str, contacts: str | None) -> Fmu:
     """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
-    from fmu_models.codegen.package import built
-    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.fmu.load import load
 
-    if Path(model).suffix.lower() != ".fmu":
-        return Fmu.open(built(model, contacts=console.chosen(contacts)))
-    if contacts is not None:
-        raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
-    fmu = Fmu.open(model)
-    if len(fmu.variables) < MANY and fmu.problems:
+    fmu = load(model, contacts=console.chosen(contacts))
+    if not fmu.ours and len(fmu.variables) < MANY and fmu.problems:
         console.warn(
             f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."

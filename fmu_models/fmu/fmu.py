@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
+from fmu_models.base.shown import Shown
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Fmu:
+class Fmu(Shown):
     """An opened FMU. Its files stay unpacked in a temporary folder until the object is collected.
 
     Attributes:
@@ -71,6 +72,14 @@ class Fmu:
     def __reduce__(self) -> tuple[object, ...]:
         # another process reads the same folder; it stays with the object that unpacked it
         return Fmu.unpacked, (self.path, self.folder)
+
+    def _heading(self) -> str:
+        made = self.description.generationTool or "an unknown tool"
+        return f"FMU '{self.description.modelName}', FMI {self.description.fmiVersion}, by {made}"
+
+    def _contents(self) -> dict[str, object]:
+        kinds = ("states", "inputs", "outputs", "contacts", "parameters")
+        return {"file": self.path, **{kind: getattr(self, kind) for kind in kinds}}
 
     @property
     def fmi(self) -> int:

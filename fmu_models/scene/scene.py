@@ -8,11 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from fmu_models.base.shown import Shown
+
 Kind = Literal["trajectory", "cycle", "strobe", "orbit"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drive:
+class Drive(Shown):
     """An input over time: straight lines between knots. times: (n,) s; values: (n,) in the unit of the input."""
 
     times: tuple[float, ...]
@@ -25,7 +27,7 @@ class Drive:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compute:
+class Compute(Shown):
     """What to compute.
 
     Attributes:
@@ -54,7 +56,7 @@ class Compute:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reference:
+class Reference(Shown):
     """Known values of what is computed, by name.
 
     Attributes:
@@ -69,7 +71,7 @@ class Reference:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene:
+class Scene(Shown):
     """A checked scene. All values are in the units of the model.
 
     Attributes:

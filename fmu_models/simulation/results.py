@@ -22,6 +22,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing, write_whole
+from fmu_models.base.shown import Shown
 from fmu_models.base.version import version
 from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
@@ -39,7 +40,7 @@ SETTINGS = ("parameters", "start", "inputs")
 
 
 @dataclass(frozen=True)
-class Provenance:
+class Provenance(Shown):
     """Where a trajectory comes from.
 
     Attributes:
@@ -91,7 +92,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(Shown):
     """A trajectory, a description per variable that has one, and where it comes from."""
 
     trajectory: Trajectory

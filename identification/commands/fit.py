@@ -119,10 +119,10 @@ def demo(
 
     Example: stickslip demo first_look
     """
-    from fmu_models.codegen.package import export_built
+    from fmu_models.codegen.package import export
     from identification.fit.samples import samples_by_disc
     from identification.fitted_model.model import fmu_parameters
-    from identification.model_check.families import compare
+    from identification.model_check.families import compare_families
     from identification.report.page import Findings, write_report
     from rig_io.bench.emulator import emulate_set, standard_set
     from rig_io.packages.datapackage import read_package
@@ -144,14 +144,14 @@ def demo(
         write_text(targets["fit"], found.to_json(), overwrite)
         advance(0.5)
         draw_friction(found, ready, targets["friction"], overwrite)
-        families = compare(found, logs)
+        families = compare_families(found, logs)
         draw_families(families, targets["family"], overwrite)
         advance(0.7)
         findings = Findings(found, logs, families, decay, samples_by_disc(found, ready))
         write_report(findings, targets["report"], overwrite=overwrite)
         advance(0.9)
         values = fmu_parameters(found)
-        export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=values, overwrite=overwrite)
+        export("disc_rig", targets["fmu"], contacts=found.contacts, values=values, overwrite=overwrite)
     truth = next(log for log in logs if log.kind != "free-decay").experiment.emulation
     content = {
         "files": {name: str(path) for name, path in targets.items()},

@@ -67,7 +67,7 @@ class FamilyComparison:
         }
 
 
-def compare(
+def compare_families(
     fit: FrictionFit,
     logs: Sequence[RigLog],
     *,

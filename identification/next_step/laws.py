@@ -28,7 +28,8 @@ from identification.inference.problem import Problem, Solution, prior_precision,
 from identification.inference.uncertainty import clustered_covariance, plain_covariance
 from identification.inference.whiteness import whiteness
 from identification.laws import LAWS, find_law
-from identification.measurement.pooling import Pool
+from identification.measurement.pooling import Pool, pool
+from rig_io.logs.log import RigLog
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
@@ -102,7 +103,7 @@ class _Candidate:
         return sum(unknown.prior is None for unknown in self.problem.unknowns)
 
 
-def compare_laws(
+def compare_problems(
     problems: Mapping[str, Problem],
     logs: Sequence[str],
     *,
@@ -139,32 +140,36 @@ def compare_laws(
     return LawComparison(scores, richest.rows, float(effective), white.doubts, _verdict(scores, white.doubts))
 
 
-def compare_on(
-    ready: Pool,
+def compare_laws(
+    logs: Sequence[RigLog] | Pool,
     laws: Sequence[str] = tuple(LAWS),
     *,
     estimator: str = "weak-form",
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
-    """Compare friction laws on pooled logs.
+    """Compare friction laws on the same logs, all pooled.
 
-    estimator: one that reduces the logs in the same way for every law.
+    logs: as for `fit_friction`; estimator: one that reduces the logs in the same way for every law.
 
     Raises:
-        StickslipError: as in `compare_laws`, or the logs cannot be fitted.
+        StickslipError: as in `compare_problems`, or the logs cannot be fitted.
     """
     chosen = estimator_named(estimator)
+    ready = logs if isinstance(logs, Pool) else pool(logs)
     problems = {name: chosen.estimate(ready, find_law(name), Options()).problem for name in laws}
-    return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
+    return compare_problems(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 
-def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = None) -> LawComparison:
+def compare_contacts(
+    logs: Sequence[RigLog] | Pool, *, progress: Callable[[float], None] | None = None
+) -> LawComparison:
     """Compare a rigid contact with bristles (LuGre) before the same law (Conti's), by the output error of whole cycles,
     in which alone the two differ.
 
     Raises:
-        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_laws`.
+        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_problems`.
     """
+    ready = logs if isinstance(logs, Pool) else pool(logs)
     names = [motion.log.name for motion in ready.motions]
     made = {}
     for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
@@ -176,7 +181,7 @@ def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = 
         raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(rigid.warnings)}")
     if elastic.estimator.name != "lugre":
         return _alone(RIGID, rigid.problem, rigid.solution, names, " ".join(elastic.warnings))
-    return compare_laws(
+    return compare_problems(
         {name: one.problem for name, one in made.items()},
         names,
         solutions={name: one.solution for name, one in made.items()},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,8 +66,8 @@ class Findings:
         }
 
 
-def write_report(findings: Findings, path: Path, *, overwrite: bool = False) -> Path:
-    """Write the page.
+def write_report(findings: Findings, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    """Write the page of what ``findings`` gathered.
 
     Raises:
         StickslipError: ``path`` exists and ``overwrite`` is false, or cannot be written.
@@ -74,7 +75,7 @@ def write_report(findings: Findings, path: Path, *, overwrite: bool = False) -> 
     text = page(findings)
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
-    return path
+    return Path(path)
 
 
 def page(findings: Findings) -> str:

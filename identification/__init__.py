@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from identification.fit.fit import fit_friction as fit_friction
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
-    from identification.fitted_model.model import FittedModel as FittedModel
-    from identification.fitted_model.model import fitted_model as fitted_model
     from identification.inference.choice import Inference as Inference
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay

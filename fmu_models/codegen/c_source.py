@@ -1,4 +1,4 @@
-"""The C of one model: ``model.c``, ``model_kind.c`` and ``model_sizes.h``, which implement engine/model.h.
+"""The C of one model: ``model.c``, ``model_kind.c`` and ``model_sizes.h``, which implement engine/model/model.h.
 
 The text depends on the declaration alone: it is the same, byte for byte, in every process.
 """
@@ -49,8 +49,8 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
     arithmetic.insert(0, _prepare(names))
     head = _HEAD.format(name=system.name) + _legend(system)
-    model = "\n".join([head + '#include "model.h"\n\n#include <math.h>\n#include <stddef.h>\n', *facts, *guards])
-    model += '\n#include "jets.h"\n#include "model_kind.c"\n'
+    model = "\n".join([head + '#include "model/model.h"\n\n#include <math.h>\n#include <stddef.h>\n', *facts, *guards])
+    model += '\n#include "model/jets.h"\n#include "model_kind.c"\n'
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     sizes = _sizes(system, names)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))

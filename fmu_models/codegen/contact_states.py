@@ -1,11 +1,45 @@
-"""What the numbers in variables ``<contact>_state`` say, by kind of contact; readers know a kind by its text."""
+"""States of contacts: the numbers of the engine, which variables ``<contact>_state`` show, and words for them."""
 
 from __future__ import annotations
 
-STATES = {
-    "friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away",
-    "stop": "2 away, 3 touching, 4 released while still inside",
-    "switch": "-1 negative side, 0 sliding, 1 positive side",
-    "impact": "2 open, 3 closed, 5 chattering (closed while infinitely many small bounces die out)",
-    "impact_friction": "-1 slip in negative direction, 0 stick, 1 slip in positive direction, 2 away (open)",
+from fmu_models.codegen.c_structures import declarations
+
+_STATES = declarations("engine/model/model.h").constants("ContactState", "CONTACT_")
+SLIP_MINUS: int = _STATES.SLIP_MINUS
+STICK: int = _STATES.STICK
+SLIP_PLUS: int = _STATES.SLIP_PLUS
+AWAY: int = _STATES.AWAY
+TOUCHING: int = _STATES.TOUCHING
+RELEASED: int = _STATES.RELEASED
+CHATTERING: int = _STATES.CHATTERING
+# of a rigid contact
+OPEN, CLOSED = AWAY, TOUCHING
+
+CONTACT_STATES = {
+    **{SLIP_MINUS: "slip-", STICK: "stick", SLIP_PLUS: "slip+", AWAY: "away", TOUCHING: "touching"},
+    **{RELEASED: "released", CHATTERING: "chattering"},
 }
+RIGID_STATES = CONTACT_STATES | {OPEN: "open", CLOSED: "closed"}
+
+_FRICTION = {SLIP_MINUS: "slip in negative direction", STICK: "stick", SLIP_PLUS: "slip in positive direction"}
+# by kind of contact
+MEANINGS = {
+    "friction": _FRICTION | {AWAY: "away"},
+    "stop": {AWAY: "away", TOUCHING: "touching", RELEASED: "released while still inside"},
+    "switch": {SLIP_MINUS: "negative side", STICK: "sliding", SLIP_PLUS: "positive side"},
+    "impact": {
+        **{OPEN: "open", CLOSED: "closed"},
+        **{CHATTERING: "chattering (closed while infinitely many small bounces die out)"},
+    },
+    "impact_friction": _FRICTION | {AWAY: "away (open)"},
+}
+
+
+def meaning(kind: str) -> str:
+    """What the numbers say for a kind of contact."""
+    return ", ".join(f"{number} {text}" for number, text in MEANINGS[kind].items())
+
+
+def type_name(kind: str) -> str:
+    """The declared type of the variable of a kind of contact, such as "ImpactFrictionState"."""
+    return f"{kind.title().replace('_', '')}State"

@@ -2,7 +2,7 @@
 
 Every expression is brought to the form  c_0 + sum_i c_i s_i  with series s_i and constants c_i (numbers, parameters,
 signs of slip). Sums and multiples so need no line of their own; a product, quotient or function of series becomes one
-new series ``j->w[n]``, computed from lower orders as engine/jets.h says.
+new series ``j->w[n]``, computed from lower orders as engine/model/jets.h says.
 """
 
 from __future__ import annotations

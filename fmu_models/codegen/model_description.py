@@ -1,7 +1,8 @@
 """The XML files of an FMU: modelDescription.xml (FMI 2.0 and 3.0) and buildDescription.xml (FMI 3.0).
 
-The order of ``variables`` is that of the value references, which engine/variables.c counts through: time, parameters,
-inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators.
+The order of ``variables`` is that of the value references, which engine/fmi/variables.c counts through: time,
+parameters, inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts,
+indicators.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.codegen.contact_states import STATES
+from fmu_models.codegen import contact_states
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Variable:
     description: str
     causality: str
     variability: str
-    integer: bool = False
+    declared_type: str | None = None
     initial: str | None = None
     start: float | None = None
     unit: str | None = None
@@ -61,11 +62,17 @@ class Variable:
     derivative: int | None = None
 
     @property
+    def integer(self) -> bool:
+        """Whether it counts: the state of a contact, whose declared type names the kind of contact."""
+        return self.declared_type is not None
+
+    @property
     def attributes(self) -> dict[str, str | None]:
         """Attributes of the value, beside what every variable has."""
         numbers = {"min": self.minimum, "max": self.maximum, "nominal": self.nominal, "start": self.start}
         kind = int if self.integer else float
-        return {"unit": self.unit, **{key: None if v is None else repr(kind(v)) for key, v in numbers.items()}}
+        words = {"declaredType": self.declared_type, "unit": self.unit}
+        return words | {key: None if v is None else repr(kind(v)) for key, v in numbers.items()}
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,8 @@ class Description:
         continuous = {"causality": "output", "variability": "continuous", "initial": "calculated"}
         self.outputs = [self._add(o.name, o.description, unit=o.unit, **continuous) for o in system.outputs]
         self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
+        kinds = sorted({contact.kind for contact in system.contacts})
+        self.types = {contact_states.type_name(kind): contact_states.meaning(kind) for kind in kinds}
         self.indicators = [
             self._add(
                 f"{contact.name}_{_INDICATOR_NAMES[what]}",
@@ -171,13 +180,13 @@ class Description:
     def _add_contact_state(self, contact: ContactDynamics) -> Variable:
         return self._add(
             f"{contact.name}_state",
-            f"{contact.description}: {STATES[contact.kind]}",
+            f"{contact.description}: {contact_states.meaning(contact.kind)}",
             causality="output",
             variability="discrete",
             initial="calculated",
-            integer=True,
-            minimum=-1,
-            maximum=5,
+            declared_type=contact_states.type_name(contact.kind),
+            minimum=min(contact_states.CONTACT_STATES),
+            maximum=max(contact_states.CONTACT_STATES),
         )
 
     # model structure

@@ -2,7 +2,8 @@
 
     modelDescription.xml                       variables, units, structure
     binaries/<platform>/<model>.so             compiled here
-    sources/all.c ...                          the model's generated C and the engine, for importers that compile
+    sources/all.c ...                          the model's generated C and the engine in its folders, for importers
+                                               that compile
     documentation/index.html                   the variables once more, for people
 
 The file depends on its input alone: no dates, no paths; the same mechanism gives the same bytes.
@@ -32,27 +33,6 @@ if TYPE_CHECKING:
     from fmu_models.lowering.hybrid_system import HybridSystem
 
 FMI_VERSIONS = ("2.0", "3.0")
-
-# in the order in which all.c includes them; fmi2.c or fmi3.c stands before native.c
-ENGINE = (
-    "roots",
-    "contact",
-    "flow",
-    "falls",
-    "taylor",
-    "choice",
-    "impact",
-    "placing",
-    "events",
-    "section",
-    "exchange",
-    "run",
-    "tangent",
-    "look",
-    "instance",
-    "variables",
-    "frozen",
-)
 
 
 def export(
@@ -235,22 +215,18 @@ def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
 
 def _engine(fmi_version: str) -> dict[str, str]:
     """The engine's C files for one version of FMI."""
-    other = "fmi2.c" if fmi_version == "3.0" else "fmi3.c"
+    other = "fmi/fmi2.c" if fmi_version == "3.0" else "fmi/fmi3.c"
     return {name: text for name, text in engine_sources().items() if name != other}
 
 
 def _all_c(system: HybridSystem, fmi_version: str) -> str:
     """The one file that is compiled."""
-    names = [
-        "model.c",
-        "engine.h",
-        *(f"{name}.c" for name in (*ENGINE, f"fmi{fmi_version[0]}", "native", "sensitivity")),
-    ]
+    names = ["model.c", *(name for name in _engine(fmi_version) if name.endswith(".c"))]
     includes = "\n".join(f'#include "{name}"' for name in names)
     nominals = ", ".join(repr(state.nominal) for state in system.states)
     return (
         f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
-        f"const double instance_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
+        f"const double model_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
     )
 
 

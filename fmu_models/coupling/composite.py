@@ -1,10 +1,10 @@
-"""Units as one FMU: the C structure of the coupled system (engine/master/coupling.h), and its description."""
+"""Units as one FMU: the C structure of the coupled system (importer/c/exchange.h), and its description."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
-from ctypes import POINTER, byref, c_double, c_int32, c_int64, c_void_p
+from ctypes import POINTER, byref, c_double, c_int32, c_void_p
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.codegen.c_structures import declarations
 from fmu_models.coupling.order import Port, Stage, discrete, stages
 from fmu_models.coupling.wiring import unit_of
 from fmu_models.fmu.fmu import Fmu
@@ -20,45 +21,24 @@ from fmu_models.importer import instance, request
 if TYPE_CHECKING:
     from fmu_models.coupling.system import CoupledSystem
 
-GROUP = np.dtype([(name, "i8") for name in ("unit", "first", "n", "discrete")])
-STAGE = np.dtype(
-    [
-        (name, "i8")
-        for name in (
-            *("loop", "first_read", "n_reads", "first_write", "n_writes"),
-            *("first_input", "n_inputs", "matrix", "ready"),
-        )
-    ]
-)
-
-
-class Coupling(ctypes.Structure):
-    _fields_ = (
-        ("n_units", c_int64),
-        *((name, c_void_p) for name in ("faces", "first_state", "first_indicator")),
-        ("n_stages", c_int64),
-        *((name, c_void_p) for name in ("stages", "reads", "writes", "output_types", "input_types")),
-        *((name, c_void_p) for name in ("output_references", "input_references")),
-        ("n_inputs", c_int64),
-        *((name, c_void_p) for name in ("source", "factor", "offset", "outputs", "inputs", "scale", "step", "matrix")),
-        *((name, c_void_p) for name in ("pivot", "variable_unit", "variable_types", "variable_references")),
-        *((name, c_double) for name in ("tolerance", "start", "stop")),
-        *((name, c_int64) for name in ("stale", "changed", "failed_unit", "failed_stage", "newton_steps")),
-    )
+_C = declarations("importer/c/exchange.h")
+GROUP = np.dtype(_C.structure("Group"))
+STAGE = np.dtype(_C.structure("Stage"))
+Coupling = _C.structure("Coupling")
 
 
 @cache
 def library() -> ctypes.CDLL:
     """The compiled master with the functions of the coupled system declared."""
     made = instance.master_library()
-    made.coupling_face.restype, made.coupling_face.argtypes = None, (POINTER(instance.Face), POINTER(Coupling))
+    made.coupling_fill.restype, made.coupling_fill.argtypes = None, (POINTER(instance.FmuInstance), POINTER(Coupling))
     for name, arguments in {
         "exchange": (POINTER(Coupling), c_int32),
-        "read": (POINTER(instance.Face), POINTER(instance.Variables), c_void_p),
-        "write": (POINTER(instance.Face), POINTER(instance.Variables), c_void_p),
-        "plain": (POINTER(instance.Face), c_int32),
-        "update": (POINTER(instance.Face), c_void_p),
-        "do_step": (POINTER(instance.Face), c_double, c_double, c_void_p),
+        "read": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
+        "write": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
+        "plain": (POINTER(instance.FmuInstance), c_int32),
+        "update": (POINTER(instance.FmuInstance), c_void_p),
+        "do_step": (POINTER(instance.FmuInstance), c_double, c_double, c_void_p),
     }.items():
         function = getattr(made, f"coupling_{name}")
         function.restype, function.argtypes = c_int32, arguments
@@ -73,7 +53,7 @@ class Composite:
     """Instances of all units and the structure that joins them; looks to the master's driver like one instance.
 
     Attributes:
-        face: of the coupled system.
+        calls: of the coupled system.
         states: "unit.state" of all units, in their order.
         ports, wires: outputs and wires in the order of the structure's arrays.
         arrays: those of the structure by their names there, each one longer.
@@ -94,23 +74,24 @@ class Composite:
             raise
         self.states = [f"{unit}.{x}" for unit, one in zip(self.names, self.instances, strict=True) for x in one.states]
         self.log = SimpleNamespace(count=0, message=b"")
-        self.face = instance.Face()
+        self.calls = instance.FmuInstance()
         self.c = Coupling(failed_unit=-1, failed_stage=-1)
         self.arrays: dict[str, np.ndarray] = {}
-        faces = [one.face for one in self.instances]
-        self._pointers = (POINTER(instance.Face) * len(faces))(*(ctypes.pointer(face) for face in faces))
-        self.c.n_units, self.c.faces = len(faces), ctypes.addressof(self._pointers)
+        all_calls = [one.calls for one in self.instances]
+        pointers = POINTER(instance.FmuInstance) * len(all_calls)
+        self._pointers = pointers(*(ctypes.pointer(calls) for calls in all_calls))
+        self.c.n_units, self.c.fmus = len(all_calls), ctypes.addressof(self._pointers)
         firsts = {}
         for name in ("state", "indicator"):
-            counts = [getattr(face, f"n_{name}s") for face in faces]
+            counts = [getattr(calls, f"n_{name}s") for calls in all_calls]
             firsts[name] = np.cumsum([0, *counts])
             self._put(f"first_{name}", firsts[name], np.int64)
-            setattr(self.face, f"n_{name}s", int(sum(counts)))
+            setattr(self.calls, f"n_{name}s", int(sum(counts)))
         self.first_indicator = firsts["indicator"]
         self._wire(stages(system.fmus, system.wires))
         self._variables()
-        library().coupling_face(byref(self.face), byref(self.c))
-        self.face.completes = int(any(face.completes for face in faces))
+        library().coupling_fill(byref(self.calls), byref(self.c))
+        self.calls.completes = int(any(calls.completes for calls in all_calls))
 
     def close(self) -> None:
         """Free all instances."""
@@ -234,7 +215,7 @@ class Composite:
         found = []
         for unit, one in zip(self.names, self.instances, strict=True):
             named = one.fmu.description.eventIndicators
-            for i in range(one.face.n_indicators):
+            for i in range(one.calls.n_indicators):
                 own = named[i] if i < len(named) else None
                 text = str(own.variable.name) if own is not None and own.variable else f"indicator {i}"
                 depends = [variables.get(f"{unit}.{v.name}") for v in (own.dependencies if own else None) or []]

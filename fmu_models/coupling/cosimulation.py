@@ -25,8 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite, library
-from fmu_models.coupling.stepper import DISCARD, TERMINATE, Stepper
+from fmu_models.coupling.stepper import Stepper
 from fmu_models.importer import instance, request
+from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 CONTROL_TOLERANCE = 1e-4  # a method of second order needs too many steps for much less
 UNIT_TOLERANCE = 1e-8  # of the units' own integration: well below what the exchange costs
 SHORTEST = 1e-9  # of the run: a jump is stepped over rather than resolved further
-ENTER_INITIALIZATION, EXIT_INITIALIZATION = 2, 3
 
 
 def co_simulate(
@@ -130,10 +130,10 @@ class _Run:
             request.Selection.of(self.composite.fmu, list(given)),
             np.array(list(given.values()), dtype=float),
         )
-        face = byref(self.composite.face)
-        self._checked(library().coupling_write(face, byref(chosen.c()), values.ctypes.data), "setting its values")
-        for function in (ENTER_INITIALIZATION, EXIT_INITIALIZATION):
-            self._checked(library().coupling_plain(face, function), "initialization")
+        calls = byref(self.composite.calls)
+        self._checked(library().coupling_write(calls, byref(chosen.c()), values.ctypes.data), "setting its values")
+        for function in (F.ENTER_INITIALIZATION, F.EXIT_INITIALIZATION):
+            self._checked(library().coupling_plain(calls, function), "initialization")
         for one in self.steppers:
             one.begin(system.start_time)
         self.time = system.start_time
@@ -141,7 +141,7 @@ class _Run:
         self.before = self.u.copy()
 
     def _checked(self, status: int, what: str) -> None:
-        if status >= DISCARD:
+        if status >= STATUS.DISCARD:
             time = getattr(self, "time", self.system.start_time)
             raise MotionError(f"{what} fails at t = {time:.9g} s: {self.composite.message()}", "fmi error", time)
 
@@ -177,7 +177,7 @@ class _Run:
     ) -> int:
         types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
         at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
-        return call(byref(self.steppers[unit].face), byref(at), values[first:].ctypes.data)
+        return call(byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data)
 
     def _step(self, end: float) -> None:
         """All units from here to ``end``, with the exchange there."""
@@ -228,8 +228,8 @@ class _Run:
 
     def _observed(self) -> NDArray[np.float64]:
         values = np.zeros(len(self.controlled.names))
-        face, chosen = byref(self.composite.face), self.controlled.c()
-        self._checked(library().coupling_read(face, byref(chosen), values.ctypes.data), "reading states")
+        calls, chosen = byref(self.composite.calls), self.controlled.c()
+        self._checked(library().coupling_read(calls, byref(chosen), values.ctypes.data), "reading states")
         return np.concatenate([values, self.y])
 
     def _control(self, h: float, latest: float, shortest: float) -> float:
@@ -291,13 +291,13 @@ class _Run:
             if progress:
                 progress((self.time - system.start_time) / span)
         for one in self.steppers:
-            library().coupling_plain(byref(one.face), TERMINATE)
+            library().coupling_plain(byref(one.calls), F.TERMINATE)
         return self._trajectory(np.array(points), np.array(rows).reshape(len(points), -1))
 
     def _record(self) -> NDArray[np.float64]:
         values = np.zeros(len(self.recorded.names))
-        face, chosen = byref(self.composite.face), self.recorded.c()
-        self._checked(library().coupling_read(face, byref(chosen), values.ctypes.data), "reading values")
+        calls, chosen = byref(self.composite.calls), self.recorded.c()
+        self._checked(library().coupling_read(calls, byref(chosen), values.ctypes.data), "reading values")
         return values
 
     def _trajectory(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> Trajectory:

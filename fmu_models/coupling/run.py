@@ -32,7 +32,7 @@ class _CoupledDriver(Driver):
         )
 
     def _load(self) -> instance.Instance:
-        # it has what the driver asks of an instance: face, states, log, message, close
+        # it has what the driver asks of an instance: calls, states, log, message, close
         return self.composite  # pyright: ignore[reportReturnType]
 
 

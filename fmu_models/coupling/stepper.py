@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
-from ctypes import byref, c_double, c_int32, c_void_p
+from ctypes import byref, c_int32, c_void_p
 from typing import Any
 from xml.etree import ElementTree
 
 from fmu_models.coupling.composite import library
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance
+from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
 
-# Function of master.h
-ENTER_EVENT, ENTER_STEP, TERMINATE = 4, 7, 17
-DISCARD = 2
 ITERATIONS = 100  # updates at one event before the unit counts as not converging
 STALLS = 1000  # returns in a row without progress
-
-
-class _Update(ctypes.Structure):
-    _fields_ = (
-        *((name, c_int32) for name in ("again", "terminate", "nominals_changed", "states_changed")),
-        ("next_time", c_double),
-    )
-
-
-class _Stepped(ctypes.Structure):
-    _fields_ = (*((name, c_int32) for name in ("event", "terminate", "early")), ("reached", c_double))
 
 
 class Stepper:
@@ -41,7 +27,7 @@ class Stepper:
     """
 
     def __init__(self, name: str, instance: instance.Instance, note: Callable[[float, str, str], None]) -> None:
-        self.name, self.instance, self.face = name, instance, instance.face
+        self.name, self.instance, self.calls = name, instance, instance.calls
         self._note = note
         attributes = _attributes(instance.fmu)
         capability = "canGetAndSetFMUstate" if instance.fmu.fmi == 2 else "canGetAndSetFMUState"
@@ -65,40 +51,40 @@ class Stepper:
         return MotionError(text, kind, time)
 
     def _check(self, status: int, what: str, time: float) -> None:
-        if status >= DISCARD:
+        if status >= STATUS.DISCARD:
             raise self.fail(f"{what} fails", time)
 
     def save(self, time: float) -> c_void_p:
         """Its state, to be freed."""
         state = c_void_p()
-        self._check(self._get(c_void_p(self.face.instance), byref(state)), "saving its state", time)
+        self._check(self._get(c_void_p(self.calls.instance), byref(state)), "saving its state", time)
         return state
 
     def put_back(self, state: c_void_p, time: float) -> None:
         """As it was when ``state`` was saved."""
-        self._check(self._set(c_void_p(self.face.instance), state), "putting back its state", time)
+        self._check(self._set(c_void_p(self.calls.instance), state), "putting back its state", time)
 
     def free(self, state: c_void_p) -> None:
-        self._free(c_void_p(self.face.instance), byref(state))
+        self._free(c_void_p(self.calls.instance), byref(state))
 
     def begin(self, time: float) -> None:
         """After initialization."""
-        if self.face.event_mode:
+        if self.calls.event_mode:
             self._iterate(time)
 
     def event(self, time: float, write: Callable[[], int]) -> None:
         """Inputs that change at events only."""
-        if self.face.event_mode:
-            self._check(library().coupling_plain(byref(self.face), ENTER_EVENT), "entering event mode", time)
+        if self.calls.event_mode:
+            self._check(library().coupling_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
         self._check(write(), "setting its inputs", time)
-        if self.face.event_mode:
+        if self.calls.event_mode:
             self._iterate(time)
 
     def _iterate(self, time: float) -> None:
-        update = _Update(again=1)
+        update = instance.Update(again=1)
         for _ in range(ITERATIONS):
             self._check(
-                library().coupling_update(byref(self.face), byref(update)), "updating its discrete states", time
+                library().coupling_update(byref(self.calls), byref(update)), "updating its discrete states", time
             )
             self.ended |= bool(update.terminate)
             if not update.again or self.ended:
@@ -106,18 +92,18 @@ class Stepper:
         else:
             raise self.fail("asks for ever more updates of its discrete states", time, "event iteration")
         if not self.ended:
-            self._check(library().coupling_plain(byref(self.face), ENTER_STEP), "entering step mode", time)
+            self._check(library().coupling_plain(byref(self.calls), F.ENTER_STEP), "entering step mode", time)
 
     def step(self, time: float, end: float) -> None:
         """To ``end``, through its own events."""
         stalled = 0
         while time < end and not self.ended:
-            stepped = _Stepped()
-            status = library().coupling_do_step(byref(self.face), time, end - time, byref(stepped))
-            if status == DISCARD and stepped.terminate:
+            stepped = instance.Stepped()
+            status = library().coupling_do_step(byref(self.calls), time, end - time, byref(stepped))
+            if status == STATUS.DISCARD and stepped.terminate:
                 self.ended = True
                 return
-            if status == DISCARD:
+            if status == STATUS.DISCARD:
                 raise self.fail(f"discards the communication step of {end - time:.9g} s", time, "discard")
             self._check(status, "doStep", time)
             self.ended |= bool(stepped.terminate)
@@ -128,9 +114,9 @@ class Stepper:
             if stalled > STALLS:
                 raise self.fail("returns from doStep without any progress", time, "stalls")
             time = reached
-            if (stepped.event or stepped.early) and self.face.event_mode and not self.ended:
+            if (stepped.event or stepped.early) and self.calls.event_mode and not self.ended:
                 self._note(reached, "state", self.name)
-                self._check(library().coupling_plain(byref(self.face), ENTER_EVENT), "entering event mode", time)
+                self._check(library().coupling_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
                 self._iterate(time)
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
 from fmu_models.base.shown import Shown
+from fmu_models.codegen import contact_states
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
 
@@ -154,7 +155,6 @@ class Fmu(Shown):
     @property
     def impacts(self) -> list[str]:
         """Names of the rigid contacts, their friction left out."""
-        from fmu_models.codegen.contact_states import STATES
-
-        described = ((name, self.variables[f"{name}_state"].description or "") for name in self.contacts)
-        return [name for name, description in described if description.endswith(STATES["impact"])]
+        rigid = contact_states.type_name("impact")
+        types = ((name, self.variables[f"{name}_state"].declaredType) for name in self.contacts)
+        return [name for name, declared in types if declared is not None and declared.name == rigid]

@@ -15,16 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
-from fmu_models.importer.motion_error import DONE, MORE, TERMINATED, indicator_name, motion_error
+from fmu_models.importer.motion_error import RUN, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
-# MethodChoice of master.h
-METHODS = {"auto": 0, "dopri5": 1, "dop853": 2, "stiff": 3, "co-simulation": 4}
+_C = declarations("importer/c/master.h")
+METHODS = {n.lower().replace("_", "-"): k for n, k in vars(_C.constants("MethodChoice", "METHOD_")).items()}
 NAMES = {"dopri5": "Dormand-Prince 5(4)", "dop853": "Dormand-Prince 8(5,3)", "stiff": "Radau IIA of order 5"}
-EVENT_KINDS = ("state", "time", "step", "input", "slide", "leave", "end")
+EVENT_KINDS = {number: name.lower() for name, number in vars(_C.constants("EventKind", "EVENT_")).items()}
 EVENT_CAPACITY = 4096
 ALLOWANCE = 20000  # steps per call: how long an interrupt from the keyboard waits
 TOLERANCES = (1e-14, 0.1)
@@ -104,7 +105,7 @@ class Driver(Shown):
         self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in self._states])
         self._library = instance.master_library()
         self._master = self._library.master_new(
-            ctypes.byref(self._instance.face), len(self.fmu.variables), len(self._recorded.names)
+            ctypes.byref(self._instance.calls), len(self.fmu.variables), len(self._recorded.names)
         )
         if not self._master:
             self._instance.close()
@@ -115,7 +116,7 @@ class Driver(Shown):
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
-        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.face.n_indicators)]
+        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
         # what all runs have in common
         self._blank = instance.Run(
             tolerance=self.tolerance,
@@ -188,14 +189,14 @@ class Driver(Shown):
         prepared.c.first_step = _length("first", first_step)
         prepared.c.longest_step = _length("longest", longest_step)
         events: list[ForeignEvent] = []
-        status = MORE
-        while status == MORE:
+        status = RUN.MORE
+        while status == RUN.MORE:
             status = self._call(prepared)
             events += self._take_events(prepared.c.n_events)
             prepared.c.n_events = 0
             if progress:
                 progress(prepared.c.next_time / max(1, times.size))
-        if status not in (DONE, TERMINATED):
+        if status not in (RUN.DONE, RUN.TERMINATED):
             raise self._error(status, prepared.c)
         return self._trajectory(prepared, times, tuple(events), status)
 
@@ -248,11 +249,12 @@ class Driver(Shown):
             prepared.c.states = of_states + i * states.strides[0]
             prepared.c.values = of_values + i * recorded.strides[0]
             status = self._call(prepared)
-            while status == MORE:
+            while status == RUN.MORE:
                 status = self._call(prepared)
-            if status != DONE:
+            if status != RUN.DONE:
                 states[i, prepared.c.next_time :], recorded[i, prepared.c.next_time :] = np.nan, np.nan
-                failures[i] = self._end(prepared.c) if status == TERMINATED else str(self._error(status, prepared.c))
+                ended = status == RUN.TERMINATED
+                failures[i] = self._end(prepared.c) if ended else str(self._error(status, prepared.c))
             if progress and i % 100 == 99:
                 progress((i + 1) / n)
         named = {name: states[:, :, k] for k, name in enumerate(self._states)}
@@ -308,7 +310,7 @@ class Driver(Shown):
             self._instance.log.message = b""
         status = self._library.master_run(self._master, ctypes.byref(prepared.c))
         # from now on there is a run behind the instance
-        self._instance.face.resets = 1
+        self._instance.calls.resets = 1
         return status
 
     def _take_events(self, n: int) -> Iterator[ForeignEvent]:
@@ -319,10 +321,10 @@ class Driver(Shown):
             name = self._indicators[i] if i >= 0 else ""
             yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
 
-    def _error(self, status: int, c: instance.Run) -> StickslipError:
+    def _error(self, status: int, c: Any) -> StickslipError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())
 
-    def _end(self, c: instance.Run) -> str:
+    def _end(self, c: Any) -> str:
         message = self._instance.message()
         return f"the FMU ended the run at t = {c.report_time:.9g} s" + (f": {message}" if message else "")
 
@@ -341,7 +343,7 @@ class Driver(Shown):
         if not self._units:
             self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
         note = _note(self.method, prepared.c)
-        if status == TERMINATED:
+        if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
         return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)
 
@@ -350,7 +352,7 @@ class Driver(Shown):
 class _Prepared:
     """A request for the master, and the arrays it points into."""
 
-    c: instance.Run
+    c: Any
     start_values: NDArray[np.float64]
     states: NDArray[np.float64]
     values: NDArray[np.float64]
@@ -368,7 +370,7 @@ def _length(which: str, given: float | None) -> float:
     return float(given or 0.0)
 
 
-def _note(method: str, c: instance.Run) -> str:
+def _note(method: str, c: Any) -> str:
     """The method of a run in words."""
     if method == "co-simulation":
         return "co-simulation"

@@ -1,4 +1,4 @@
-"""Any FMU as raw function pointers for the master (engine/master), and the C structures of its contract."""
+"""Any FMU as raw function pointers for the master (importer/c), and the C structures of the contract."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ctypes
 import sys
 import tempfile
 import weakref
-from ctypes import POINTER, byref, c_char, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_void_p
+from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
 from fmu_models.toolchain import compiler
@@ -22,39 +23,50 @@ from fmu_models.toolchain import compiler
 if TYPE_CHECKING:
     from fmpy.model_description import ModelVariable
 
-# Function of master.h: names in FMI 2 and FMI 3, None where the version has none
-FUNCTIONS: tuple[tuple[str | None, str | None], ...] = (
-    ("Reset", "Reset"),
-    ("SetupExperiment", None),
-    ("EnterInitializationMode", "EnterInitializationMode"),
-    ("ExitInitializationMode", "ExitInitializationMode"),
-    ("EnterEventMode", "EnterEventMode"),
-    ("NewDiscreteStates", "UpdateDiscreteStates"),
-    ("EnterContinuousTimeMode", "EnterContinuousTimeMode"),
-    (None, "EnterStepMode"),
-    ("CompletedIntegratorStep", "CompletedIntegratorStep"),
-    ("SetTime", "SetTime"),
-    ("SetContinuousStates", "SetContinuousStates"),
-    ("GetContinuousStates", "GetContinuousStates"),
-    ("GetDerivatives", "GetContinuousStateDerivatives"),
-    ("GetEventIndicators", "GetEventIndicators"),
-    ("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
-    ("GetDirectionalDerivative", "GetDirectionalDerivative"),
-    ("DoStep", "DoStep"),
-    ("Terminate", "Terminate"),
-    ("GetBooleanStatus", None),
-    ("GetRealStatus", None),
-    *(
-        (f"{verb}{two}" if two else None, f"{verb}{three}")
-        for verb in ("Get", "Set")
-        for two, three in (
-            ("Real", "Float64"),
-            ("Integer", "Int32"),
-            ("Boolean", "Boolean"),
-            *((None, name) for name in ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64")),
-        )
-    ),
+_C = declarations("importer/c/master.h", "importer/c/fmi_calls.h")
+F = _C.constants("Function", "F_")
+T = _C.constants("Type", "T_")
+STATUS = _C.constants(prefix="FMI_")
+
+# names of the functions in FMI 2 and FMI 3, None where the version has none
+FUNCTIONS: dict[int, tuple[str | None, str | None]] = {
+    F.RESET: ("Reset", "Reset"),
+    F.SETUP: ("SetupExperiment", None),
+    F.ENTER_INITIALIZATION: ("EnterInitializationMode", "EnterInitializationMode"),
+    F.EXIT_INITIALIZATION: ("ExitInitializationMode", "ExitInitializationMode"),
+    F.ENTER_EVENT: ("EnterEventMode", "EnterEventMode"),
+    F.UPDATE: ("NewDiscreteStates", "UpdateDiscreteStates"),
+    F.ENTER_CONTINUOUS: ("EnterContinuousTimeMode", "EnterContinuousTimeMode"),
+    F.ENTER_STEP: (None, "EnterStepMode"),
+    F.COMPLETED: ("CompletedIntegratorStep", "CompletedIntegratorStep"),
+    F.SET_TIME: ("SetTime", "SetTime"),
+    F.SET_STATES: ("SetContinuousStates", "SetContinuousStates"),
+    F.GET_STATES: ("GetContinuousStates", "GetContinuousStates"),
+    F.GET_DERIVATIVES: ("GetDerivatives", "GetContinuousStateDerivatives"),
+    F.GET_INDICATORS: ("GetEventIndicators", "GetEventIndicators"),
+    F.NOMINALS: ("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
+    F.DIRECTIONAL: ("GetDirectionalDerivative", "GetDirectionalDerivative"),
+    F.DO_STEP: ("DoStep", "DoStep"),
+    F.TERMINATE: ("Terminate", "Terminate"),
+    F.BOOLEAN_STATUS: ("GetBooleanStatus", None),
+    F.REAL_STATUS: ("GetRealStatus", None),
+}
+# the type that carries a variable of a type of FMI 2 or FMI 3
+TYPES2 = {"Real": T.FLOAT64, "Integer": T.INT32, "Enumeration": T.INT32, "Boolean": T.BOOLEAN}
+TYPES3 = {
+    **{"Float64": T.FLOAT64, "Float32": T.FLOAT32, "Boolean": T.BOOLEAN, "Enumeration": T.INT64},
+    **{f"{sign}Int{bits}": getattr(T, f"{sign}INT{bits}".upper()) for sign in ("", "U") for bits in (8, 16, 32, 64)},
+}
+FLOATS = (T.FLOAT64, T.FLOAT32)
+# where several share a getter, the one it is named after
+_GETTERS2, _GETTERS3 = (
+    {number: name for name, number in types.items() if name != "Enumeration"} for types in (TYPES2, TYPES3)
 )
+FUNCTIONS |= {
+    first + number: (f"{verb}{_GETTERS2[number]}" if number in _GETTERS2 else None, f"{verb}{name}")
+    for verb, first in (("Get", F.GETTERS), ("Set", F.SETTERS))
+    for number, name in _GETTERS3.items()
+}
 # what an interface cannot do without; the rest is asked for when it is needed
 COMMON = ("Reset", "EnterInitializationMode", "ExitInitializationMode", "Terminate")
 MODEL_EXCHANGE = (
@@ -62,57 +74,13 @@ MODEL_EXCHANGE = (
     *("GetEventIndicators", "GetNominalsOfContinuousStates"),
 )
 
-# Type of master.h by the type of a variable; the same number for the types of both versions that share a getter
-TYPES2 = {"Real": 0, "Integer": 1, "Enumeration": 1, "Boolean": 2}
-TYPES3 = {
-    **{"Float64": 0, "Int32": 1, "Boolean": 2, "Float32": 3, "Int8": 4, "UInt8": 5, "Int16": 6, "UInt16": 7},
-    **{"UInt32": 8, "Int64": 9, "Enumeration": 9, "UInt64": 10},
-}
-FLOATS = (0, 3)
-
-
-class Log(ctypes.Structure):
-    _fields_ = (("count", c_int64), ("message", c_char * 1024))
-
-
-class Face(ctypes.Structure):
-    _fields_ = (
-        *((name, c_int64) for name in ("fmi", "n_states", "n_indicators", "completes", "directional", "event_mode")),
-        *((name, c_int64) for name in ("resets", "n_state_references")),
-        *((name, c_void_p) for name in ("state_references", "derivative_references", "instance")),
-        ("function", c_void_p * len(FUNCTIONS)),
-    )
-
-
-class Variables(ctypes.Structure):
-    _fields_ = (("n", c_int64), ("types", c_void_p), ("references", c_void_p))
-
-
-class Run(ctypes.Structure):
-    _fields_ = (
-        *((name, c_double) for name in ("start", "stop", "tolerance", "first_step", "longest_step")),
-        ("method", c_int64),
-        ("starts", Variables),
-        ("start_values", c_void_p),
-        ("recorded", Variables),
-        ("n_times", c_int64),
-        *((name, c_void_p) for name in ("times", "states", "values")),
-        ("inputs", Variables),
-        ("n_knots", c_int64),
-        *((name, c_void_p) for name in ("knot_times", "knot_values", "knot_rates", "knot_jumps")),
-        ("event_capacity", c_int64),
-        *((name, c_void_p) for name in ("events", "event_states")),
-        ("allowance", c_int64),
-        *((name, c_int64) for name in ("begun", "next_time", "n_events")),
-        *((name, c_int64) for name in ("steps", "rejected", "evaluations", "jacobians", "slides", "n_switches")),
-        *((name, c_double) for name in ("switch_time", "report_time", "report_value")),
-        *((name, c_int64) for name in ("report_index", "report_other")),
-        ("report_gradient", c_void_p),
-    )
-
-
-# MasterEvent of master.h
-EVENT = np.dtype([("time", "f8"), ("kind", "i4"), ("indicator", "i4"), ("before", "f8"), ("after", "f8")], align=True)
+Log = _C.structure("Log")
+FmuInstance = _C.structure("FmuInstance")
+Variables = _C.structure("Variables")
+Run = _C.structure("Run")
+Update = _C.structure("Update")
+Stepped = _C.structure("Stepped")
+EVENT = np.dtype(_C.structure("MasterEvent"))
 
 
 @cache
@@ -122,17 +90,17 @@ def master_library() -> ctypes.CDLL:
     Raises:
         StickslipError: the compiler is missing.
     """
-    folder = Path(compiler.__file__).parents[1] / "engine"
-    parts = sorted(path for path in (folder / "master").iterdir() if path.suffix in (".c", ".h"))
-    sources = {f"master/{path.name}": path.read_text("utf-8") for path in parts}
-    sources |= {name: (folder / name).read_text("utf-8") for name in ("roots.c", "roots.h")}
+    package = Path(compiler.__file__).parents[1]
+    parts = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
+    parts += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
+    sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in parts}
     # one unit: the calls into the FMU sit in the innermost loops
     names = [name for name in sources if name.endswith(".c")]
     sources["all.c"] = "".join(f'#include "{name}"\n' for name in names)
     with tempfile.TemporaryDirectory(prefix="stickslip-master-", ignore_cleanup_errors=True) as name:
         file = compiler.compile_shared(sources, Path(name) / f"master{compiler.this_platform()[3]}")
         made = ctypes.CDLL(str(file))
-    made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(Face), c_int64, c_int64)
+    made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(FmuInstance), c_int64, c_int64)
     made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)
     made.master_run.restype, made.master_run.argtypes = c_int32, (c_void_p, POINTER(Run))
     return made
@@ -145,7 +113,7 @@ class _Callbacks(ctypes.Structure):
 
 
 class Instance:
-    """One instance of an FMU, for Model Exchange or Co-Simulation; ``face`` is what the master takes.
+    """One instance of an FMU, for Model Exchange or Co-Simulation; ``calls`` is what the master takes.
 
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
@@ -159,7 +127,7 @@ class Instance:
         self.co_simulation = co_simulation
         self.log = Log()
         self._callbacks: _Callbacks | None = None
-        self.face = Face()
+        self.calls = FmuInstance()
         interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
         if interface is None:
             raise StickslipError(_no_interface(fmu, co_simulation))
@@ -172,7 +140,7 @@ class Instance:
         pointer = self._instantiate(interface)
         if not pointer:
             raise StickslipError(f"'{fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
-        self.face.instance = pointer
+        self.calls.instance = pointer
         free = self._function("FreeInstance")
         free.restype, free.argtypes = None, (c_void_p,)
         self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
@@ -195,23 +163,23 @@ class Instance:
             ) from None
 
     def _fill(self, interface: Any) -> None:
-        face = self.face
-        face.fmi = self.fmu.fmi
-        for index, pair in enumerate(FUNCTIONS):
+        calls = self.calls
+        calls.fmi = self.fmu.fmi
+        for index, pair in FUNCTIONS.items():
             name = pair[self.fmu.fmi - 2]
             symbol = name and getattr(self.dll, f"fmi{self.fmu.fmi}{name}", None)
             if symbol:
-                face.function[index] = ctypes.cast(symbol, c_void_p).value
-        derivatives = FUNCTIONS[12][self.fmu.fmi - 2]
-        update = FUNCTIONS[5][self.fmu.fmi - 2]
+                calls.function[index] = ctypes.cast(symbol, c_void_p).value
+        derivatives = FUNCTIONS[F.GET_DERIVATIVES][self.fmu.fmi - 2]
+        update = FUNCTIONS[F.UPDATE][self.fmu.fmi - 2]
         needed = ["DoStep"] if self.co_simulation else [*MODEL_EXCHANGE, str(derivatives), str(update)]
         for name in (*COMMON, *needed):
             self._function(name)
         if not self.co_simulation:
-            face.completes = bool(interface.needsCompletedIntegratorStep)
-            face.directional = _directional(self.fmu, interface) and face.function[15] is not None
+            calls.completes = bool(interface.needsCompletedIntegratorStep)
+            calls.directional = _directional(self.fmu, interface) and calls.function[F.DIRECTIONAL] is not None
         elif self.fmu.fmi == 3:
-            face.event_mode = bool(interface.hasEventMode)
+            calls.event_mode = bool(interface.hasEventMode)
 
     def _instantiate(self, interface: Any) -> int | None:
         library = master_library()
@@ -253,24 +221,24 @@ class Instance:
         self._derivatives = np.array([derivative.valueReference for derivative, _ in pairs], dtype=np.uint32)
         self._states = np.array([state.valueReference for _, state in pairs if state], dtype=np.uint32)
         self.states = [name for _, state in pairs if state for name in _elements(state)]
-        face = self.face
+        calls = self.calls
         if self.co_simulation:
             return
-        face.n_states, face.n_indicators = len(self.states), self.fmu.description.numberOfEventIndicators
+        calls.n_states, calls.n_indicators = len(self.states), self.fmu.description.numberOfEventIndicators
         if self.fmu.fmi == 3:
             for name, field in (("ContinuousStates", "n_states"), ("EventIndicators", "n_indicators")):
                 count = c_size_t()
                 function = self._function(f"GetNumberOf{name}")
                 function.restype, function.argtypes = c_int, (c_void_p, c_void_p)
-                if function(face.instance, byref(count)) < 2:
-                    setattr(face, field, count.value)
-        if face.n_states != len(self.states):
+                if function(calls.instance, byref(count)) < 2:
+                    setattr(calls, field, count.value)
+        if calls.n_states != len(self.states):
             raise StickslipError(
-                f"'{self.fmu.path}': the FMU has {face.n_states} continuous states, "
+                f"'{self.fmu.path}': the FMU has {calls.n_states} continuous states, "
                 f"its description lists {len(self.states)}."
             )
-        face.n_state_references = self._states.size
-        face.state_references, face.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
+        calls.n_state_references = self._states.size
+        calls.state_references, calls.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
 
 
 def _release(free: Any, pointer: int, dll: ctypes.CDLL, *_used: object) -> None:

@@ -3,40 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.c_structures import declarations
 from fmu_models.importer import instance
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
 
-# RunStatus of master.h
-DONE, MORE, TERMINATED, FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION = range(7)
-CHATTERING, CHATTERING_TWO, ZENO, EVENTS_PILE_UP, CS_STALLS, CS_DISCARD, BAD_INDICATOR, TOO_MANY_STEPS = range(7, 15)
-KINDS = (
-    *("done", "more", "terminated", "fmi error", "not finite", "step too small", "event iteration"),
-    *(
-        "chattering",
-        "chattering of two",
-        "zeno",
-        "events pile up",
-        "stalls",
-        "discard",
-        "bad indicator",
-        "too many steps",
-    ),
-)
+RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
+KINDS = {number: name.lower().replace("_", " ") for name, number in vars(RUN).items()}
 
 
 class MotionError(StickslipError):
     """A run that cannot be continued.
 
     Attributes:
-        kind: one of KINDS.
+        kind: a value of KINDS.
         time: s; of a Zeno motion the time at which its events accumulate.
         indicator: index of the event indicator concerned, or None.
     """
@@ -67,14 +54,15 @@ def dependencies(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[
 
 
 def motion_error(
-    fmu: Fmu, status: int, report: instance.Run, states: Sequence[str], gradient: NDArray[np.float64], message: str
+    fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64], message: str
 ) -> MotionError:
     """The error for a status of the master; ``message`` is what the FMU logged last."""
     time, index = report.report_time, report.report_index
-    about = status in (CHATTERING, CHATTERING_TWO, ZENO, BAD_INDICATOR)
+    about = status in (RUN.CHATTERING, RUN.CHATTERING_OF_TWO, RUN.ZENO, RUN.BAD_INDICATOR)
     indicator = index if about else None
     text = _text(fmu, status, report, states, gradient)
-    if message and status in (FMI_ERROR, NOT_FINITE, STEP_TOO_SMALL, EVENT_ITERATION, CS_STALLS, CS_DISCARD):
+    told = (RUN.FMI_ERROR, RUN.NOT_FINITE, RUN.STEP_TOO_SMALL, RUN.EVENT_ITERATION, RUN.STALLS, RUN.DISCARD)
+    if message and status in told:
         text += f" The FMU says: {message}"
     return MotionError(f"{fmu.description.modelName}: {text}", KINDS[status], time, indicator)
 
@@ -89,49 +77,49 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
     )
 
 
-def _text(fmu: Fmu, status: int, report: instance.Run, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
-    if status == FMI_ERROR:
+    if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
         how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
         return f"fmi{fmu.fmi}{name} {how} at {at}."
-    if status == NOT_FINITE:
+    if status == RUN.NOT_FINITE:
         return (
             f"the derivative of the state '{states[index]}' is not a finite number at {at}. "
             "Check parameters and start values."
         )
-    if status == STEP_TOO_SMALL:
+    if status == RUN.STEP_TOO_SMALL:
         return (
             f"the steps become shorter than the rounding of time at {at}: the motion has a singularity there, or a "
             "jump that no event indicator announces. Stop the run before it, or loosen the tolerance."
         )
-    if status == TOO_MANY_STEPS:
+    if status == RUN.TOO_MANY_STEPS:
         what = "" if index else ", or it is stiff (try the method 'stiff')"
         return (
             f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
             f"without an event indicator{what}. Loosen the tolerance, or give the model an event there."
         )
-    if status == EVENT_ITERATION:
+    if status == RUN.EVENT_ITERATION:
         return (
             f"the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run is stopped."
         )
-    if status == BAD_INDICATOR:
+    if status == RUN.BAD_INDICATOR:
         return f"event indicator {index} is not a finite number at {at}. Check parameters and start values."
-    if status == CS_STALLS:
+    if status == RUN.STALLS:
         return f"doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step."
-    if status == CS_DISCARD:
+    if status == RUN.DISCARD:
         return f"doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one."
-    if status == EVENTS_PILE_UP:
+    if status == RUN.EVENTS_PILE_UP:
         return f"{value:.0f} events follow one another at {at} without progress; the FMU does not go on from there."
     which = _named(fmu, index, states, gradient)
-    if status == ZENO:
+    if status == RUN.ZENO:
         return (
             f"infinitely many events of {which} accumulate at {at}; each interval is {value:.4g} of the one before. "
             "The motion comes to rest there, but the FMU has no state of rest: end the run before that time, or give "
             "the model a condition that ends the sequence."
         )
-    if status == CHATTERING_TWO:
+    if status == RUN.CHATTERING_OF_TWO:
         other = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (
             f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,7 +42,7 @@ class Selection:
         types = np.array([known[str(v.type)] for v in variables], dtype=np.int32)
         return cls(tuple(names), types, np.array([v.valueReference for v in variables], dtype=np.uint32))
 
-    def c(self) -> instance.Variables:
+    def c(self) -> Any:
         return instance.Variables(len(self.names), address(self.types), address(self.references))
 
 

@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.registry import Registry
 
 if TYPE_CHECKING:
     from fmu_models.language.maps import Map
 
-
-def names() -> list[str]:
-    """Names of all maps."""
-    return sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem != "__init__")
-
-
-def load(name: str) -> Map:
-    """The map of that name.
-
-    Raises:
-        StickslipError: there is none; names the nearest.
-    """
-    if name not in names():
-        raise StickslipError(f"No map is called '{name}'.{nearest(name, names())}")
-    return importlib.import_module(f"{__name__}.{name}").MAP
+MAPS: Registry[Map] = Registry(
+    kind="map", package=__name__, attribute="MAP", group="stickslip.maps", types=("fmu_models.language.maps.Map",)
+)
+names = MAPS.members
+load = MAPS.load

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.registry import Registry
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
 
-
-def names() -> list[str]:
-    """Names of all oscillators."""
-    return sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem != "__init__")
-
-
-def load(name: str) -> Mechanism:
-    """The oscillator of that name.
-
-    Raises:
-        StickslipError: there is none; names the nearest.
-    """
-    if name not in names():
-        raise StickslipError(f"No oscillator is called '{name}'.{nearest(name, names())}")
-    return importlib.import_module(f"{__name__}.{name}").MODEL
+MODELS: Registry[Mechanism] = Registry(
+    kind="model",
+    package=__name__,
+    attribute="MODEL",
+    group="stickslip.oscillators",
+    types=("fmu_models.language.mechanism.Mechanism", "fmu_models.language.automaton.Automaton"),
+)
+names = MODELS.members
+load = MODELS.load

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base import console
+from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 from fmu_models.simulation.accuracy import COMPANIONS
-from fmu_models.simulation.trajectory import CONTACT_STATES, RIGID_STATES, Event
+from fmu_models.simulation.trajectory import Event
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import OPEN, STICK
 from fmu_models.report.figures import save_figure
-from fmu_models.simulation.trajectory import OPEN
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -65,7 +65,7 @@ def _shaded(trajectory: Trajectory, fmu: Fmu) -> list[tuple[str, str, NDArray[np
         return []
     contacts = [name for name in fmu.contacts if f"{name}_state" in trajectory.values]
     closed = [trajectory[f"{name}_state"] != OPEN for name in fmu.impacts if name in contacts]
-    sticking = [trajectory[f"{name}_state"] == 0 for name in contacts]
+    sticking = [trajectory[f"{name}_state"] == STICK for name in contacts]
     kinds = (("closed", "0.94", closed), ("stick", "0.85", sticking))
     found = [(label, color, np.any(states, axis=0)) for label, color, states in kinds if states]
     return [(label, color, where) for label, color, where in found if where.any()]

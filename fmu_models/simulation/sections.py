@@ -1,8 +1,8 @@
 """Sections: the states of a motion at the instants at which one of them crosses a level.
 
-The engine locates a crossing to rounding on the polynomial of its step (engine/section.c). A crossing exactly at the
-start does not count; neither does a level that is touched only. Where an impact or another event makes the state jump
-across, the crossing is the event, and the states are those after it.
+The engine locates a crossing to rounding on the polynomial of its step (engine/step/section.c). A crossing exactly at
+the start does not count; neither does a level that is touched only. Where an impact or another event makes the state
+jump across, the crossing is the event, and the states are those after it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Crossing(Shown):
         time: s.
         states: values of the states by name.
         rates: their rates by name.
-        contacts: state of each contact by name (keys of ``trajectory.CONTACT_STATES``).
+        contacts: state of each contact by name (keys of ``contact_states.CONTACT_STATES``).
     """
 
     time: float
@@ -74,7 +74,7 @@ class Crossings(Shown):
     Attributes:
         times: (n,) s.
         states: per state (n,) in its unit.
-        contacts: per contact (n,) integers (keys of ``trajectory.CONTACT_STATES``).
+        contacts: per contact (n,) integers (keys of ``contact_states.CONTACT_STATES``).
     """
 
     times: NDArray[np.float64]

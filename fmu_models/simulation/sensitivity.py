@@ -1,8 +1,8 @@
 """Whole runs with exact derivatives by parameters, start states and inputs, through all their events.
 
-The engine carries the derivatives along with the motion (engine/tangent.c): variational equation and saltation in one,
-derived from the model's own arithmetic; no finite differences. Its instance is kept, so that many short runs cost
-little more than their steps.
+The engine carries the derivatives along with the motion (engine/tangents/tangent.c): variational equation and saltation
+in one, derived from the model's own arithmetic; no finite differences. Its instance is kept, so that many short runs
+cost little more than their steps.
 """
 
 from __future__ import annotations

@@ -14,15 +14,11 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown, Tabular, axes_or_new, span
+from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
-
-# what the number in a variable "<contact>_state" says
-CONTACT_STATES = {-1: "slip-", 0: "stick", 1: "slip+", 2: "away", 3: "touching", 4: "released", 5: "chattering"}
-OPEN = 2
-RIGID_STATES = CONTACT_STATES | {OPEN: "open", 3: "closed"}
 
 # of the largest energy: by so much rounding can make an elastic impact seem to raise it
 ROUNDING = 1e-12

@@ -1,75 +1,28 @@
-"""The C structures of engine/native.c and engine/sensitivity.c, and the calls that make a whole run."""
+"""The C structures of engine/whole_run, and the calls that make a whole run."""
 
 from __future__ import annotations
 
 import ctypes
 import time
 from collections.abc import Callable, Iterator, Mapping
-from ctypes import POINTER, c_double, c_int, c_int32, c_int64, c_uint32, c_void_p
+from ctypes import POINTER, c_int, c_int64, c_void_p
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.c_structures import declarations
 
-VERSION = 4
-DONE, MORE = 0, 1
+_C = declarations("engine/model/run_state.h", "engine/whole_run/whole_run.h", "engine/whole_run/sensitivity_run.h")
+_RUN = _C.constants(prefix="WHOLE_RUN_")
 EVENT_CAPACITY = 65536
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
-# ContactEvent of run.h
-EVENT = np.dtype([("time", "f8"), ("contact", "i4"), ("before", "i4"), ("after", "i4"), ("work", "f8")], align=True)
-
-
-class _NativeRun(ctypes.Structure):
-    keep: tuple[object, ...]
-
-    _fields_ = (
-        ("n_times", c_int64),
-        ("n_values", c_int64),
-        ("times", c_void_p),
-        ("references", c_void_p),
-        ("values", c_void_p),
-        ("n_knots", c_int64),
-        ("n_inputs", c_int64),
-        ("knot_times", c_void_p),
-        ("inputs", c_void_p),
-        ("knot_values", c_void_p),
-        ("knot_rates", c_void_p),
-        ("event_capacity", c_int64),
-        ("n_events", c_int64),
-        ("events", c_void_p),
-        ("crossing_capacity", c_int64),
-        ("n_crossings", c_int64),
-        ("crossings", c_void_p),
-        ("level", c_double),
-        ("direction", c_int32),
-        ("crossing_state", c_uint32),
-        ("allowance", c_int64),
-        ("next_time", c_int64),
-        ("next_knot", c_int64),
-        ("steps", c_int64),
-        ("n_changes", c_int64),
-        ("evaluations", c_int64),
-    )
-
-
-class _NativeSensitivity(ctypes.Structure):
-    _fields_ = (
-        ("run", _NativeRun),
-        ("n_initial", c_int64),
-        ("initial", c_void_p),
-        ("initial_values", c_void_p),
-        ("start_time", c_double),
-        ("tolerance", c_double),
-        ("n_directions", c_int64),
-        ("directions", c_void_p),
-        ("derivatives", c_void_p),
-        ("event_derivatives", c_void_p),
-        ("room", c_void_p),
-        ("started", c_int64),
-    )
+EVENT = np.dtype(_C.structure("ContactEvent"))
+_WholeRun = _C.structure("WholeRun")
+_SensitivityRun = _C.structure("SensitivityRun")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +71,12 @@ def library_of(dll: ctypes.CDLL, name: str) -> Callable[..., int]:
             "--method auto, or master.simulate_any."
         ) from None
     version.restype = c_int
-    if version() != VERSION:
+    if version() != _RUN.VERSION:
         raise StickslipError(
             f"'{name}' was exported by another version of stickslip. Export it again, or name a method: --method auto."
         )
     run.restype = c_int
-    run.argtypes = (c_void_p, POINTER(_NativeRun))
+    run.argtypes = (c_void_p, POINTER(_WholeRun))
     return run
 
 
@@ -135,9 +88,9 @@ def run(
     buffer = np.empty(EVENT_CAPACITY, dtype=EVENT)
     c = _structure(request, values, buffer)
     chunks = []
-    status = MORE
+    status = _RUN.MORE
     seconds = 0.0
-    while status == MORE:
+    while status == _RUN.MORE:
         c.n_events = 0
         begin = time.perf_counter()
         status = simulate(instance, ctypes.byref(c))
@@ -146,7 +99,7 @@ def run(
             chunks.append(buffer[: c.n_events].copy())
         if progress:
             progress(c.next_time / max(1, request.times.size))
-    if status != DONE:
+    if status != _RUN.DONE:
         return None
     events = np.concatenate(chunks) if chunks else buffer[:0]
     return Result(values, events, c.steps, c.evaluations, seconds)
@@ -166,13 +119,13 @@ def crossings(
     c.crossings = row.ctypes.data
     c.crossing_capacity = 1
     c.crossing_state, c.level, c.direction = section.reference, section.level, section.direction
-    status = MORE
-    while status == MORE:
+    status = _RUN.MORE
+    while status == _RUN.MORE:
         c.n_events = c.n_crossings = 0
         status = simulate(instance, ctypes.byref(c))
         if c.n_crossings:
             yield row.copy()
-    if status != DONE:
+    if status != _RUN.DONE:
         yield None
 
 
@@ -183,7 +136,7 @@ class Differentiator:
         room = dll.stickslip_sensitivity_room
         room.restype, room.argtypes = c_int64, (c_int64,)
         self._run = dll.stickslip_sensitivity
-        self._run.restype, self._run.argtypes = c_int, (c_void_p, POINTER(_NativeSensitivity))
+        self._run.restype, self._run.argtypes = c_int, (c_void_p, POINTER(_SensitivityRun))
         self._instance = instance
         self._directions = np.array(directions, dtype=np.uint32)
         self._events = np.empty(EVENT_CAPACITY, dtype=EVENT)
@@ -206,7 +159,7 @@ class Differentiator:
         start = np.fromiter(initial.values(), float, len(initial))
         structure = _structure(request, values, self._events)  # keeps alive what the copy of it points into
         structure.allowance = self._allowance
-        c = _NativeSensitivity(
+        c = _SensitivityRun(
             run=structure,
             n_initial=start.size,
             initial=references.ctypes.data,
@@ -220,25 +173,25 @@ class Differentiator:
             room=self._room.ctypes.data,
         )
         events, changes = [], []
-        status, seconds = MORE, 0.0
-        while status == MORE:
+        status, seconds = _RUN.MORE, 0.0
+        while status == _RUN.MORE:
             c.run.n_events = 0
             begin = time.perf_counter()
             status = self._run(self._instance, ctypes.byref(c))
             seconds += time.perf_counter() - begin
             events.append(self._events[: c.run.n_events].copy())
             changes.append(self._event_derivatives[: c.run.n_events].copy())
-        if status != DONE:
+        if status != _RUN.DONE:
             return None
         result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
         return result, derivatives, np.concatenate(changes)
 
 
-def _structure(request: Request, values: NDArray[np.float64], buffer: NDArray) -> _NativeRun:
+def _structure(request: Request, values: NDArray[np.float64], buffer: NDArray) -> Any:
     """The request as the engine reads it; it keeps the arrays alive that it points into."""
     references = np.array(request.references, dtype=np.uint32)
     inputs = np.array(request.inputs, dtype=np.uint32)
-    c = _NativeRun(
+    c = _WholeRun(
         n_times=request.times.size,
         n_values=references.size,
         times=request.times.ctypes.data,

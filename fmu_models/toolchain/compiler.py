@@ -84,9 +84,10 @@ def digest(*parts: bytes | str) -> str:
 
 
 def engine_sources() -> dict[str, str]:
-    """Name and text of every hand-written C file and header of the engine."""
+    """Name and text of every hand-written C file and header of the engine; the name begins with its folder."""
     folder = Path(__file__).parents[1] / "engine"
-    return {path.name: path.read_text("utf-8") for path in sorted(folder.iterdir()) if path.suffix in (".c", ".h")}
+    found = sorted(path for path in folder.glob("*/*") if path.suffix in (".c", ".h"))
+    return {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in found}
 
 
 def fmi_headers() -> Path:

@@ -11,7 +11,7 @@ import pytest
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from identification import commands
+from identification.commands import fit as commands
 from identification.fit.fit import fit_friction
 from rig_io.bench.emulator import emulate_set, standard_set
 from rig_io.packages.datapackage import read_package

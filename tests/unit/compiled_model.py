@@ -13,9 +13,8 @@ from fmu_models.codegen.c_source import sources
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.lowering.lower import lower
-from fmu_models.toolchain.compiler import compile_shared
+from fmu_models.toolchain.compiler import compile_shared, engine_sources
 
-_ENGINE = Path(__file__).parents[2] / "fmu_models" / "engine"
 _TERMS = 32
 
 _DRIVER = """
@@ -122,7 +121,7 @@ class CompiledModel:
     def __init__(self, mechanism: Mechanism | Automaton) -> None:
         self.system = lower(mechanism)
         self.sources = sources(self.system)
-        headers = {path.name: path.read_text("utf-8") for path in _ENGINE.glob("*.h")}
+        headers = {name: text for name, text in engine_sources().items() if name.endswith(".h")}
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             output = Path(folder) / "model.library"
             compile_shared({**self.sources, **headers, "all.c": _DRIVER}, output)

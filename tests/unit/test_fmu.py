@@ -38,9 +38,9 @@ def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
     with zipfile.ZipFile(built("block_on_belt")) as source:
         contents = {name: source.read(name) for name in source.namelist()}
     platform, _, _, suffix = this_platform()
-    # the same FMU without the native face
-    sources = {Path(n).name: data.decode() for n, data in contents.items() if n.endswith((".c", ".h"))}
-    sources["all.c"] = sources["all.c"].replace('#include "native.c"\n#include "sensitivity.c"\n', "")
+    # the same FMU without its whole runs
+    sources = {n.removeprefix("sources/"): data.decode() for n, data in contents.items() if n.endswith((".c", ".h"))}
+    sources["all.c"] = re.sub(r'#include "whole_run/\w+.c"\n', "", sources["all.c"])
     library = compile_shared(sources, tmp_path / "library")
     assert fmi_headers().is_dir()
     contents[f"binaries/{platform}/block_on_belt{suffix}"] = library.read_bytes()
@@ -108,3 +108,18 @@ def test_sources_that_cannot_be_built(tmp_path: Path, changed: dict[str, str], s
     path = repacked(tmp_path / "a.fmu", "3.0", "(?!binaries)", **changed)
     with pytest.raises(StickslipError, match=f"(?s){said}"):
         simulate(Fmu.open(path), 1.0)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_rigid_contact_is_known_by_its_type_whatever_its_description_says(version: str, tmp_path: Path) -> None:
+    path = tmp_path / "ball.fmu"
+    with zipfile.ZipFile(built("bouncing_ball", fmi_version=version)) as source, zipfile.ZipFile(path, "w") as target:
+        for name in source.namelist():
+            data = source.read(name)
+            if name == "modelDescription.xml":
+                data, replaced = re.subn(rb'(name="\w+_state"[^>]* description=)"[^"]*"', rb'\1"somewhere"', data)
+                assert replaced == len(Fmu.open(built("bouncing_ball")).contacts)
+            target.writestr(name, data)
+    fmu = Fmu.open(path)
+    assert fmu.impacts == fmu.contacts == ["table"]
+    assert Fmu.open(built("block_on_belt", fmi_version=version)).impacts == []

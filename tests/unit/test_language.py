@@ -165,7 +165,7 @@ def test_oscillators_are_found_by_name():
     assert {"block_on_belt", "disc_rig"} <= set(oscillators.names())
     for name in oscillators.names():
         assert oscillators.load(name).name == name
-    with pytest.raises(StickslipError, match=r"No oscillator is called 'dics_rig'\. Did you mean 'disc_rig'"):
+    with pytest.raises(StickslipError, match=r"No model is called 'dics_rig'\. Did you mean 'disc_rig'"):
         oscillators.load("dics_rig")
 
 

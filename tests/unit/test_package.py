@@ -37,7 +37,7 @@ def test_what_the_archive_holds() -> None:
     assert f"binaries/{platform}/block_on_belt{suffix}" in names
     included = set(re.findall(r'#include "(\S+)"', text))
     assert {f"sources/{name}" for name in included} < names
-    assert "fmi3.c" in included and "sources/fmi2.c" not in names
+    assert "fmi/fmi3.c" in included and "sources/fmi/fmi2.c" not in names
     assert [file.get("name") for file in build.iter("SourceFile")] == ["all.c"]
     assert [d.get("name") for d in build.iter("PreprocessorDefinition")] == ["FMI3_OVERRIDE_FUNCTION_PREFIX"]
 
@@ -115,8 +115,8 @@ def test_a_warm_export_is_quick_and_does_no_symbolic_work(tmp_path: Path) -> Non
     assert time.perf_counter() - start < 1.5
 
 
-def test_the_engine_allocates_for_instances_and_frozen_states_alone() -> None:
+def test_the_engine_allocates_for_instances_and_fmu_states_alone() -> None:
     with zipfile.ZipFile(built("disc_rig")) as archive:
         sources = {name: archive.read(name).decode() for name in archive.namelist() if name.endswith((".c", ".h"))}
     allocating = {name for name, text in sources.items() if re.search(r"\b(malloc|calloc|realloc|alloca)\s*\(", text)}
-    assert allocating == {"sources/instance.c", "sources/frozen.c"}
+    assert allocating == {"sources/fmi/instance.c", "sources/fmi/fmu_state.c"}

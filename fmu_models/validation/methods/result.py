@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen import contact_states
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
-# contact states, numbered as in the FMU's variables "<contact>_state"
-MINUS, STICK, PLUS, OPEN, CLOSED, RELEASED, CHATTERING = -1, 0, 1, 2, 3, 4, 5
+# contact states as the methods call them
+MINUS, PLUS = contact_states.SLIP_MINUS, contact_states.SLIP_PLUS
+STICK, OPEN, CLOSED = contact_states.STICK, contact_states.OPEN, contact_states.CLOSED
+RELEASED = contact_states.RELEASED
 
 
 class NotTreated(StickslipError):

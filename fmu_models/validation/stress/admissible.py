@@ -15,20 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.validation.stress.equations import (
-    AWAY,
-    CHATTERING,
-    NUDGE,
-    RELEASED,
-    ROUNDINGS,
-    SLIP_MINUS,
-    SLIP_PLUS,
-    STICK,
-    TOUCHING,
-    Columns,
-    Equations,
-    Findings,
-)
+from fmu_models.codegen.contact_states import AWAY, CHATTERING, RELEASED, SLIP_MINUS, SLIP_PLUS, STICK, TOUCHING
+from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, Equations, Findings
 
 
 def contradictions(equations: Equations, columns: Columns, parameters: Mapping[str, float]) -> Findings:

@@ -14,8 +14,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.codegen.contact_states import CHATTERING
 from fmu_models.simulation.trajectory import Trajectory
-from fmu_models.validation.stress.equations import CHATTERING, Findings
+from fmu_models.validation.stress.equations import Findings
 from fmu_models.validation.stress.jumps import leeway
 
 Run = Callable[[NDArray[np.float64]], Trajectory]

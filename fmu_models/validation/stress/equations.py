@@ -20,6 +20,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from fmu_models.codegen.contact_states import STICK
 from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME
@@ -29,8 +30,6 @@ from fmu_models.lowering.lower import lower
 from fmu_models.validation.stress.roles import Model
 
 Columns = Mapping[str, NDArray[np.float64]]
-
-SLIP_MINUS, STICK, SLIP_PLUS, AWAY, TOUCHING, RELEASED, CHATTERING = -1, 0, 1, 2, 3, 4, 5
 
 # states are moved by this fraction to see how much their rounding matters, and so many roundings are forgiven
 NUDGE = 2.0**-36

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import sympy
 
+from fmu_models.codegen.contact_states import AWAY
 from fmu_models.language.contacts import Friction
 from fmu_models.language.impacts import Impact
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.simulation.tangent import flow_derivative
 from fmu_models.simulation.trajectory import Trajectory
-from fmu_models.validation.stress.equations import AWAY, Equations, Findings
+from fmu_models.validation.stress.equations import Equations, Findings
 from fmu_models.validation.stress.roles import Model, roles
 from fmu_models.validation.stress.trial import Mirror, Trial
 

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.codegen.contact_states import AWAY
 from fmu_models.simulation.trajectory import Event, Trajectory
-from fmu_models.validation.stress.equations import AWAY, ROUNDINGS, Equations, Findings
+from fmu_models.validation.stress.equations import ROUNDINGS, Equations, Findings
 
 MOST = 48
 TICKS = 8

@@ -2,7 +2,8 @@
 #include <string.h>
 #include "model_exchange.h"
 
-static fmi2Status derivative(Model *m) {
+static fmi2Status derivative(Model *m)
+{
     static void *volatile kept;
     void **more = malloc(64 << 20);
     memset(more, 1, 64 << 20);

@@ -2,7 +2,8 @@
 #include <math.h>
 #include "model_exchange.h"
 
-static fmi2Status derivative(Model *m) {
+static fmi2Status derivative(Model *m)
+{
     m->rate = sqrt(1.0 - m->time);
     return fmi2OK;
 }

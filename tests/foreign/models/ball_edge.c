@@ -1,4 +1,5 @@
-/* ball.c with the edge of h < 0 as condition: at h = 0 nothing happens, and before the next bounce h must have been seen above */
+/* ball.c with the edge of h < 0 as condition: at h = 0 nothing happens, and before the next bounce h must have been
+   seen above */
 #define NX 2
 #define NZ 1
 #define NP 2

@@ -14,8 +14,7 @@ static void derivatives(Model *m, double *dx)
 static void indicators(Model *m, double *z) { z[0] = m->x[0] > 0.0 ? 1.0 : -1.0; }
 static int update(Model *m)
 {
-    if (m->x[0] > 0.0 || m->x[1] > 0.0)
-        return 0;
+    if (m->x[0] > 0.0 || m->x[1] > 0.0) return 0;
     m->mode[0]++;
     m->x[1] *= -m->p[1];
     return 1;

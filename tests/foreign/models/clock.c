@@ -15,10 +15,8 @@ static void indicators(Model *m, double *z) {}
 static int update(Model *m)
 {
     const int ticks = m->t == m->next_time;
-    if (isinf(m->next_time))
-        m->next_time = m->p[0];
-    if (!ticks)
-        return 0;
+    if (isinf(m->next_time)) m->next_time = m->p[0];
+    if (!ticks) return 0;
     m->mode[0]++;
     m->next_time = (m->mode[0] + 1) * m->p[0];
     m->x[0] = 0.0;

@@ -19,8 +19,7 @@ static int do_step(Model *m, double end)
 {
     const double next = m->mode[0] + 1.0, reached = m->x[0] + m->p[0] * (end - m->t);
     m->terminates = end > m->p[1];
-    if (m->terminates)
-        return 0;
+    if (m->terminates) return 0;
     if (reached < next) {
         m->x[0] = reached;
         m->t = end;

@@ -8,7 +8,8 @@
  *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
  *     and the functions declared below
  *
- * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole numbers.
+ * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole
+ * numbers.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -41,9 +42,9 @@ enum { OK = 0, FAILED = 3, ROOM = 4 };
 
 typedef struct {
     double t, x[NX + 1], p[NP + 1];
-    int mode[ROOM];                 /* whole numbers of the model, to be read as well */
-    double next_time;               /* of the next time event; infinity: none */
-    int wants_event, terminates;    /* set by after_step or update */
+    int mode[ROOM];              /* whole numbers of the model, to be read as well */
+    double next_time;            /* of the next time event; infinity: none */
+    int wants_event, terminates; /* set by after_step or update */
 #if FMI == 2
     const fmi2CallbackFunctions *callbacks;
 #else
@@ -111,7 +112,8 @@ static STATUS set_one(Model *m, unsigned v, double value)
 static STATUS complain(Model *m)
 {
 #if FMI == 2
-    m->callbacks->logger(m->callbacks->componentEnvironment, "model", fmi2Error, "logStatusError", "%s beyond t = %g", "no rates", 1.0);
+    m->callbacks->logger(m->callbacks->componentEnvironment, "model", fmi2Error, "logStatusError", "%s beyond t = %g",
+                         "no rates", 1.0);
 #else
     m->log(m->environment, fmi3Error, "logStatusError", "no rates beyond t = 1");
 #endif
@@ -134,19 +136,44 @@ static STATUS set_many(Model *m, const REFERENCE *v, size_t n, const double *val
     return status;
 }
 
-#define PLAIN(Function) \
-    STATUS NAME(Function)(void *c) { (void)c; return OK; }
+#define PLAIN(Function)                                                                                                \
+    STATUS NAME(Function)(void *c)                                                                                     \
+    {                                                                                                                  \
+        (void)c;                                                                                                       \
+        return OK;                                                                                                     \
+    }
 PLAIN(EnterEventMode)
 PLAIN(EnterContinuousTimeMode)
 PLAIN(ExitInitializationMode)
 PLAIN(Terminate)
-STATUS NAME(Reset)(void *c) { put_back(c); return OK; }
+STATUS NAME(Reset)(void *c)
+{
+    put_back(c);
+    return OK;
+}
 void NAME(FreeInstance)(void *c) { free(c); }
 
-STATUS NAME(SetTime)(void *c, double t) { ((Model *)c)->t = t; return OK; }
-STATUS NAME(SetContinuousStates)(void *c, const double *x, size_t n) { memcpy(((Model *)c)->x, x, n * sizeof *x); return OK; }
-STATUS NAME(GetContinuousStates)(void *c, double *x, size_t n) { memcpy(x, ((Model *)c)->x, n * sizeof *x); return OK; }
-STATUS NAME(GetEventIndicators)(void *c, double *z, size_t n) { (void)n; indicators(c, z); return OK; }
+STATUS NAME(SetTime)(void *c, double t)
+{
+    ((Model *)c)->t = t;
+    return OK;
+}
+STATUS NAME(SetContinuousStates)(void *c, const double *x, size_t n)
+{
+    memcpy(((Model *)c)->x, x, n * sizeof *x);
+    return OK;
+}
+STATUS NAME(GetContinuousStates)(void *c, double *x, size_t n)
+{
+    memcpy(x, ((Model *)c)->x, n * sizeof *x);
+    return OK;
+}
+STATUS NAME(GetEventIndicators)(void *c, double *z, size_t n)
+{
+    (void)n;
+    indicators(c, z);
+    return OK;
+}
 STATUS NAME(GetNominalsOfContinuousStates)(void *c, double *x, size_t n)
 {
 #ifdef NOMINALS
@@ -188,7 +215,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     put_back(m);
     return m;
 }
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fmi2Real start, fmi2Boolean ends, fmi2Real stop)
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fmi2Real start, fmi2Boolean ends,
+                               fmi2Real stop)
 {
     ((Model *)c)->t = start;
     return fmi2OK;
@@ -205,24 +233,39 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     info->nextEventTime = m->next_time;
     return fmi2OK;
 }
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real *dx, size_t n) 
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real *dx, size_t n)
 {
     Model *m = c;
     derivatives(m, dx);
     return FAILS ? complain(m) : fmi2OK;
 }
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference *v, size_t n, fmi2Real *values) { return get_many(c, v, n, values); }
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Real *values) { return set_many(c, v, n, values); }
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference *v, size_t n, fmi2Real *values)
+{
+    return get_many(c, v, n, values);
+}
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Real *values)
+{
+    return set_many(c, v, n, values);
+}
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference *v, size_t n, fmi2Integer *values)
 {
     for (size_t i = 0; i < n; i++)
         values[i] = ((Model *)c)->mode[v[i] - 401];
     return fmi2OK;
 }
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *values) { return fmi2Error; }
-#define NONE(Name, Value) \
-    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference *v, size_t n, Value *values) { return n ? fmi2Error : fmi2OK; } \
-    fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference *v, size_t n, const Value *values) { return n ? fmi2Error : fmi2OK; }
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *values)
+{
+    return fmi2Error;
+}
+#define NONE(Name, Value)                                                                                              \
+    fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference *v, size_t n, Value *values)                    \
+    {                                                                                                                  \
+        return n ? fmi2Error : fmi2OK;                                                                                 \
+    }                                                                                                                  \
+    fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference *v, size_t n, const Value *values)              \
+    {                                                                                                                  \
+        return n ? fmi2Error : fmi2OK;                                                                                 \
+    }
 NONE(Boolean, fmi2Boolean)
 NONE(String, fmi2String)
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) { return fmi2Error; }
@@ -231,8 +274,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) { return fmi2Error
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) { return fmi2Error; }
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte *b, size_t n) { return fmi2Error; }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte *b, size_t n, fmi2FMUstate *s) { return fmi2Error; }
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference *u, size_t nu, const fmi2ValueReference *k,
-                                        size_t nk, const fmi2Real *seed, fmi2Real *du)
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference *u, size_t nu,
+                                        const fmi2ValueReference *k, size_t nk, const fmi2Real *seed, fmi2Real *du)
 {
 #ifdef JACOBIAN
     jacobian(c, seed, du);
@@ -245,7 +288,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String *k) { return fmi3OK; }
 const char *fmi3GetVersion(void) { return fmi3Version; }
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-                                          fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+                                          fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log)
 {
     Model *m = calloc(1, sizeof *m);
     m->log = log;
@@ -271,24 +315,39 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     *next = m->next_time;
     return fmi3OK;
 }
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 *dx, size_t n) 
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 *dx, size_t n)
 {
     Model *m = c;
     derivatives(m, dx);
     return FAILS ? complain(m) : fmi3OK;
 }
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) { *n = NX; return fmi3OK; }
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { *n = NZ; return fmi3OK; }
-fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n, fmi3Float64 *values, size_t m) { return get_many(c, v, n, values); }
-fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n, const fmi3Float64 *values, size_t m) { return set_many(c, v, n, values); }
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
+{
+    *n = NX;
+    return fmi3OK;
+}
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
+{
+    *n = NZ;
+    return fmi3OK;
+}
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n, fmi3Float64 *values, size_t m)
+{
+    return get_many(c, v, n, values);
+}
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n, const fmi3Float64 *values, size_t m)
+{
+    return set_many(c, v, n, values);
+}
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference *v, size_t n, fmi3Int32 *values, size_t m)
 {
     for (size_t i = 0; i < n; i++)
         values[i] = ((Model *)c)->mode[v[i] - 401];
     return fmi3OK;
 }
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference *u, size_t nu, const fmi3ValueReference *k, size_t nk,
-                                        const fmi3Float64 *seed, size_t ns, fmi3Float64 *du, size_t nd)
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference *u, size_t nu,
+                                        const fmi3ValueReference *k, size_t nk, const fmi3Float64 *seed, size_t ns,
+                                        fmi3Float64 *du, size_t nd)
 {
 #ifdef JACOBIAN
     jacobian(c, seed, du);
@@ -301,8 +360,16 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
 
 #ifdef CO_SIMULATION
 #if FMI == 2
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *o, const fmi2Real *d) { return fmi2Error; }
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *o, fmi2Real *d) { return fmi2Error; }
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *o,
+                                       const fmi2Real *d)
+{
+    return fmi2Error;
+}
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2Integer *o,
+                                        fmi2Real *d)
+{
+    return fmi2Error;
+}
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real length, fmi2Boolean no_set)
 {
     Model *m = c;
@@ -311,7 +378,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real length, fmi2Boolean 
     return m->terminates ? fmi2Discard : fmi2OK;
 }
 fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
-#define ASK(Name, Value) \
+#define ASK(Name, Value)                                                                                               \
     fmi2Status fmi2Get##Name(fmi2Component c, const fmi2StatusKind s, Value *value) { return fmi2Error; }
 ASK(Status, fmi2Status)
 ASK(IntegerStatus, fmi2Integer)
@@ -328,15 +395,16 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
 }
 #else
 PLAIN(EnterStepMode)
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
-                                         fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference *v, size_t n,
-                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-                                         fmi3IntermediateUpdateCallback intermediate)
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
+                                         const fmi3ValueReference *v, size_t n, fmi3InstanceEnvironment environment,
+                                         fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate)
 {
-    return events && early ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log) : NULL;
+    return events && early ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log)
+                           : NULL;
 }
-fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 length, fmi3Boolean no_set, fmi3Boolean *event, fmi3Boolean *terminate,
-                      fmi3Boolean *early, fmi3Float64 *last)
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 length, fmi3Boolean no_set, fmi3Boolean *event,
+                      fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last)
 {
     Model *m = c;
     *event = *early = do_step(m, t + length);

@@ -10,8 +10,7 @@ static void derivatives(Model *m, double *dx) { dx[0] = -1.0; }
 static void indicators(Model *m, double *z) { z[0] = m->x[0]; }
 static int update(Model *m)
 {
-    if (m->x[0] > 0.0)
-        return 0;
+    if (m->x[0] > 0.0) return 0;
     m->x[0] = 1e-14;
     m->mode[0]++;
     return 1;

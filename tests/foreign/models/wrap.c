@@ -10,8 +10,7 @@ static void derivatives(Model *m, double *dx) { dx[0] = 1.0; }
 static void indicators(Model *m, double *z) {}
 static int update(Model *m)
 {
-    if (!m->wants_event)
-        return 0;
+    if (!m->wants_event) return 0;
     m->wants_event = 0;
     m->mode[1]++;
     m->x[0] -= 1.0;

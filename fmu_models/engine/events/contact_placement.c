@@ -1,0 +1,218 @@
+/*
+ * Where contacts are: states from depths, gaps and slip speeds at one instant, and coordinates from states.
+ *
+ *     all:      friction and stops; marks contacts at zero slip, which are candidates (mode_selection.c), and bodies
+ *               that rest at the end of a region
+ *     rigid:    a rigid contact from its gap: open, resting at its wall, running into it, or an error below it
+ *     others:   friction with a force of its own, and stops, after the velocities have jumped
+ */
+#include "contact_placement.h"
+
+#include "../step/contact_forces.h"
+#include "../step/taylor.h"
+#include "gap_tolerance.h"
+
+int placement_at_zero_slip(const Run *r, int c)
+{
+    return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
+}
+
+/* slip speeds and depths at r's instant, in scratch */
+void placement_load(Run *r)
+{
+    taylor_load(r, &r->scratch);
+    model_slip(r->at.p, r->at.d, &r->scratch, 0);
+    if (MODEL_BOUNDED) {
+        model_depth(r->at.p, r->at.d, &r->scratch, 0);
+    }
+}
+
+/* W and G at r's instant, in scratch */
+void placement_load_inertia(Run *r)
+{
+    if (!MODEL_CONSTANT_INERTIA) {
+        model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+    }
+}
+
+/* a contact of friction that is inside slips as its slip speed says */
+signed char placement_slipping(const Run *r, int c)
+{
+    return r->scratch.slip[c][0] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+}
+
+/* the state of a stop that is inside: released where its force would pull */
+static signed char inside_state(Run *r, int c)
+{
+    if (model_contact_releases[c]) {
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        return r->scratch.release[c][0] > 0.0 ? CONTACT_TOUCHING : CONTACT_RELEASED;
+    }
+    return CONTACT_TOUCHING;
+}
+
+/* rate of the depth of a region, which is not the rate that y stands for */
+static double depth_rate(Run *r, int c)
+{
+    Jets *j = &r->scratch;
+    taylor_field(r, j, 0);
+    for (int i = 0; i < MODEL_NQ; i++) {
+        j->x[i][1] = j->x[MODEL_NQ + i][0];
+    }
+    for (int i = 0; i < MODEL_NV; i++) {
+        j->x[MODEL_NQ + i][1] = contact_rate(j, i, 0);
+    }
+    model_depth(r->at.p, r->at.d, j, 1);
+    return j->depth[c][1];
+}
+
+/* whether the gap of a rigid contact is zero, but for rounding and for where an importer lands */
+int placement_at_wall(const Run *r, int c)
+{
+    const double rounding = r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    const double located = r->tolerances.drift > 0.0 && !r->starting ? gap_shift(r, &r->scratch, c) : 0.0;
+    return fabs(r->scratch.depth[c][0]) <= fmax(rounding, located);
+}
+
+/* the friction of a rigid contact that is closed; marks it if it is at zero slip */
+void placement_friction(Run *r, int normal, signed char *candidate)
+{
+    const int c = model_contact_partner[normal];
+    if (c >= 0) {
+        candidate[c] = (signed char)placement_at_zero_slip(r, c);
+        r->at.state[c] = !candidate[c] || r->at.state[c] == CONTACT_AWAY ? placement_slipping(r, c) : r->at.state[c];
+    }
+}
+
+/* a rigid contact leaves its wall, or is not at it */
+void placement_open(Run *r, int c)
+{
+    r->at.state[c] = CONTACT_AWAY;
+    if (model_contact_partner[c] >= 0) {
+        r->at.state[(int)model_contact_partner[c]] = CONTACT_AWAY;
+    }
+}
+
+/* the state of a rigid contact from its gap; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below
+   it */
+int placement_rigid(Run *r, int c, signed char *candidate)
+{
+    const double depth = r->scratch.depth[c][0];
+    const int starts = r->starting;
+    const int held = contact_is_held(r->at.state, c);
+    candidate[c] = 0;
+    if (!placement_at_wall(r, c) && (starts || fabs(depth) > gap_resolution(r, &r->scratch, c))) {
+        if (depth > 0.0) {
+            return run_fail(r, "the wall of the rigid contact '%s' is penetrated by %.6g at t = %.17g: %s",
+                            model_contact_names[c], depth, r->at.time,
+                            starts ? "start with a gap of zero or more" : "an input moved it through the body");
+        }
+        placement_open(r, c);
+        return 0;
+    }
+    if (!held && !placement_at_wall(r, c) && depth < 0.0) {
+        return 0;
+    }
+    r->at.known[c][SLOT_NORMAL] = 1;
+    if (!held && !placement_at_zero_slip(r, c)) {
+        placement_open(r, c);
+        return r->scratch.slip[c][0] < 0.0;
+    }
+    r->at.state[c] = held ? r->at.state[c] : CONTACT_TOUCHING;
+    candidate[c] = 1;
+    placement_friction(r, c, candidate);
+    return 0;
+}
+
+/* contact states where depths decide; marks contacts at zero slip, and regions at whose end the body rests: counted as
+   entered */
+void placement_all(Run *r, signed char *candidate, signed char *resting)
+{
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        int inside = 1;
+        resting[c] = 0;
+        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c]) {
+            continue;
+        }
+        candidate[c] = 0;
+        if (model_contact_bounded[c]) {
+            const double depth = r->scratch.depth[c][0];
+            const int at_bound = fabs(depth)
+                                 <= r->tolerances.slip * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
+            /* at the bound itself the rate of the depth decides; at rest there a stop does not count as entered */
+            double rate = 0.0;
+            if (at_bound) {
+                rate = model_contact_is_stop[c] ? r->scratch.slip[c][0] : depth_rate(r, c);
+                r->at.known[c][SLOT_NORMAL] = 1;
+            }
+            resting[c] = (signed char)(at_bound && rate == 0.0 && !model_contact_is_stop[c]);
+            inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
+            if (at_bound && inside && model_contact_is_stop[c]) {
+                r->at.memory[c] = fabs(rate);
+            }
+        }
+        const int was_inside = r->at.state[c] != CONTACT_AWAY;
+        if (!inside) {
+            r->at.state[c] = CONTACT_AWAY;
+        } else if (model_contact_is_stop[c]) {
+            r->at.state[c] = was_inside && r->at.state[c] == CONTACT_RELEASED ? CONTACT_RELEASED : inside_state(r, c);
+        } else if (placement_at_zero_slip(r, c)) {
+            candidate[c] = 1;
+            r->at.state[c] = was_inside ? r->at.state[c] : CONTACT_SLIP_PLUS;
+        } else {
+            r->at.state[c] = placement_slipping(r, c);
+        }
+    }
+}
+
+/* coordinates of contacts at their wall onto it: what rounding leaves would add up over many impacts */
+void placement_on_walls(Run *r, const signed char *at_walls)
+{
+    Jets *j = &r->scratch;
+    Sticking s;
+    for (int c = 0; c < MODEL_NC; c++) {
+        j->capacity[c][0] = 0.0;
+    }
+    contact_factor(&r->at, j, at_walls, NULL, &s);
+    for (int i = 0; i < s.count; i++) {
+        double push = 0.0;
+        for (int e = 0; e < s.count; e++) {
+            push += s.inverse[i][e] * j->depth[s.contact[e]][0];
+        }
+        for (int v = 0; v < MODEL_NQ; v++) {
+            r->at.x[v] += j->W[v][s.contact[i]][0] * push;
+        }
+    }
+}
+
+/* friction with a force of its own, and stops, after the velocities have jumped */
+void placement_others(Run *r, signed char *candidate)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_partner[c] >= 0 || model_contact_is_impact[c] || r->at.state[c] == CONTACT_AWAY) {
+            continue;
+        }
+        if (model_contact_is_stop[c]) {
+            r->at.state[c] = inside_state(r, c);
+        } else {
+            candidate[c] = (signed char)placement_at_zero_slip(r, c);
+            r->at.state[c] = candidate[c] ? r->at.state[c] : placement_slipping(r, c);
+        }
+    }
+}
+
+int placement_closed_on_walls(Run *r, signed char *closed)
+{
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        closed[c] = (signed char)contact_is_closed(r, c);
+        any |= closed[c];
+    }
+    if (any) {
+        placement_load(r);
+        placement_load_inertia(r);
+        placement_on_walls(r, closed);
+    }
+    return any;
+}

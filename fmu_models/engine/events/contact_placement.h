@@ -1,0 +1,30 @@
+/* Where contacts are at one instant, and coordinates at walls. */
+#ifndef STICKSLIP_CONTACT_PLACEMENT_H
+#define STICKSLIP_CONTACT_PLACEMENT_H
+
+#include "../model/run_state.h"
+
+/* slip speeds and depths at r's instant, and W and G, in scratch; what follows reads them */
+void placement_load(Run *r);
+void placement_load_inertia(Run *r);
+int placement_at_zero_slip(const Run *r, int c);
+/* whether the gap of a rigid contact is zero, but for rounding and for where an importer lands */
+int placement_at_wall(const Run *r, int c);
+/* a contact of friction that is inside slips as its slip speed says */
+signed char placement_slipping(const Run *r, int c);
+/* a rigid contact leaves its wall, or is not at it */
+void placement_open(Run *r, int c);
+/* friction and stops; marks candidates, and regions at whose end the body rests */
+void placement_all(Run *r, signed char *candidate, signed char *resting);
+void placement_others(Run *r, signed char *candidate);
+/* the friction of a rigid contact that is closed; marks it if it is at zero slip */
+void placement_friction(Run *r, int normal, signed char *candidate);
+/* a rigid contact; marks it if it rests at its wall; 1 if it runs into it, RUN_ERROR below it */
+int placement_rigid(Run *r, int c, signed char *candidate);
+/* move the coordinates onto the walls of the contacts marked; after placement_load and placement_load_inertia */
+void placement_on_walls(Run *r, const signed char *at_walls);
+/* closed rigid contacts stay at their walls, whatever rounding adds up to: moves the coordinates and marks the
+   contacts; 1 if any */
+int placement_closed_on_walls(Run *r, signed char *closed);
+
+#endif

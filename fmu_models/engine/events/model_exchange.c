@@ -1,0 +1,247 @@
+/*
+ * Model Exchange: evaluations at single instants, for importers that integrate by themselves.
+ *
+ *     indicator:  a continuous residual that is positive while a contact keeps its state, shifted by a small part of
+ *                 its scale: it is positive right after an event, so that an importer does not see a second one
+ *     event:      closed rigid contacts are brought back to their walls, which the importer's own integration drifts
+ *                 off
+ *                 a rigid contact that has passed its wall met it a little earlier: the motion goes back to there
+ *                 by its series, the impact is resolved, and the engine itself goes on to the present time. So neither
+ *                 the shift nor the place where the importer stopped changes the energy, and bounces shorter than both
+ *                 are not lost
+ *                 everything else is resolved where it is
+ */
+#include "model_exchange.h"
+
+#include "../step/contact_forces.h"
+#include "../step/event_location.h"
+#include "../step/roots.h"
+#include "../step/taylor.h"
+#include "contact_placement.h"
+#include "gap_tolerance.h"
+#include "run.h"
+#include "transition.h"
+
+RunStatus exchange_derivatives(Run *r, double *dx)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int i = 0; i < MODEL_NQ; i++) {
+        dx[i] = j->x[MODEL_NQ + i][0];
+    }
+    for (int i = 0; i < MODEL_NV; i++) {
+        dx[MODEL_NQ + i] = contact_rate(j, i, 0);
+    }
+    for (int i = 0; i < MODEL_NZ; i++) {
+        dx[MODEL_NQ + MODEL_NV + i] = j->zrate[i][0];
+    }
+    return run_check_finite(r, "derivative of state", dx, MODEL_NX);
+}
+
+/* by how much the indicator of a force that holds a contact is shifted */
+static double force_shift(const Run *r, const Jets *j, int c)
+{
+    const double scale = model_rate_magnitude(r->at.p, r->at.d, j, c) / j->G[c][c][0];
+    return r->tolerances.importer * (isfinite(scale) ? scale : 0.0);
+}
+
+/* what an importer watches in a slot of contact c: positive while the contact keeps its state; scratch holds order 0 */
+static double watched(Run *r, int c, Slot slot)
+{
+    const Jets *j = &r->scratch;
+    const int sign = location_indicator(r, c, slot);
+    if (sign == 0) {
+        return 1.0;
+    }
+    if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
+        return r->at.state[c] == CONTACT_CHATTERING ? r->at.settles[c] - r->at.time
+                                                    : j->force[c][0] + force_shift(r, j, c);
+    }
+    if (slot == SLOT_NORMAL) {
+        return sign * j->depth[c][0] + gap_shift(r, j, c) + r->leeway[c];
+    }
+    if (model_contact_is_stop[c]) {
+        return sign * j->release[c][0];
+    }
+    const double shift = r->tolerances.importer;
+    if (r->at.state[c] == CONTACT_STICK) {
+        const double unloaded = model_contact_partner[c] >= 0 ? force_shift(r, j, c) : 0.0;
+        return j->capacity[c][0] * (1.0 + shift) - fabs(j->force[c][0]) + unloaded;
+    }
+    return sign * j->slip[c][0] + shift * model_slip_magnitude(r->at.p, r->at.d, j, c);
+}
+
+/* order 0 of all that indicators read, in scratch */
+static void load_indicators(Run *r)
+{
+    taylor_load(r, &r->scratch);
+    taylor_field(r, &r->scratch, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_releases[c]) {
+            model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        }
+    }
+}
+
+RunStatus exchange_indicators(Run *r, double *z)
+{
+    int i = 0;
+    load_indicators(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_bounded[c]) {
+            z[i++] = watched(r, c, SLOT_NORMAL);
+        }
+        if (!model_contact_is_impact[c] && (!model_contact_is_stop[c] || model_contact_releases[c])) {
+            z[i++] = watched(r, c, SLOT_TANGENTIAL);
+        }
+    }
+    return run_check_finite(r, "event indicator", z, MODEL_NI);
+}
+
+/* the same for a rigid contact: passed by an open one, no longer pushing, over */
+static int rigid_has_fallen(const Run *r, int c, double value)
+{
+    const Jets *j = &r->scratch;
+    switch (r->at.state[c]) {
+    case CONTACT_AWAY: return value <= 0.0 || (j->depth[c][0] >= 0.0 && j->slip[c][0] < 0.0);
+    case CONTACT_CHATTERING: return value <= 4.0 * DBL_EPSILON * fabs(r->at.time);
+    default: return value <= 2.0 * force_shift(r, j, c);
+    }
+}
+
+/* whether the importer has located a fall of the indicator in a slot */
+static int has_fallen(Run *r, int c, Slot slot)
+{
+    const Jets *j = &r->scratch;
+    const double shift = r->tolerances.importer;
+    const double value = watched(r, c, slot);
+    if (slot == SLOT_NORMAL) {
+        return model_contact_is_impact[c] ? rigid_has_fallen(r, c, value) : value <= gap_shift(r, j, c);
+    }
+    if (r->at.state[c] == CONTACT_STICK) {
+        return 0; /* a candidate anyway; whether it holds is for its force to say */
+    }
+    return value <= (model_contact_is_stop[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
+}
+
+/* closed rigid contacts at their walls, without speed */
+static void undo_drift(Run *r)
+{
+    signed char closed[NC];
+    if (placement_closed_on_walls(r, closed)) {
+        placement_load(r);
+        contact_project(&r->at, &r->scratch, closed);
+    }
+}
+
+/* go back to where the first of the rigid contacts that arrive met its wall, and note which do there; by how much
+   time */
+static double go_back(Run *r)
+{
+    enum { ORDER = 8 };
+    Jets *j = &r->scratch;
+    double ago[NC];
+    double longest = 0.0;
+    taylor_series(r, j, ORDER, INFINITY);
+    const double limit = taylor_time_scale(r, j, ORDER);
+    for (int c = 0; c < MODEL_NC; c++) {
+        ago[c] = 0.0;
+        if (!model_contact_is_impact[c] || r->at.state[c] != CONTACT_AWAY || !r->falling[c][SLOT_NORMAL]) {
+            continue;
+        }
+        double past[ORDER + 1];
+        for (int k = 0; k <= ORDER; k++) {
+            past[k] = k % 2 ? -j->depth[c][k] : j->depth[c][k];
+        }
+        ago[c] = past[0] > 0.0 ? fmax(first_fall(past, ORDER, limit), 0.0) : 0.0;
+        longest = fmax(longest, ago[c]);
+    }
+    if (longest == 0.0) {
+        return 0.0;
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        r->at.x[i] = polynomial_value(j->x[i], ORDER, -longest);
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        r->at.u[i] -= r->at.du[i] * longest;
+    }
+    r->at.time -= longest;
+    for (int c = 0; c < MODEL_NC; c++) {
+        r->falling[c][SLOT_NORMAL] = ago[c] == longest;
+        r->falling[c][SLOT_TANGENTIAL] = 0;
+    }
+    return longest;
+}
+
+/*
+ * Rigid contacts that leave their wall so slowly that the importer's own errors may put them below it, by so much. Its
+ * tolerance may not be known: the leeway grows where a contact is seen below its wall while it leaves.
+ */
+static void give_leeway(Run *r, const signed char *leaves)
+{
+    enum { ORDER = 3, ERRORS = 4, GROWTH = 8 };
+    Jets *j = &r->scratch;
+    taylor_series(r, j, ORDER, INFINITY);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const double before = r->leeway[c];
+        r->leeway[c] = 0.0;
+        if (!model_contact_is_impact[c] || r->at.state[c] != CONTACT_AWAY) {
+            continue;
+        }
+        const double least = ERRORS * gap_resolution(r, j, c);
+        const double speed = j->slip[c][0];
+        if (leaves[c]) {
+            r->leeway[c] = fmax(least, GROWTH * before);
+        } else if (-j->depth[c][0] <= fmax(least, before) && speed * speed <= least * fabs(j->depth[c][2])) {
+            r->leeway[c] = fmax(least, before);
+        }
+    }
+}
+
+/* inputs are the importer's: what the engine makes of them on its way back and forth must not stay */
+static RunStatus resolve_earlier(Run *r, double now, int *moved)
+{
+    double u[MODEL_ROOM(MODEL_NU)];
+    memcpy(u, r->at.u, sizeof u);
+    if (go_back(r) == 0.0) {
+        return transition_make(r, moved);
+    }
+    *moved = 1;
+    r->stalled = 0;
+    if (transition_make(r, moved) == RUN_ERROR || run_advance(r, now, 0, NULL, NULL) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    memcpy(r->at.u, u, sizeof u);
+    r->at.time = now;
+    r->at.time_rest = 0.0;
+    run_touched(r);
+    return RUN_OK;
+}
+
+RunStatus exchange_event(Run *r, int *changed)
+{
+    signed char leaves[NC] = {0};
+    int arrives = 0;
+    run_touched(r);
+    *changed = 0;
+    if (MODEL_IMPACTS > 0) {
+        undo_drift(r);
+    }
+    load_indicators(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int slot = 0; slot < SLOTS; slot++) {
+            r->falling[c][slot] = (signed char)has_fallen(r, c, (Slot)slot);
+        }
+        if (model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY && r->falling[c][SLOT_NORMAL]) {
+            arrives = 1;
+            leaves[c] = r->scratch.slip[c][0] >= 0.0;
+        }
+    }
+    const RunStatus status = arrives ? resolve_earlier(r, r->at.time, changed) : transition_make(r, changed);
+    if (MODEL_IMPACTS > 0 && status != RUN_ERROR) {
+        *changed = 1;
+        give_leeway(r, leaves);
+    }
+    return status;
+}

@@ -1,0 +1,295 @@
+/*
+ * A run: advance from event to event on Taylor segments. What importers need that integrate by themselves is in
+ * model_exchange.c.
+ *
+ *     advance(t):  until the present segment covers t: go to its end; resolve the event that waits there; next segment
+ *                  then evaluate the segment at t and keep it, so that many short calls cost no more than one long one
+ *     An event at t itself is resolved: segments are half-open, (start, end].
+ *
+ * The way of an event runs down: a step (taylor.c) ends where an indicator falls (event_location.c); the transition
+ * there (transition.c) asks where contacts are (contact_placement.c) and which are held from then on
+ * (mode_selection.c).
+ */
+#include "run.h"
+
+#include "../step/contact_forces.h"
+#include "../step/roots.h"
+#include "../step/section.h"
+#include "../step/taylor.h"
+#include "contact_placement.h"
+#include "gap_tolerance.h"
+#include "transition.h"
+
+/* a segment may reach this many times beyond the time asked for, so that short calls share it; a goal that lies farther
+   ahead counts instead, so that the times at which a caller looks do not change the motion */
+static const double LOOK_AHEAD = 1024.0;
+
+RunStatus run_initialize(Run *r)
+{
+    run_parameters_changed(r);
+    r->stalled = 0;
+    const char *violation = model_violation(r->at.p);
+    if (violation) {
+        return run_fail(r, "%s", violation);
+    }
+    if (run_check_finite(r, "start value of state", r->at.x, MODEL_NX)
+        || run_check_finite(r, "input", r->at.u, MODEL_NU)
+        || run_check_finite(r, "rate of input", r->at.du, MODEL_NU)) {
+        return RUN_ERROR;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        r->at.state[c] = CONTACT_AWAY;
+    }
+    r->accumulation_start = r->last_event = r->pace_start = r->at.time;
+    r->pace_first_step = r->steps;
+    r->pace_first_event = r->events;
+    r->accumulated_events = 0;
+    r->longest_pause = 0.0;
+    memset(r->at.settles, 0, sizeof r->at.settles);
+    memset(r->leeway, 0, sizeof r->leeway);
+    gap_measure_nominal(r);
+    r->starting = 1;
+    const RunStatus status = run_reconsider(r, NULL);
+    r->starting = 0;
+    if (status == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_remembers[c] && r->at.state[c] != CONTACT_AWAY && !(r->at.memory[c] > 0.0)) {
+            return run_fail(
+                r,
+                "the motion starts inside the stop '%s', whose force depends on the speed at which it was entered: "
+                "give that speed as %s_memory, or start outside",
+                model_contact_names[c], model_contact_names[c]);
+        }
+    }
+    return RUN_OK;
+}
+
+RunStatus run_reconsider(Run *r, int *changed)
+{
+    int moved = 0;
+    run_touched(r);
+    const RunStatus status = transition_reconsider(r, &moved);
+    if (changed) {
+        *changed = moved;
+    }
+    return status;
+}
+
+/* states and inputs inside the present segment; its end uses the located length, free of the rounding of time */
+static void evaluate_segment(Run *r, double time, double since_start)
+{
+    const double s = r->segment_rooted ? sqrt(since_start) : since_start;
+    for (int i = 0; i < MODEL_NX; i++) {
+        r->at.x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        r->at.u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
+    }
+    r->at.time = time;
+}
+
+/* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
+void run_keep_without_slip(Run *r)
+{
+    Jets *j = &r->scratch;
+    signed char held[NC];
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)contact_is_held(r->at.state, c);
+        any |= held[c];
+    }
+    if (!any) {
+        return;
+    }
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        held[c] = (signed char)(held[c] && j->G[c][c][0] != 0.0);
+        if (r->at.state[c] != CONTACT_STICK) {
+            j->capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+        }
+    }
+    contact_project(&r->at, j, held);
+}
+
+/* a + b, and what rounding took from it */
+static double exact_sum(double a, double b, double *rest)
+{
+    const double sum = a + b;
+    const double bb = sum - a;
+    *rest = (a - (sum - bb)) + (b - bb);
+    return sum;
+}
+
+/* the time at the end of the segment, and what rounding takes from it, never more than half its last digit */
+double run_segment_end(const Run *r, double *rest)
+{
+    double of_length;
+    const double length = exact_sum(r->segment_length, r->jets.time_rest, &of_length);
+    const double end = exact_sum(r->segment_start, length, rest);
+    *rest += of_length;
+    return end;
+}
+
+/* go to the end of the segment */
+void run_finish_segment(Run *r)
+{
+    double rest;
+    evaluate_segment(r, run_segment_end(r, &rest), r->segment_length);
+    r->at.time_rest = rest;
+    r->segment_valid = 0;
+    if (MODEL_IMPACTS > 0) {
+        signed char closed[NC];
+        placement_closed_on_walls(r, closed);
+    }
+}
+
+/* go to a time inside the segment */
+void run_move_inside(Run *r, double time, double since_start)
+{
+    evaluate_segment(r, time, since_start);
+    r->at.time_rest = 0.0;
+    if (MODEL_IMPACTS > 0) {
+        signed char closed[NC];
+        placement_closed_on_walls(r, closed);
+    }
+}
+
+/* how far a step may reach on the way to a time */
+double run_step_limit(const Run *r, double end)
+{
+    return fmin(LOOK_AHEAD * (fmax(end, r->goal) - r->at.time), r->horizon - r->at.time);
+}
+
+/* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
+static int reach_crossing(Run *r, double until)
+{
+    const double s = section_next(r, r->segment_rooted ? sqrt(until) : until);
+    if (s < 0.0) {
+        return 0;
+    }
+    const double since = r->segment_rooted ? s * s : s;
+    run_move_inside(r, r->segment_start + since, since);
+    return 1;
+}
+
+/* whether the run will come to its end in hours; asked once per step, answered once per so many steps */
+RunStatus run_check_pace(Run *r)
+{
+    const long steps = r->steps - r->pace_first_step;
+    const double passed = r->at.time - r->pace_start;
+    const double left = r->goal - r->at.time;
+    if (steps < r->tolerances.pace_steps) {
+        return RUN_OK;
+    }
+    const long events = r->events - r->pace_first_event;
+    r->pace_start = r->at.time;
+    r->pace_first_step = r->steps;
+    r->pace_first_event = r->events;
+    if (left <= r->tolerances.most_paces_left * passed) {
+        return RUN_OK;
+    }
+    if (2 * events > steps) {
+        return run_fail(
+            r,
+            "contacts switch %.1e times per second at t = %.10g, so that the %g s still to come would take %.0e "
+            "events: ask for a shorter time, or start elsewhere",
+            (double)events / passed, r->at.time, left, (double)events / passed * left);
+    }
+    return run_fail(
+        r,
+        "the motion is so fast or so stiff at t = %.10g that the %g s still to come would take %.0e steps of %.0e s: "
+        "ask for a shorter time, or soften what is stiff",
+        r->at.time, left, (double)steps / passed * left, passed / (double)steps);
+}
+
+RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
+{
+    if (!(t >= r->at.time)) {
+        return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
+    }
+    double rest;
+    while (r->at.time < t || (r->segment_valid && r->segment_event && run_segment_end(r, &rest) <= t)) {
+        if (!r->segment_valid) {
+            if (r->pause_at && r->steps >= r->pause_at) {
+                return RUN_PAUSED;
+            }
+            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t)) == RUN_ERROR) {
+                return RUN_ERROR;
+            }
+            r->section.searched = 0.0;
+        }
+        const double end = run_segment_end(r, &rest);
+        const double since = (t - r->segment_start) - r->jets.time_rest;
+        if (r->section.watched && reach_crossing(r, end > t ? since : r->segment_length)) {
+            return RUN_CROSSING;
+        }
+        if (end > t) {
+            run_move_inside(r, t, since);
+            break;
+        }
+        if (end > r->at.time) {
+            r->stalled = 0;
+        }
+        run_finish_segment(r);
+        if (!r->segment_event) {
+            memset(r->at.known, 0, sizeof r->at.known);
+            run_keep_without_slip(r);
+            continue;
+        }
+        r->segment_event = 0;
+        const long events = r->events;
+        if (transition_resolve(r, sink, context) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
+        if (stop_at_event && r->events > events) {
+            return RUN_EVENT;
+        }
+    }
+    return run_check_finite(r, "state", r->at.x, MODEL_NX);
+}
+
+RunStatus run_outputs(Run *r, double *y)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    model_outputs(r->at.p, r->at.d, j, 0);
+    for (int i = 0; i < MODEL_NY; i++) {
+        y[i] = j->y[i][0];
+    }
+    return RUN_OK;
+}
+
+RunStatus run_directional(Run *r, const double *xdot, const double *udot, double *dxdot, double *ydot)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    taylor_field(r, j, 0);
+    model_outputs(r->at.p, r->at.d, j, 0);
+    /* order 1 along the imposed direction instead of along time; the rates of the inputs do not change along it */
+    j->t[1] = 0.0;
+    for (int i = 0; i < MODEL_NU; i++) {
+        j->u[i][1] = udot ? udot[i] : 0.0;
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        j->x[i][1] = xdot ? xdot[i] : 0.0;
+    }
+    taylor_field(r, j, 1);
+    model_outputs(r->at.p, r->at.d, j, 1);
+    for (int i = 0; dxdot && i < MODEL_NQ; i++) {
+        dxdot[i] = j->x[MODEL_NQ + i][1];
+    }
+    for (int i = 0; dxdot && i < MODEL_NV; i++) {
+        dxdot[MODEL_NQ + i] = contact_rate(j, i, 1);
+    }
+    for (int i = 0; dxdot && i < MODEL_NZ; i++) {
+        dxdot[MODEL_NQ + MODEL_NV + i] = j->zrate[i][1];
+    }
+    for (int i = 0; ydot && i < MODEL_NY; i++) {
+        ydot[i] = j->y[i][1];
+    }
+    return RUN_OK;
+}

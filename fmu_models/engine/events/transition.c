@@ -1,0 +1,363 @@
+/*
+ * What happens at an event.
+ *
+ *     transit:    an indicator has fallen to zero. By its slot and the state of its contact:
+ *                     friction  normal      inside -> away; away -> inside, slipping as the slip speed says
+ *                               tangential  candidate for another state
+ *                     stop      normal      away -> touching, the speed of entry kept; touching or released -> away
+ *                               tangential  touching -> released (away if no longer inside); released -> touching
+ *                     impact    normal      open -> impact; closed -> candidate; chattering -> closed
+ *                 a switch with a jump of the states makes it first
+ *     impact:     all rigid contacts at their wall take part (impact.c); afterwards those that leave it are open, those
+ *                 that do not are candidates, and whatever else feels the new velocities is placed anew
+ *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
+ *                 and all that stick or are closed (another contact's change can tear them loose)
+ *     choose:     mode_selection.c
+ *     settle:     a bounce in the tail of a chatter is the last: its contact is held from here on (impact.c)
+ *
+ * Changes at one instant are bounded; beyond the bound the run stops and names the contact.
+ */
+#include "transition.h"
+
+#include "../step/contact_forces.h"
+#include "../step/taylor.h"
+#include "contact_placement.h"
+#include "impact.h"
+#include "mode_selection.h"
+
+/* nothing has happened at this instant yet */
+static void forget_event(Run *r)
+{
+    memset(r->entered, 0, sizeof r->entered);
+    memset(r->jumped, 0, sizeof r->jumped);
+    memset(r->projected, 0, sizeof r->projected);
+    memset(r->struck, 0, sizeof r->struck);
+    r->impact_phases = 0;
+    r->impact_work = 0.0;
+}
+
+/* whether Newton's rule lets a contact that arrived with this speed leave again */
+static int bounces(const Run *r, int c, double speed)
+{
+    return r->struck[c] && model_restitution(r->at.p, r->at.d, c) * speed > 0.0;
+}
+
+/* an impact of the contacts that arrive at their walls, with all that are there */
+static RunStatus strike(Run *r, const signed char *arrives, signed char *candidate, int *moved)
+{
+    signed char takes_part[NC] = {0};
+    double speed[NC];
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int rigid = model_contact_is_impact[c];
+        takes_part[c] =
+            (signed char)(rigid && (arrives[c] || contact_is_held(r->at.state, c) || placement_at_wall(r, c)));
+        r->struck[c] = (signed char)(takes_part[c] && !contact_is_held(r->at.state, c) && r->scratch.slip[c][0] < 0.0);
+        speed[c] = -r->scratch.slip[c][0];
+    }
+    placement_load_inertia(r);
+    if (impact_resolve(r, takes_part) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    *moved = 1;
+    placement_on_walls(r, takes_part);
+    const ImpactPhase *last = &r->impact[r->impact_phases - 1];
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (!takes_part[c]) {
+            continue;
+        }
+        const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c])))
+                          || placement_at_zero_slip(r, c);
+        r->at.known[c][SLOT_NORMAL] = 1;
+        r->at.memory[c] = r->struck[c] ? fmax(r->at.memory[c], speed[c]) : r->at.memory[c];
+        candidate[c] = (signed char)rests;
+        if (!rests) {
+            placement_open(r, c);
+            continue;
+        }
+        r->at.state[c] = contact_is_held(r->at.state, c) ? r->at.state[c] : CONTACT_TOUCHING;
+        placement_friction(r, c, candidate);
+        const int friction = model_contact_partner[c];
+        if (friction >= 0 && last->friction[friction] == CONTACT_STICK) {
+            candidate[friction] = 1;
+        }
+    }
+    placement_others(r, candidate);
+    return RUN_OK;
+}
+
+/* contacts that bounced slowly enough are held from now on, until infinitely many bounces would be over */
+static RunStatus settle(Run *r, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char candidate[NC] = {0};
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        double wait;
+        int other;
+        if (!r->struck[c] || r->at.state[c] != CONTACT_AWAY || !impact_settles(r, c, &wait, &other)) {
+            continue;
+        }
+        for (int e = c; e >= 0; e = e == c ? other : -1) {
+            r->at.settles[e] = r->at.time + wait;
+            r->at.state[e] = r->at.settles[e] > r->at.time ? CONTACT_CHATTERING : CONTACT_TOUCHING;
+            candidate[e] = 1;
+            any = 1;
+        }
+    }
+    if (!any) {
+        return RUN_OK;
+    }
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (candidate[c]) {
+            placement_friction(r, c, candidate);
+        } else if (contact_is_held(r->at.state, c)) {
+            candidate[c] = 1;
+        }
+    }
+    return selection_make(r, candidate, at_limit, moved);
+}
+
+/* the signs with which the depths of regions leave zero where the body rests at their end; 0 for all others */
+static void leaving_signs(Run *r, const signed char *resting, signed char *sign)
+{
+    enum { ORDER = 8 };
+    Jets *j = &r->scratch;
+    taylor_series(r, j, ORDER, INFINITY);
+    const double length = taylor_time_scale(r, j, ORDER);
+    for (int c = 0; c < MODEL_NC; c++) {
+        sign[c] = 0;
+        if (resting[c]) {
+            const double floor = r->tolerances.margin * model_depth_magnitude(r->at.p, r->at.d, j, c);
+            int k = 2;
+            while (k < ORDER && !(fabs(j->depth[c][k]) * pow(length, k) > floor)) {
+                k++;
+            }
+            sign[c] = (signed char)(k == ORDER ? 0 : j->depth[c][k] > 0.0 ? 1 : -1);
+            r->at.known[c][SLOT_NORMAL] = (signed char)(k == ORDER ? MODEL_TERMS : k);
+        }
+    }
+}
+
+/*
+ * What a body at rest touches decides where it goes. Regions that it would go out of are left at once, if it still goes
+ * there without them; otherwise it is held at their end from both sides, and touches all.
+ */
+static RunStatus leave_regions(Run *r, signed char *candidate, const signed char *resting, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char sign[NC];
+    signed char without[NC];
+    const Point touching = r->at;
+    int leaves = 0;
+    leaving_signs(r, resting, sign);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (sign[c] < 0) {
+            leaves = 1;
+            candidate[c] = 0;
+            r->at.state[c] = CONTACT_AWAY;
+        }
+    }
+    if (!leaves) {
+        return RUN_OK;
+    }
+    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    leaving_signs(r, resting, without);
+    if (memcmp(sign, without, sizeof sign) != 0) {
+        r->at = touching;
+    }
+    return RUN_OK;
+}
+
+RunStatus transition_reconsider(Run *r, int *moved)
+{
+    const signed char at_limit[NC] = {0};
+    signed char candidate[NC] = {0};
+    signed char resting[NC];
+    signed char arrives[NC] = {0};
+    int any = 0;
+    placement_all(r, candidate, resting);
+    forget_event(r);
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        if (model_contact_is_impact[c]) {
+            const int arrival = placement_rigid(r, c, candidate);
+            if (arrival == RUN_ERROR) {
+                return RUN_ERROR;
+            }
+            arrives[c] = (signed char)(arrival != 0);
+            any |= arrival;
+        }
+    }
+    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    return any ? settle(r, moved) : RUN_OK;
+}
+
+/* states jump where the contact's switching function reaches zero from the side it was on */
+static int jump(Run *r, int c, int *moved)
+{
+    const int side = r->at.state[c] == CONTACT_SLIP_PLUS ? 1 : r->at.state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
+    if (!(model_contact_resets[c] & side)) {
+        return 0;
+    }
+    model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
+    placement_load(r);
+    r->jumped[c] = 1;
+    *moved = 1;
+    return 1;
+}
+
+/* the new state of contact c after the fall of its normal indicator; 1 if it is now inside with friction */
+static int cross_bound(Run *r, int c)
+{
+    signed char *state = &r->at.state[c];
+    r->at.known[c][SLOT_NORMAL] = 1;
+    if (*state != CONTACT_AWAY) {
+        *state = CONTACT_AWAY;
+        return 0;
+    }
+    if (!model_contact_is_stop[c]) {
+        *state = placement_slipping(r, c);
+        return 1;
+    }
+    *state = CONTACT_TOUCHING;
+    r->at.memory[c] = fabs(r->scratch.slip[c][0]);
+    r->entered[c] = 1;
+    if (model_contact_releases[c]) {
+        /* at the bound exactly: a stop without damping has no force yet */
+        r->scratch.depth[c][0] = 0.0;
+        r->scratch.memory[c] = r->at.memory[c];
+        model_release(r->at.p, r->at.d, &r->scratch, 0, c);
+        r->at.known[c][SLOT_TANGENTIAL] = r->scratch.release[c][0] == 0.0;
+    }
+    return 0;
+}
+
+/* the state of a rigid contact whose indicator may have fallen; 1 if it arrives at its wall */
+static int cross_wall(Run *r, int c, signed char *candidate, signed char *at_limit)
+{
+    const int falls = r->falling[c][SLOT_NORMAL];
+    const int state = r->at.state[c];
+    if (state == CONTACT_AWAY) {
+        return falls;
+    }
+    candidate[c] = 1;
+    at_limit[c] = (signed char)(falls && state == CONTACT_TOUCHING);
+    if (falls && state == CONTACT_CHATTERING) {
+        r->at.state[c] = CONTACT_TOUCHING;
+        r->at.memory[c] = 0.0;
+    }
+    return 0;
+}
+
+RunStatus transition_make(Run *r, int *moved)
+{
+    signed char candidate[NC];
+    signed char at_limit[NC];
+    signed char arrives[NC] = {0};
+    int any = 0;
+    placement_load(r);
+    memset(r->at.known, 0, sizeof r->at.known);
+    forget_event(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int sticks = r->at.state[c] == CONTACT_STICK;
+        const int falls = r->falling[c][SLOT_TANGENTIAL];
+        at_limit[c] = sticks && falls;
+        candidate[c] = 0;
+        if (model_contact_is_impact[c]) {
+            arrives[c] = (signed char)cross_wall(r, c, candidate, at_limit);
+            any |= arrives[c];
+        } else if (r->falling[c][SLOT_NORMAL]) {
+            candidate[c] = (signed char)(cross_bound(r, c) && placement_at_zero_slip(r, c));
+        } else if (r->at.state[c] == CONTACT_AWAY) {
+            continue;
+        } else if (model_contact_is_stop[c]) {
+            if (falls) {
+                const int inside = r->scratch.depth[c][0] > 0.0;
+                r->at.known[c][SLOT_TANGENTIAL] = 1;
+                r->at.state[c] = r->at.state[c] == CONTACT_RELEASED ? CONTACT_TOUCHING
+                                 : inside                           ? CONTACT_RELEASED
+                                                                    : CONTACT_AWAY;
+            }
+        } else {
+            const double reached = fabs(r->scratch.slip[c][0]); /* a fallen function is zero but for its rounding */
+            const int jumped = falls && jump(r, c, moved);
+            const int still_zero = falls && fabs(r->scratch.slip[c][0]) <= reached;
+            candidate[c] = sticks || placement_at_zero_slip(r, c) || still_zero;
+            if (jumped && !candidate[c]) {
+                r->at.state[c] = placement_slipping(r, c);
+            }
+        }
+    }
+    if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    return any ? settle(r, moved) : RUN_OK;
+}
+
+/* whether events accumulate at a time; asked once per event */
+static int accumulate(Run *r)
+{
+    r->longest_pause = fmax(r->longest_pause, r->at.time - r->last_event);
+    r->last_event = r->at.time;
+    if (r->at.time - r->accumulation_start > r->tolerances.accumulation_span * r->longest_pause) {
+        r->accumulation_start = r->at.time;
+        r->accumulated_events = 0;
+    }
+    return ++r->accumulated_events > 10 * r->tolerances.max_iterations;
+}
+
+RunStatus transition_resolve(Run *r, EventSink sink, void *context)
+{
+    signed char before[NC];
+    int moved = 0;
+    int last = 0;
+    memcpy(before, r->at.state, sizeof before);
+    if (transition_make(r, &moved) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    double work = r->impact_work;
+    for (int c = 0; c < MODEL_NC; c++) {
+        last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
+        if (r->entered[c] && model_contact_remembers[c] && !(r->at.memory[c] > 0.0)) {
+            return run_fail(
+                r,
+                "the stop '%s' is entered without speed at t = %.17g, but its force depends on the speed at which it "
+                "was entered: start with a speed towards it, or away from it",
+                model_contact_names[c], r->at.time);
+        }
+        if (r->at.state[c] != before[c] || r->struck[c]) {
+            r->events++;
+            if (sink) {
+                const ContactEvent event = {r->at.time, c, before[c], r->at.state[c], r->struck[c] ? work : 0.0};
+                sink(context, &event);
+            }
+            work = r->struck[c] ? 0.0 : work; /* of simultaneous impacts it is told once */
+        }
+    }
+    if (accumulate(r)) {
+        return run_fail(
+            r, "contact '%s' switches ever faster at t = %.17g: %d events since t = %.17g, without an end in sight",
+            model_contact_names[last], r->at.time, r->accumulated_events, r->accumulation_start);
+    }
+    if (++r->stalled > r->tolerances.max_iterations) {
+        return run_fail(
+            r,
+            "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
+            "not determined by the model, or rounding hides how it goes on",
+            model_contact_names[last], r->at.time, r->stalled);
+    }
+    return RUN_OK;
+}

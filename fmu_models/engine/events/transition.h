@@ -1,0 +1,14 @@
+/* What happens at an event. */
+#ifndef STICKSLIP_TRANSITION_H
+#define STICKSLIP_TRANSITION_H
+
+#include "../model/run_state.h"
+
+/* choose the contact states from scratch; moved: x changed */
+RunStatus transition_reconsider(Run *r, int *moved);
+/* resolve the fall of the indicators marked in r->falling */
+RunStatus transition_make(Run *r, int *moved);
+/* resolve the event that waits at r's instant */
+RunStatus transition_resolve(Run *r, EventSink sink, void *context);
+
+#endif

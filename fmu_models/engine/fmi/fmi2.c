@@ -1,0 +1,324 @@
+/* The FMI 2.0 interface of an instance: Model Exchange and Co-Simulation (fmi-standard.org, FMI 2.0.5). */
+#ifndef FMI2_OVERRIDE_FUNCTION_PREFIX
+#define FMI2_OVERRIDE_FUNCTION_PREFIX
+#endif
+#include "fmi2Functions.h"
+
+#include "fmu_state.h"
+#include "variables.h"
+
+/* statuses, value references and integers are passed through as they are */
+_Static_assert((int)fmi2OK == STATUS_OK && (int)fmi2Error == STATUS_ERROR, "numbers of fmi2Status");
+_Static_assert(sizeof(fmi2ValueReference) == sizeof(uint32_t) && sizeof(fmi2Integer) == sizeof(int32_t),
+               "sizes of FMI 2 types");
+
+static void say(Instance *m, Status status, const char *category, const char *message)
+{
+    fmi2CallbackLogger logger = (fmi2CallbackLogger)m->logger;
+    /* the message is the format: importers that do not expand one show it whole; our messages hold no '%' */
+    logger(m->environment, m->name, (fmi2Status)status, category, message);
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging_on, size_t n, const fmi2String categories[])
+{
+    Instance *m = c;
+    if (instance_enter(m, PHASES_ALL, __func__) || instance_categories(m, n, categories, __func__)) return fmi2Error;
+    m->logging = logging_on;
+    return fmi2OK;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging_on)
+{
+    (void)resources;
+    (void)visible;
+    void (*logger)(void) = functions ? (void (*)(void))functions->logger : NULL;
+    void *environment = functions ? functions->componentEnvironment : NULL;
+    return instance_new(name, guid, type == fmi2CoSimulation, say, logger, environment, logging_on, 0);
+}
+
+void fmi2FreeInstance(fmi2Component c) { instance_free(c); }
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
+                               fmi2Boolean stop_defined, fmi2Real stop_time)
+{
+    if (instance_enter(c, PHASE_INSTANTIATED, __func__)) return fmi2Error;
+    return (fmi2Status)instance_set_up(c, __func__, tolerance_defined, tolerance, start_time, stop_defined, stop_time);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    Instance *m = c;
+    if (instance_enter(m, PHASE_INSTANTIATED, __func__)) return fmi2Error;
+    m->core.phase = PHASE_INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    if (instance_enter(c, PHASE_INITIALIZATION, __func__)) return fmi2Error;
+    return (fmi2Status)instance_exit_initialization(c, __func__);
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    Instance *m = c;
+    if (instance_enter(m, PHASES_RUNNING, __func__)) return fmi2Error;
+    m->core.phase = PHASE_TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    if (instance_enter(c, PHASES_ALL, __func__)) return fmi2Error;
+    return (fmi2Status)instance_reset(c);
+}
+
+/* variables */
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
+{
+    return (fmi2Status)variables_get(c, __func__, vr, n, value);
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[])
+{
+    return (fmi2Status)variables_get_contacts(c, __func__, vr, n, value);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)variables_none(c, __func__, n, "of type Boolean");
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)variables_none(c, __func__, n, "of type String");
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
+{
+    return (fmi2Status)variables_set(c, __func__, vr, n, value);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)variables_none(c, __func__, n, "of type Integer that can be set");
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)variables_none(c, __func__, n, "of type Boolean");
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[])
+{
+    (void)vr;
+    (void)value;
+    return (fmi2Status)variables_none(c, __func__, n, "of type String");
+}
+
+/* FMU states and directional derivatives */
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    return (fmi2Status)fmu_state_get(c, __func__, state);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    return (fmi2Status)fmu_state_set(c, __func__, state);
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    return (fmi2Status)fmu_state_free(c, __func__, state);
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    return (fmi2Status)fmu_state_serialized_size(c, __func__, state, size);
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    return (fmi2Status)fmu_state_serialize(c, __func__, state, (unsigned char *)bytes, size);
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    return (fmi2Status)fmu_state_deserialize(c, __func__, (const unsigned char *)bytes, size, state);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
+                                        const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],
+                                        fmi2Real sensitivity[])
+{
+    return (fmi2Status)variables_directional(c, __func__, unknown, n_unknown, known, n_known, seed, sensitivity);
+}
+
+/* Model Exchange */
+
+fmi2Status fmi2EnterEventMode(fmi2Component c) { return (fmi2Status)instance_enter_event(c, __func__); }
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    int changed;
+    if (instance_enter(c, PHASE_EVENT, __func__) || instance_array(c, info, 1, __func__, "event info"))
+        return fmi2Error;
+    if (instance_update(c, __func__, &changed)) return fmi2Error;
+    /* the engine iterates to a fixed point itself: one call is enough */
+    *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, changed, fmi2False, 0.0};
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+{
+    Instance *m = c;
+    int changed;
+    if (instance_enter(m, PHASE_EVENT, __func__) || instance_update(m, __func__, &changed)) return fmi2Error;
+    m->core.phase = PHASE_CONTINUOUS;
+    return fmi2OK;
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state, fmi2Boolean *enter_event_mode,
+                                       fmi2Boolean *terminate)
+{
+    (void)no_set_state;
+    if (instance_enter(c, PHASE_CONTINUOUS, __func__)) return fmi2Error;
+    if (instance_array(c, enter_event_mode, 1, __func__, "enterEventMode")) return fmi2Error;
+    if (instance_array(c, terminate, 1, __func__, "terminateSimulation")) return fmi2Error;
+    *enter_event_mode = *terminate = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) { return (fmi2Status)instance_set_time(c, __func__, time); }
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
+{
+    return (fmi2Status)instance_set_states(c, __func__, x, n);
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dx[], size_t n)
+{
+    return (fmi2Status)instance_derivatives(c, __func__, dx, n);
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
+{
+    return (fmi2Status)instance_indicators(c, __func__, z, n);
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
+{
+    return (fmi2Status)instance_states(c, __func__, x, n);
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
+{
+    return (fmi2Status)instance_nominals(c, __func__, x, n);
+}
+
+/* Co-Simulation */
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    int phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP;
+    if (instance_enter(c, phases, __func__) || instance_array(c, vr, n, __func__, "value references")) return fmi2Error;
+    if (instance_array(c, order, n, __func__, "orders") || instance_array(c, value, n, __func__, "values"))
+        return fmi2Error;
+    for (size_t i = 0; i < n; i++) {
+        if (!variables_is_input(vr[i]))
+            return (fmi2Status)instance_refuse(c, "%s: value reference %u is not an input", __func__, vr[i]);
+        if (order[i] != 1)
+            return (fmi2Status)instance_refuse(c, "%s: order %d; only the first derivative is used", __func__,
+                                               order[i]);
+    }
+    for (size_t i = 0; i < n; i++) {
+        uint32_t rate = variables_rate_of(vr[i]);
+        /* the derivative of a rate is left out: rates are constant over a step */
+        if (rate && variables_set(c, __func__, &rate, 1, &value[i])) return fmi2Error;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                        const fmi2Integer order[], fmi2Real value[])
+{
+    (void)vr;
+    (void)order;
+    (void)value;
+    return (fmi2Status)variables_none(c, __func__, n, "with output derivatives (maxOutputDerivativeOrder = 0)");
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
+{
+    int event;
+    (void)no_set_state;
+    if (instance_enter(c, PHASE_STEP, __func__)) return fmi2Error;
+    return (fmi2Status)instance_step(c, __func__, time, step, 0, &event);
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    return c ? (fmi2Status)instance_refuse(c, "%s: steps are never asynchronous", __func__) : fmi2Error;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    Instance *m = c;
+    if (instance_enter(m, PHASE_STEP | PHASE_TERMINATED | PHASE_FAILED, __func__)) return fmi2Error;
+    if (instance_array(m, value, 1, __func__, "value")) return fmi2Error;
+    if (kind != fmi2LastSuccessfulTime)
+        return (fmi2Status)instance_refuse(m, "%s: no status of kind %d", __func__, (int)kind);
+    *value = m->core.run.at.time;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    Instance *m = c;
+    if (instance_enter(m, PHASE_STEP | PHASE_TERMINATED | PHASE_FAILED, __func__)) return fmi2Error;
+    if (instance_array(m, value, 1, __func__, "value")) return fmi2Error;
+    if (kind != fmi2Terminated) return (fmi2Status)instance_refuse(m, "%s: no status of kind %d", __func__, (int)kind);
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+/* statuses that only asynchronous steps have */
+static fmi2Status no_status(Instance *m, const char *function, int kind)
+{
+    return m ? (fmi2Status)instance_refuse(m, "%s: no status of kind %d: steps are never asynchronous", function, kind)
+             : fmi2Error;
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)value;
+    return no_status(c, __func__, (int)kind);
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)value;
+    return no_status(c, __func__, (int)kind);
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)value;
+    return no_status(c, __func__, (int)kind);
+}

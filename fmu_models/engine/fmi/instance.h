@@ -1,0 +1,118 @@
+/*
+ * What FMI 2, FMI 3 and whole runs share: an instance and its life.
+ *
+ * Life (FMI 2 names in brackets where they differ):
+ *     INSTANTIATED -> INITIALIZATION -> Model Exchange: EVENT <-> CONTINUOUS
+ *                                       Co-Simulation:  STEP (<-> EVENT, FMI 3 with event mode)
+ *     any of the last three -> TERMINATED; an error of the engine -> FAILED, which only reset, free and an FMU state
+ *     leave.
+ * A call that is not allowed, or whose arguments make no sense, is refused with a logged reason and without any effect.
+ */
+#ifndef STICKSLIP_INSTANCE_H
+#define STICKSLIP_INSTANCE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../model/run_state.h"
+
+typedef enum {
+    PHASE_INSTANTIATED = 1,
+    PHASE_INITIALIZATION = 2,
+    PHASE_EVENT = 4,
+    PHASE_CONTINUOUS = 8,
+    PHASE_STEP = 16,
+    PHASE_TERMINATED = 32,
+    PHASE_FAILED = 64
+} Phase;
+
+enum {
+    PHASES_RUNNING = PHASE_EVENT | PHASE_CONTINUOUS | PHASE_STEP,
+    PHASES_READABLE = PHASE_INITIALIZATION | PHASES_RUNNING | PHASE_TERMINATED | PHASE_FAILED,
+    PHASES_ALL = PHASE_INSTANTIATED | PHASES_READABLE
+};
+
+/* the numbers FMI 2 and FMI 3 give them both */
+typedef enum { STATUS_OK = 0, STATUS_WARNING = 1, STATUS_DISCARD = 2, STATUS_ERROR = 3 } Status;
+
+/* all that an FMU state holds */
+typedef struct {
+    Run run;
+    int co_simulation;
+    int phase;         /* Phase */
+    int settled;       /* the contact states fit the values written */
+    int event_pending; /* Model Exchange: the importer located an event that is not resolved yet */
+    int event_moved;   /* states moved by an event that was resolved before values were set */
+    int stop_defined;
+    double start_time, stop_time;
+} Core;
+
+typedef struct FmuState {
+    Core core;
+    struct FmuState *next;
+} FmuState;
+
+typedef struct Instance Instance;
+typedef void (*Say)(Instance *instance, Status status, const char *category, const char *message);
+
+struct Instance {
+    Core core;
+    int event_mode_used, early_return_allowed; /* FMI 3 Co-Simulation */
+    int logging;                               /* log debug messages */
+    int quiet;                                 /* without logging be silent about errors as well (FMI 3) */
+    Say say;
+    void (*logger)(void); /* the importer's callback, cast back by say */
+    void *environment;
+    FmuState *fmu_states; /* states handed out and not yet freed */
+    char name[128];
+};
+
+/* a step of an importer may miss the present time by this fraction of its length: importers add up floating-point
+   steps */
+#define INSTANCE_TIME_SLACK 1e-6
+
+/* NULL if there is no room for it, or with a token of another model; token errors are said through the instance's
+   logger */
+Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
+                       void *environment, int logging, int quiet);
+void instance_free(Instance *m);
+
+/* log an error with printf-like arguments and return STATUS_ERROR */
+Status instance_refuse(Instance *m, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 2, 3)))
+#endif
+    ;
+/* STATUS_OK if m lives and its phase is one of the phases, else an error that says what is allowed */
+Status instance_enter(Instance *m, int phases, const char *function);
+/* STATUS_OK unless an array of n entries is missing */
+Status instance_array(Instance *m, const void *array, size_t n, const char *function, const char *what);
+/* STATUS_OK if n_values values come with n references */
+Status instance_same(Instance *m, const char *function, size_t n, size_t n_values);
+/* STATUS_OK if every one of the categories is one of ours */
+Status instance_categories(Instance *m, size_t n, const char *const categories[], const char *function);
+
+Status instance_set_up(Instance *m, const char *function, int tolerance_defined, double tolerance, double start_time,
+                       int stop_defined, double stop_time);
+Status instance_exit_initialization(Instance *m, const char *function);
+Status instance_reset(Instance *m);
+/* make the contact states fit values written since they were chosen; changed (may be NULL): states were moved */
+Status instance_settle(Instance *m, const char *function, int *changed);
+/* one Co-Simulation step; *event is set when it ended early at a change of contact state */
+Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event);
+/* resolve the event that the importer has located (Model Exchange), if there is one */
+Status instance_resolve(Instance *m, const char *function);
+/* leave an event located by the importer (Model Exchange) or announced to it (Co-Simulation) */
+Status instance_update(Instance *m, const char *function, int *changed);
+
+Status instance_enter_event(Instance *m, const char *function);
+
+/* Model Exchange: time, states and what follows from them */
+Status instance_set_time(Instance *m, const char *function, double time);
+Status instance_set_states(Instance *m, const char *function, const double *x, size_t n);
+Status instance_states(Instance *m, const char *function, double *x, size_t n);
+Status instance_nominals(Instance *m, const char *function, double *x, size_t n);
+Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n);
+Status instance_indicators(Instance *m, const char *function, double *z, size_t n);
+
+#endif

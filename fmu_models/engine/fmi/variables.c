@@ -1,0 +1,272 @@
+/* The variables of an instance: what a value reference means, reading, writing and directional derivatives. */
+#include <math.h>
+#include <string.h>
+
+#include "variables.h"
+
+#include "../events/model_exchange.h"
+#include "../events/run.h"
+
+static const char *const kind_names[] = {"the time",
+                                         "a parameter",
+                                         "an input",
+                                         "the rate of an input",
+                                         "a state",
+                                         "the memory of a stop",
+                                         "a derivative",
+                                         "an output",
+                                         "the state of a contact",
+                                         "an indicator",
+                                         "nothing"};
+
+/* the contact of memory number i, or how many memories there are if i is beyond them */
+static int memory_contact(int i)
+{
+    int found = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        if (model_contact_remembers[c] && found++ == i) return c;
+    return found;
+}
+
+Kind variables_locate(uint32_t vr, int *index)
+{
+    const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, memory_contact(MODEL_NC),
+                          MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
+    long rest = (long)vr;
+    for (int kind = TIME; kind < UNKNOWN; kind++) {
+        if (rest < counts[kind]) {
+            *index = (int)rest;
+            return (Kind)kind;
+        }
+        rest -= counts[kind];
+    }
+    *index = 0;
+    return UNKNOWN;
+}
+
+uint32_t variables_rate_of(uint32_t vr)
+{
+    int i;
+    return variables_locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
+}
+
+int variables_is_input(uint32_t vr)
+{
+    int i;
+    Kind kind = variables_locate(vr, &i);
+    return kind == INPUT || kind == RATE;
+}
+
+/* RUN_OK once e holds what a variable of this kind is read from */
+static RunStatus evaluate(Run *r, Kind kind, Evaluation *e)
+{
+    if (kind == DERIVATIVE && !e->has_derivatives) {
+        e->has_derivatives = 1;
+        return exchange_derivatives(r, e->derivatives);
+    }
+    if (kind == OUTPUT && !e->has_outputs) {
+        e->has_outputs = 1;
+        return run_outputs(r, e->outputs);
+    }
+    if (kind == INDICATOR && !e->has_indicators) {
+        e->has_indicators = 1;
+        return exchange_indicators(r, e->indicators);
+    }
+    return RUN_OK;
+}
+
+static double read_value(const Run *r, Kind kind, int i, const Evaluation *e)
+{
+    switch (kind) {
+    case TIME: return r->at.time;
+    case PARAMETER: return r->at.p[i];
+    case INPUT: return r->at.u[i];
+    case RATE: return r->at.du[i];
+    case STATE: return r->at.x[i];
+    case MEMORY: return r->at.memory[memory_contact(i)];
+    case DERIVATIVE: return e->derivatives[i];
+    case OUTPUT: return e->outputs[i];
+    case CONTACT: return r->at.state[i];
+    case INDICATOR: return e->indicators[i];
+    case UNKNOWN: break;
+    }
+    return NAN;
+}
+
+int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value)
+{
+    int i;
+    Kind kind = variables_locate(vr, &i);
+    if (kind == UNKNOWN || evaluate(&m->core.run, kind, e) == RUN_ERROR) return 0;
+    *value = read_value(&m->core.run, kind, i, e);
+    return 1;
+}
+
+/* values that follow from others exist once the contact states have been chosen */
+static Status check_readable(Instance *m, const char *function, Kind kind)
+{
+    if (kind < DERIVATIVE) return STATUS_OK;
+    if (m->core.phase == PHASE_INSTANTIATED)
+        return instance_refuse(m, "%s: %s is known only after initialization has begun", function, kind_names[kind]);
+    return m->core.phase == PHASE_INITIALIZATION ? instance_settle(m, function, NULL) : STATUS_OK;
+}
+
+Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value)
+{
+    Evaluation e = {0};
+    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
+    if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++) {
+        int i;
+        Kind kind = variables_locate(vr[k], &i);
+        if (kind == UNKNOWN || kind == CONTACT)
+            return instance_refuse(m, "%s: value reference %u is %s, not a real variable", function, (unsigned)vr[k],
+                                   kind_names[kind]);
+        if (check_readable(m, function, kind)) return STATUS_ERROR;
+        if (evaluate(&m->core.run, kind, &e) == RUN_ERROR)
+            return instance_refuse(m, "%s: %s", function, m->core.run.message);
+        value[k] = read_value(&m->core.run, kind, i, &e);
+    }
+    return STATUS_OK;
+}
+
+Status variables_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value)
+{
+    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
+    if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++) {
+        int i;
+        Kind kind = variables_locate(vr[k], &i);
+        if (kind != CONTACT)
+            return instance_refuse(m, "%s: value reference %u is %s, not the state of a contact", function,
+                                   (unsigned)vr[k], kind_names[kind]);
+        if (check_readable(m, function, kind)) return STATUS_ERROR;
+        value[k] = m->core.run.at.state[i];
+    }
+    return STATUS_OK;
+}
+
+static Status check_writable(Instance *m, const char *function, uint32_t vr, double value)
+{
+    int i, phases = 0;
+    Kind kind = variables_locate(vr, &i);
+    switch (kind) {
+    case PARAMETER: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_EVENT | PHASE_STEP; break;
+    case INPUT:
+    case RATE: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASES_RUNNING; break;
+    case STATE:
+    case MEMORY: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION; break;
+    default:
+        return instance_refuse(m, "%s: value reference %u is %s and cannot be set", function, (unsigned)vr,
+                               kind_names[kind]);
+    }
+    if (instance_enter(m, phases, function)) return STATUS_ERROR;
+    if (!isfinite(value))
+        return instance_refuse(m, "%s: the value of reference %u is not finite", function, (unsigned)vr);
+    return STATUS_OK;
+}
+
+Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
+{
+    int parameters = 0, others = 0;
+    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_array(m, vr, n, function, "value references")) return STATUS_ERROR;
+    if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++)
+        if (check_writable(m, function, vr[k], value[k])) return STATUS_ERROR;
+    /* the event belongs to the values before: a jump of an input at the same instant comes after it */
+    if (n && instance_resolve(m, function)) return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++) {
+        int i;
+        Run *r = &m->core.run;
+        Kind kind = variables_locate(vr[k], &i);
+        double *target = kind == PARAMETER ? &r->at.p[i]
+                         : kind == INPUT   ? &r->at.u[i]
+                         : kind == RATE    ? &r->at.du[i]
+                         : kind == MEMORY  ? &r->at.memory[memory_contact(i)]
+                                           : &r->at.x[i];
+        if (*target == value[k]) continue;
+        *target = value[k];
+        if (kind == PARAMETER)
+            parameters = 1;
+        else
+            others = 1;
+    }
+    if (parameters) run_parameters_changed(&m->core.run);
+    if (others) run_touched(&m->core.run);
+    /* an input that moves in continuous time is watched by the indicators: no new choice of contact states here */
+    if ((parameters || others) && m->core.phase != PHASE_CONTINUOUS) m->core.settled = 0;
+    return STATUS_OK;
+}
+
+Status variables_none(Instance *m, const char *function, size_t n, const char *type)
+{
+    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    return n ? instance_refuse(m, "%s: the model has no variables %s", function, type) : STATUS_OK;
+}
+
+/* the derivatives are affine in the rates of the inputs, so their slope is an exact difference */
+static RunStatus add_rate_slope(Run *r, const double *rates, double *dxdot, double *ydot)
+{
+    double saved[MODEL_ROOM(MODEL_NU)], scale = 0.0;
+    double dx[2][MODEL_ROOM(MODEL_NX)], y[2][MODEL_ROOM(MODEL_NY)];
+    RunStatus status = RUN_OK;
+    for (int i = 0; i < MODEL_NU; i++)
+        scale = fmax(scale, fabs(rates[i]));
+    if (scale == 0.0) return RUN_OK;
+    memcpy(saved, r->at.du, sizeof saved);
+    for (int side = 0; side < 2 && status == RUN_OK; side++) {
+        for (int i = 0; i < MODEL_NU; i++)
+            r->at.du[i] = side * rates[i] / scale;
+        status = exchange_derivatives(r, dx[side]);
+        if (status == RUN_OK) status = run_outputs(r, y[side]);
+    }
+    memcpy(r->at.du, saved, sizeof saved);
+    if (status != RUN_OK) return status;
+    for (int i = 0; i < MODEL_NX; i++)
+        dxdot[i] += scale * (dx[1][i] - dx[0][i]);
+    for (int i = 0; i < MODEL_NY; i++)
+        ydot[i] += scale * (y[1][i] - y[0][i]);
+    return RUN_OK;
+}
+
+Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                             const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
+{
+    double xdot[MODEL_ROOM(MODEL_NX)] = {0}, udot[MODEL_ROOM(MODEL_NU)] = {0}, rates[MODEL_ROOM(MODEL_NU)] = {0};
+    double dxdot[MODEL_ROOM(MODEL_NX)] = {0}, ydot[MODEL_ROOM(MODEL_NY)] = {0};
+    int i;
+    if (instance_enter(m, PHASES_READABLE & ~PHASE_FAILED, function)) return STATUS_ERROR;
+    if (instance_array(m, unknown, n_unknown, function, "unknowns")) return STATUS_ERROR;
+    if (instance_array(m, known, n_known, function, "knowns")) return STATUS_ERROR;
+    if (instance_array(m, seed, n_known, function, "seed")) return STATUS_ERROR;
+    if (instance_array(m, sensitivity, n_unknown, function, "sensitivity")) return STATUS_ERROR;
+    for (size_t k = 0; k < n_known; k++) {
+        Kind kind = variables_locate(known[k], &i);
+        if (!isfinite(seed[k])) return instance_refuse(m, "%s: seed %zu is not finite", function, k);
+        if (kind == STATE)
+            xdot[i] += seed[k];
+        else if (kind == INPUT)
+            udot[i] += seed[k];
+        else if (kind == RATE)
+            rates[i] += seed[k];
+        else
+            return instance_refuse(m, "%s: known %u is %s; only states, inputs and their rates are supported", function,
+                                   (unsigned)known[k], kind_names[kind]);
+    }
+    for (size_t k = 0; k < n_unknown; k++) {
+        Kind kind = variables_locate(unknown[k], &i);
+        if (kind != DERIVATIVE && kind != OUTPUT)
+            return instance_refuse(m, "%s: unknown %u is %s; only derivatives and outputs are supported", function,
+                                   (unsigned)unknown[k], kind_names[kind]);
+    }
+    if (m->core.phase == PHASE_INITIALIZATION && instance_settle(m, function, NULL)) return STATUS_ERROR;
+    if (run_directional(&m->core.run, xdot, udot, dxdot, ydot) == RUN_ERROR
+        || add_rate_slope(&m->core.run, rates, dxdot, ydot) == RUN_ERROR)
+        return instance_refuse(m, "%s: %s", function, m->core.run.message);
+    for (size_t k = 0; k < n_unknown; k++)
+        sensitivity[k] = variables_locate(unknown[k], &i) == OUTPUT ? ydot[i] : dxdot[i];
+    return STATUS_OK;
+}

@@ -1,0 +1,36 @@
+/* The variables of an instance. */
+#ifndef STICKSLIP_VARIABLES_H
+#define STICKSLIP_VARIABLES_H
+
+#include "instance.h"
+
+/* what a value reference means; they are consecutive, in this order (fmu_models/codegen/model_description.py) */
+typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
+
+/* a result of the engine for the present values, computed when first asked for */
+typedef struct {
+    int has_derivatives, has_outputs, has_indicators;
+    double derivatives[MODEL_ROOM(MODEL_NX)];
+    double outputs[MODEL_ROOM(MODEL_NY)];
+    double indicators[MODEL_ROOM(MODEL_NI)];
+} Evaluation;
+
+Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value);
+Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value);
+Status variables_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value);
+/* reference of the rate of an input, 0 for the reference of anything else */
+uint32_t variables_rate_of(uint32_t vr);
+/* what a value reference means, and the index among its kind */
+Kind variables_locate(uint32_t vr, int *index);
+/* whether it is the reference of an input or of the rate of one */
+int variables_is_input(uint32_t vr);
+/* refuse any reference: the model has no variables of that type (or none that can be set) */
+Status variables_none(Instance *m, const char *function, size_t n, const char *type);
+/* the value of one variable of any type; 0 if there is none. Needs a settled instance that is past its
+   initialization */
+int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value);
+
+Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                             const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
+
+#endif

@@ -1,0 +1,126 @@
+/*
+ * The contract between the engine and the C generated for one model.
+ *
+ * A model is a flow with contacts, written in factored form:
+ *
+ *     q'  = v
+ *     v'  = a(t,u,x) + W(x) lambda          without and with contact forces; v may be any states, q may be none
+ *     z'  = zrate(t,u,x,sign)               internal states of laws (bristles)
+ *     y   = slip(t,u,x)                     slip speed, speed of approach or switching function of each contact
+ *     y'  = slip_rate(t,u,x) + G(x) lambda  its rate without and with contact forces
+ *
+ * A contact of friction slips (lambda = force law, odd in the sign of the slip), sticks (lambda is whatever keeps
+ * y' = 0, as long as |lambda| < capacity) or is away (lambda = 0). A stop touches (lambda = force law), has released
+ * while still inside (lambda = 0) or is away (lambda = 0); its y is the rate of its depth. A contact with bounds is
+ * away where its depth(t,u,x) is negative.
+ *
+ * Everything is generated as Taylor recurrences: a function called with order k computes the
+ * k-th Taylor coefficient of its results from the coefficients 0..k of what it reads. Order 0 is
+ * plain evaluation; order 1 along an imposed straight line is a directional derivative. The series run in the time
+ * since the start of the step, or in its square root (step/taylor.c): t, u and du say how they depend on it.
+ */
+#ifndef STICKSLIP_MODEL_H
+#define STICKSLIP_MODEL_H
+
+#include "../model_sizes.h" /* generated: MODEL_NQ ... below, and MODEL_NAME, MODEL_TOKEN */
+
+/*
+ * MODEL_NQ   coordinates                  MODEL_NV   velocities, or all states of a system without a body
+ * MODEL_NZ   internal states of laws      MODEL_NI   event indicators
+ * MODEL_NC   contacts                     MODEL_NP   parameters
+ * MODEL_NU   inputs                       MODEL_NY   outputs
+ * MODEL_ND   constants derived from the parameters
+ * MODEL_NW   intermediate results that need Taylor coefficients
+ * MODEL_CONSTANT_INERTIA  1 if W and G depend on the parameters alone
+ * MODEL_BOUNDED  1 if any contact has a depth
+ * MODEL_IMPACTS  rigid contacts
+ * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
+ */
+#define MODEL_NX (MODEL_NQ + MODEL_NV + MODEL_NZ) /* states: q, then v, then z */
+
+enum { MODEL_MAX_ORDER = 30 }; /* highest Taylor order of the states */
+#define MODEL_TERMS (MODEL_MAX_ORDER + 1)
+#define MODEL_ROOM(n) ((n) > 0 ? (n) : 1) /* C has no arrays of length zero */
+enum { NC = MODEL_ROOM(MODEL_NC) };
+
+/* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
+static inline int time_power(int rooted) { return rooted ? 2 : 1; }
+
+/* states of a contact; the numbers are what the FMU shows as "<contact>_state" */
+typedef enum {
+    CONTACT_SLIP_MINUS = -1,
+    CONTACT_STICK = 0,
+    CONTACT_SLIP_PLUS = 1,
+    CONTACT_AWAY = 2,     /* a rigid contact: open */
+    CONTACT_TOUCHING = 3, /* a rigid contact: closed */
+    CONTACT_RELEASED = 4,
+    CONTACT_CHATTERING = 5 /* a rigid contact: held like a closed one, while infinitely many small bounces die out */
+} ContactState;
+
+/* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or
+   release */
+typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
+
+/* one phase of an impact */
+typedef struct {
+    signed char held[MODEL_ROOM(
+        MODEL_NC)]; /* the rate after it is prescribed: rigid contacts with an impulse, friction that sticks */
+    signed char
+        friction[MODEL_ROOM(MODEL_NC)]; /* how the friction of rigid contacts with an impulse slips; else away */
+} ImpactPhase;
+
+#include "scalar_real.h"
+#include "model_kind.h"
+
+/* start values and facts, indexed as above */
+extern const double model_start_parameters[MODEL_ROOM(MODEL_NP)];
+extern const double model_start_inputs[MODEL_ROOM(MODEL_NU)];
+extern const double model_start_states[MODEL_ROOM(MODEL_NX)];
+extern const double model_nominal_states[MODEL_ROOM(MODEL_NX)]; /* typical magnitudes (in all.c) */
+extern const char *const model_contact_names[MODEL_ROOM(MODEL_NC)];
+extern const unsigned char model_contact_sticks[MODEL_ROOM(MODEL_NC)]; /* 0: the law is continuous at zero slip */
+extern const unsigned char model_contact_is_stop[MODEL_ROOM(MODEL_NC)];
+extern const unsigned char model_contact_bounded[MODEL_ROOM(MODEL_NC)]; /* has a depth: stops, friction with a region */
+extern const unsigned char
+    model_contact_releases[MODEL_ROOM(MODEL_NC)]; /* a stop that lets go when its force falls to zero */
+extern const unsigned char model_contact_remembers[MODEL_ROOM(MODEL_NC)]; /* its law reads memory */
+extern const unsigned char
+    model_contact_rooted[MODEL_ROOM(MODEL_NC)]; /* its law has half-integer powers of its depth */
+extern const unsigned char
+    model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
+extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
+extern const signed char model_contact_partner[MODEL_ROOM(
+    MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
+extern const unsigned char
+    model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
+
+/* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
+static inline int contact_is_held(const signed char *state, int c)
+{
+    if (MODEL_IMPACTS > 0 && model_contact_is_impact[c]) {
+        return state[c] != CONTACT_AWAY;
+    }
+    return state[c] == CONTACT_STICK;
+}
+
+/* whether it has a force by a law of its own: it slips or touches, and is neither a rigid contact nor the friction of
+   one */
+static inline int contact_has_law(const signed char *state, int c)
+{
+    if (MODEL_IMPACTS > 0 && (model_contact_is_impact[c] || model_contact_partner[c] >= 0)) {
+        return 0;
+    }
+    return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;
+}
+
+/* NULL, or a sentence that says which requirement of the model the parameters violate */
+const char *model_violation(const double *p);
+
+/* sum of the magnitudes of the terms whose cancellation makes the slip speed of contact c zero (order 0) */
+double model_slip_magnitude(const double *p, const double *d, const Jets *j, int c);
+/* the same for its depth */
+double model_depth_magnitude(const double *p, const double *d, const Jets *j, int c);
+/* the same for slip_rate, of a rigid contact and of its friction; 0 for others */
+double model_rate_magnitude(const double *p, const double *d, const Jets *j, int c);
+
+#endif

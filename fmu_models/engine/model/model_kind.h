@@ -1,0 +1,88 @@
+/*
+ * The part of the contract that depends on the kind of number. The arithmetic of model and engine exists twice: for
+ * real numbers, and for numbers a + i eps b whose imaginary part carries the derivative b of the real part a along some
+ * direction (exact to rounding, since eps^2 vanishes beside 1): the tangent kind, in which tangents/tangent.c moves
+ * derivatives through steps and events. scalar_real.h or scalar_tangent.h says which kind this inclusion is of.
+ */
+
+/* one Taylor series: coefficient k belongs to (time since the start of the step)^k, or to that power of its root */
+typedef Real Series[MODEL_TERMS + 1];
+
+/* all series of one step; the engine fills t, u, x and sign, the model the rest */
+typedef struct {
+    Series t;
+    double time_rest; /* what rounding took from t[0]; only a phase needs it */
+    int apart;        /* no contact touches: orders of slip beyond the rate are left out */
+    Series u[MODEL_ROOM(MODEL_NU)];
+    Series du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs */
+    Series x[MODEL_ROOM(MODEL_NX)];
+    double sign[MODEL_ROOM(MODEL_NC)]; /* of the slip speed of each slipping contact, +1 or -1; else 0 */
+    Real memory[MODEL_ROOM(MODEL_NC)]; /* speed at which the contact was last entered */
+    Series a[MODEL_ROOM(MODEL_NV)];    /* rates of v without contact forces */
+    Series zrate[MODEL_ROOM(MODEL_NZ)];
+    Series slip[MODEL_ROOM(MODEL_NC)];
+    Series slip_rate[MODEL_ROOM(MODEL_NC)]; /* without contact forces */
+    Series capacity[MODEL_ROOM(MODEL_NC)];  /* largest force in stick */
+    Series depth[MODEL_ROOM(MODEL_NC)];     /* of a contact with bounds; positive inside */
+    Series release[MODEL_ROOM(MODEL_NC)];   /* of a stop that releases by force: has the sign of its force */
+    Series force[MODEL_ROOM(MODEL_NC)];     /* lambda */
+    Series y[MODEL_ROOM(MODEL_NY)];
+    Series W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
+    Series G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
+    Series w[MODEL_ROOM(MODEL_NW)];
+} Jets;
+
+/* the held contacts of a step and the matrix that gives their forces (step/contact_forces.c, equation 1) */
+typedef struct {
+    int count;
+    int contact[MODEL_ROOM(MODEL_NC)];
+    Real drag[MODEL_ROOM(MODEL_NC)]; /* force of the slipping friction of each, per force of its own */
+    Real inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
+} Sticking;
+
+/* where the flow is: what series start from */
+typedef struct {
+    Real time;
+    double time_rest; /* low part of the time, which rounding of sums took from it */
+    Real p[MODEL_ROOM(MODEL_NP)];
+    Real d[MODEL_ROOM(MODEL_ND)];
+    Real u[MODEL_ROOM(MODEL_NU)];
+    Real du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs, constant over a step */
+    Real x[MODEL_ROOM(MODEL_NX)];
+    signed char state[MODEL_ROOM(MODEL_NC)];        /* ContactState */
+    Real memory[MODEL_ROOM(MODEL_NC)];              /* speed at which a stop was last entered, 0: never; the largest
+                                                           speed of impact of a rigid contact since it was last closed
+                                                           */
+    double settles[MODEL_ROOM(MODEL_NC)];           /* when the chatter of a rigid contact is over */
+    signed char known[MODEL_ROOM(MODEL_NC)][SLOTS]; /* leading coefficients of the indicators known to be zero */
+    Sticking sticking;
+} Point;
+
+/* constants derived from the parameters: d has MODEL_ND entries */
+void model_prepare(const Real *p, Real *d);
+
+/* series slip */
+void model_slip(const Real *p, const Real *d, Jets *j, int k);
+/* series depth, of contacts that have one; called after slip */
+void model_depth(const Real *p, const Real *d, Jets *j, int k);
+/* series a (reads nothing of the contacts but the sign of those that do not stick) */
+void model_acceleration(const Real *p, const Real *d, Jets *j, int k);
+/* series W and G; with MODEL_CONSTANT_INERTIA only k = 0 is ever asked for */
+void model_inertia(const Real *p, const Real *d, Jets *j, int k);
+/* force of contact c while it slips with sign[c], or touches; called after slip, depth and acceleration */
+void model_law(const Real *p, const Real *d, Jets *j, int k, int c);
+/* series release of contact c; called after slip and depth */
+void model_release(const Real *p, const Real *d, Jets *j, int k, int c);
+/* slip_rate and capacity of contact c; called after acceleration */
+void model_stick(const Real *p, const Real *d, Jets *j, int k, int c);
+/* series zrate; called after the forces */
+void model_internal(const Real *p, const Real *d, Jets *j, int k);
+/* outputs; called last; may read everything above except slip_rate and capacity */
+void model_outputs(const Real *p, const Real *d, Jets *j, int k);
+
+/* states after the jump of contact c, from order 0 of the series */
+void model_reset(const Real *p, const Real *d, const Jets *j, int c, Real *x);
+
+/* restitution of rigid contact c, and coefficient of the friction c of a rigid contact */
+Real model_restitution(const Real *p, const Real *d, int c);
+Real model_friction(const Real *p, const Real *d, int c);

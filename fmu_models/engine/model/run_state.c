@@ -1,0 +1,73 @@
+/* The state of a run: start values, and what an error says. */
+#include "run_state.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+const Tolerances run_default_tolerances = {
+    .step = 1e-14,
+    .slip = 1e-13,
+    .margin = 1e-10,
+    .importer = 1e-10,
+    .drift = 0.0,
+    .chatter = 1e-8,
+    .accumulation_span = 1e-9,
+    .graze = 1e-7,
+    .max_iterations = 1000,
+    .pace_steps = 1000000,
+    .most_paces_left = 1000.0,
+};
+
+RunStatus run_fail(Run *r, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(r->message, sizeof r->message, format, arguments);
+    va_end(arguments);
+    return RUN_ERROR;
+}
+
+void run_name_contacts(const int *contact, int count, char *names, size_t size)
+{
+    names[0] = 0;
+    for (int i = 0; i < count; i++) {
+        const size_t used = strlen(names);
+        snprintf(names + used, size - used, "%s'%s'", i ? ", " : "", model_contact_names[contact[i]]);
+    }
+}
+
+void run_touched(Run *r)
+{
+    r->segment_valid = 0;
+    memset(r->at.known, 0, sizeof r->at.known);
+}
+
+void run_parameters_changed(Run *r)
+{
+    run_touched(r);
+    model_prepare(r->at.p, r->at.d);
+    model_inertia(r->at.p, r->at.d, &r->jets, 0);
+    model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+}
+
+void run_reset(Run *r)
+{
+    memset(r, 0, sizeof *r);
+    r->tolerances = run_default_tolerances;
+    r->horizon = INFINITY;
+    r->goal = -INFINITY;
+    memcpy(r->at.p, model_start_parameters, sizeof r->at.p);
+    memcpy(r->at.u, model_start_inputs, sizeof r->at.u);
+    memcpy(r->at.x, model_start_states, sizeof r->at.x);
+    run_parameters_changed(r);
+}
+
+RunStatus run_check_finite(Run *r, const char *what, const double *values, int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (!isfinite(values[i])) {
+            return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->at.time);
+        }
+    }
+    return RUN_OK;
+}

@@ -1,0 +1,130 @@
+/*
+ * One run of a model: its whole state as plain data (no pointers, so that a copy of the struct is a copy of the run).
+ */
+#ifndef STICKSLIP_RUN_STATE_H
+#define STICKSLIP_RUN_STATE_H
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "model.h"
+
+/* every tolerance of the engine, with its reason; all are relative and without unit */
+typedef struct {
+    double step;     /* local error of a Taylor step, relative to the size of each state over the step */
+    double slip;     /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
+    double margin;   /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
+    double importer; /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
+                           positive right after an event and an importer that lands on zero does not see a second one */
+    double
+        drift; /* Model Exchange only: by so much an importer's own integration may miss the wall of a closed contact,
+                  relative
+                           to the gap that nominal values of the coordinates make */
+    double chatter; /* a bounce off a rigid contact slower than this fraction of its fastest impact since it was last
+                    closed is the
+                           tail of a chatter, which is completed in closed form: heights are its square, below rounding
+                           */
+    double
+        accumulation_span; /* ten times as many events as max_iterations allows within this fraction of the longest time
+                              without any
+                           accumulate: none of them will be the last */
+    double
+        graze; /* derivatives only: an indicator that falls more slowly than this fraction of its terms per step has a
+                  double
+                           root to rounding, and nothing is left of the digits of a derivative */
+    int max_iterations; /* changes of contact states accepted at one instant before the run is declared chattering */
+    long pace_steps;    /* steps over which the pace of a run is taken: some seconds of work */
+    double most_paces_left; /* a run that would need this many times so many steps more is refused: hours of work */
+} Tolerances;
+
+typedef enum { RUN_OK = 0, RUN_EVENT = 1, RUN_ERROR = 2, RUN_CROSSING = 3, RUN_PAUSED = 4 } RunStatus;
+
+/* a change of contact state, or an impact, after which a rigid contact may be open as before */
+typedef struct {
+    double time;
+    int contact;
+    int before, after; /* ContactState */
+    double work; /* of the impulses on the bodies in contact, J; negative where energy is lost, 0 without an impulse */
+} ContactEvent;
+
+/* a level of a state, at whose crossings a run pauses */
+typedef struct {
+    int watched;
+    int state; /* index */
+    double level;
+    int direction;   /* 1 upward, -1 downward, 0 both */
+    int side;        /* of the level on which the state was last seen; 0 not yet known */
+    double searched; /* variable of the series up to which the step in use has been searched */
+} Section;
+
+typedef struct {
+    Tolerances tolerances;
+    Point at;       /* where the run is */
+    double horizon; /* no step reaches beyond: the next knot of an input, or infinity */
+    /* the Taylor step in use: valid on [start, start + length] */
+    int segment_valid, segment_order;
+    int segment_event;                                /* an event waits at its end */
+    signed char falling[MODEL_ROOM(MODEL_NC)][SLOTS]; /* the indicators it belongs to */
+    /* what the last event did to a contact: entered with a speed to remember, jumped, brought to zero slip */
+    signed char entered[MODEL_ROOM(MODEL_NC)], jumped[MODEL_ROOM(MODEL_NC)], projected[MODEL_ROOM(MODEL_NC)];
+    /* the impact that it made: phases, none if there was no impact; contacts that arrived at their wall; work of the
+       impulses */
+    int impact_phases;
+    ImpactPhase impact[2];
+    signed char struck[MODEL_ROOM(MODEL_NC)];
+    double impact_work;
+    double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: of rigid contacts, from nominal coordinates */
+    double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */
+    int segment_rooted;                  /* its series run in the square root of time */
+    double segment_start, segment_length;
+    Section section;
+    Jets jets;                       /* of the step */
+    Jets scratch;                    /* of evaluations at one instant */
+    long steps, events, evaluations; /* evaluations: orders of the series computed, plus single evaluations */
+    int stalled;                     /* events since time last moved */
+    int starting;                    /* the start values are being looked at: they must not be off, by however little */
+    int accumulated_events;          /* since accumulation_start */
+    double accumulation_start, last_event, longest_pause; /* times; the longest time without event */
+    double goal;   /* the time that the caller wants to reach, perhaps by many calls; -infinity if it is not sure to */
+    long pause_at; /* steps at which run_advance returns for a while; 0 never */
+    double pace_start; /* where the present pace is taken from, at how many steps and events */
+    long pace_first_step, pace_first_event;
+    char message[256]; /* reason of the last RUN_ERROR */
+} Run;
+
+/* told of every change of contact state */
+typedef void (*EventSink)(void *context, const ContactEvent *event);
+
+extern const Tolerances run_default_tolerances;
+
+/* everything back to start values */
+void run_reset(Run *r);
+/* after any write to p, u, du, x or time: forget the step in use (p: derive the constants anew) */
+void run_parameters_changed(Run *r);
+void run_touched(Run *r);
+
+/* RUN_ERROR with a message */
+RunStatus run_fail(Run *r, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 2, 3)))
+#endif
+    ;
+/* the same if a value is not finite */
+RunStatus run_check_finite(Run *r, const char *what, const double *values, int n);
+/* names of contacts in quotes, as a list, cut where it does not fit */
+void run_name_contacts(const int *contact, int count, char *names, size_t size);
+
+/* a rigid contact whose force decides, and whose gap is zero */
+static inline int contact_is_closed(const Run *r, int c)
+{
+    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+}
+
+/* an open rigid contact: until it closes, its gap does nothing */
+static inline int contact_is_open(const Run *r, int c)
+{
+    return MODEL_IMPACTS > 0 && model_contact_is_impact[c] && r->at.state[c] == CONTACT_AWAY;
+}
+
+#endif

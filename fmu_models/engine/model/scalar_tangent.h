@@ -1,0 +1,14 @@
+/* What follows is for numbers with a tangent. */
+#include <complex.h>
+#include <tgmath.h>
+
+/* an infinite number is the end of a run, whatever a product makes of it: no checks for it in every one */
+#pragma STDC CX_LIMITED_RANGE ON
+
+#include "scalar.h"
+#undef KIND
+#undef Real
+#undef PART
+#define KIND(name) name##_tangent
+#define Real double complex
+#define PART(number) creal(number)

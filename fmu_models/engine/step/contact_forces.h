@@ -1,0 +1,31 @@
+/* Forces and impulses of contacts, per kind of number: the one in force where this is included (model/scalar.h). */
+#include "../model/model.h"
+
+#define contact_factor KIND(contact_factor)
+#define contact_forces KIND(contact_forces)
+#define contact_rate KIND(contact_rate)
+#define contact_project KIND(contact_project)
+#define contact_impulse KIND(contact_impulse)
+#define contact_targets KIND(contact_targets)
+#define contact_apply KIND(contact_apply)
+
+/*
+ * factor the system of the member contacts from order 0 of G and the capacities; where state (may be NULL) says that
+ * the friction of a rigid contact slips, it goes along
+ */
+void contact_factor(const Point *at, const Jets *j, const signed char *member, const signed char *state, Sticking *s);
+/* force series at order k of every contact in its present state */
+void contact_forces(Point *at, Jets *j, int k);
+/* order k of the rate of v[i], contact forces included */
+Real contact_rate(const Jets *j, int i, int k);
+/* move the velocities by the impulses of the member contacts that bring their slip speed (order 0 of j) to zero; 1 if
+   they moved */
+int contact_project(Point *at, Jets *j, const signed char *member);
+/* impulses of one phase of an impact, from the rates before it (order 0 of slip), given impulses of contacts that are
+   not held, and the rates that held ones have after it */
+void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, const Real *given, const Real *target,
+                     Real *impulse);
+/* what phase number 0 or 1 of an impact starts from; before: the impulses of phase 0 */
+void contact_targets(const Point *at, const Jets *j, int number, const Real *before, Real *given, Real *target);
+/* velocities, and the rates in order 0 of slip, after the impulses */
+void contact_apply(Point *at, Jets *j, const Real *impulse);

@@ -1,0 +1,143 @@
+/*
+ * Where indicators fall to zero on a step: first fall of each indicator's own polynomial, its known zeros divided out.
+ */
+#include "event_location.h"
+
+#include "roots.h"
+
+int location_indicator(const Run *r, int c, Slot slot)
+{
+    const int state = r->at.state[c];
+    if (slot == SLOT_NORMAL) {
+        if (!model_contact_bounded[c]) {
+            return 0;
+        }
+        return state == CONTACT_AWAY ? -1 : 1;
+    }
+    if (model_contact_is_impact[c]) {
+        return 0;
+    }
+    if (model_contact_is_stop[c]) {
+        return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
+    }
+    return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
+}
+
+/* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none */
+static double fall_of(const double *series, double sign, int known, int order, double h)
+{
+    double indicator[POLYNOMIAL_TERMS];
+    if (known >= order) {
+        return -1.0; /* all its terms vanish over this step */
+    }
+    for (int k = known; k <= order; k++) {
+        indicator[k - known] = sign * series[k];
+    }
+    return first_fall(indicator, order - known, h);
+}
+
+/* the same for a function of a body at a bound: what starts at rest there has more zeros than the event knows */
+static double fall_from_bound(const double *series, double sign, int known, int order, double h)
+{
+    while (known < order && series[known] == 0.0) {
+        known++;
+    }
+    return fall_of(series, sign, known, order, h);
+}
+
+/*
+ * the gap of an open rigid contact. Beyond `exact` its series is known roughly only, to within the last two of its
+ * terms: where the gap may be that small the step has to end; nothing falls yet.
+ */
+static double fall_of_gap(const Jets *j, int c, int known, int order, double h, double exact, double *end)
+{
+    double gap[POLYNOMIAL_TERMS];
+    while (known < order && j->depth[c][known] == 0.0) {
+        known++;
+    }
+    if (h > exact && known < order) {
+        for (int k = known; k <= order; k++) {
+            gap[k - known] = -j->depth[c][k];
+        }
+        /* divided by s^known, like the series */
+        const double error = (fabs(j->depth[c][order]) * h + fabs(j->depth[c][order - 1])) * pow(h, order - 1 - known);
+        const double safe = safe_length(gap, order - known, h, error);
+        if (safe > exact) {
+            *end = fmin(*end, safe);
+            return -1.0;
+        }
+        *end = fmin(*end, exact);
+    }
+    return fall_of(j->depth[c], -1.0, known, order, fmin(h, exact));
+}
+
+/* first fall of the margin of a sticking contact */
+static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int order, double h)
+{
+    /* the load of a rigid contact that is about to push starts at zero, and so do both margins */
+    const int both = model_contact_partner[c] >= 0 && r->at.known[(int)model_contact_partner[c]][SLOT_NORMAL] > 0;
+    double first = -1.0;
+    for (int side = -1; side <= 1; side += 2) {
+        double margin[POLYNOMIAL_TERMS];
+        for (int k = 0; k < order; k++) {
+            margin[k] = j->capacity[c][k] - side * j->force[c][k];
+        }
+        /* a margin that starts at zero does so on one side only */
+        const double fall = fall_of(margin, 1.0, both || side * j->force[c][0] > 0.0 ? known : 0, order - 1, h);
+        if (fall >= 0.0 && (first < 0.0 || fall < first)) {
+            first = fall;
+        }
+    }
+    return first;
+}
+
+static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int order, double h, double exact,
+                           double *end)
+{
+    const int sign = location_indicator(r, c, slot);
+    const int known = r->at.known[c][slot] * time_power(r->segment_rooted);
+    if (sign == 0) {
+        return -1.0;
+    }
+    if (slot == SLOT_NORMAL && contact_is_closed(r, c)) {
+        if (r->at.state[c] == CONTACT_CHATTERING) {
+            const double wait = r->at.settles[c] - r->at.time;
+            const double end = r->segment_rooted ? sqrt(wait) : wait;
+            return end <= h ? end : -1.0;
+        }
+        return fall_from_bound(j->force[c], sign, known, order - 1, h);
+    }
+    if (slot == SLOT_NORMAL) {
+        return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end)
+                                     : fall_from_bound(j->depth[c], sign, known, order, h);
+    }
+    if (model_contact_is_stop[c]) {
+        return fall_from_bound(j->release[c], sign, known, order, h);
+    }
+    return r->at.state[c] == CONTACT_STICK ? fall_of_margin(r, j, c, known, order, h)
+                                           : fall_of(j->slip[c], sign, known, order, h);
+}
+
+double location_cut(Run *r, int order, double h, double exact)
+{
+    double falls[MODEL_ROOM(MODEL_NC)][SLOTS];
+    double first = h;
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int slot = 0; slot < SLOTS; slot++) {
+            /* over the whole step: cut at another's fall, one at the same instant could hide behind its rounding */
+            falls[c][slot] = fall_in_slot(r, &r->jets, c, (Slot)slot, order, h, exact, &first);
+            if (falls[c][slot] >= 0.0) {
+                first = fmin(first, falls[c][slot]);
+            }
+        }
+    }
+    h = first;
+    r->segment_event = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int slot = 0; slot < SLOTS; slot++) {
+            r->falling[c][slot] = falls[c][slot] >= 0.0 && falls[c][slot] <= h * (1.0 + 4.0 * DBL_EPSILON);
+            r->segment_event |= r->falling[c][slot];
+        }
+    }
+    return h;
+}

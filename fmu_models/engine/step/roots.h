@@ -1,0 +1,18 @@
+/* First fall of a polynomial to zero on an interval. */
+#ifndef STICKSLIP_ROOTS_H
+#define STICKSLIP_ROOTS_H
+
+enum { POLYNOMIAL_TERMS = 33 };
+
+/* c[0] + c[1] s + ... + c[n] s^n */
+double polynomial_value(const double *c, int n, double s);
+
+/* smallest s in (0, h] at which the polynomial, positive before, falls to zero; 0 if it starts at or below zero; -1 if
+   none */
+double first_fall(const double *c, int n, double h);
+
+/* a length, at most h, up to which the polynomial certainly stays above slack > 0, and near the largest; 0 if it does
+   not start there */
+double safe_length(const double *c, int n, double h, double slack);
+
+#endif

@@ -1,0 +1,302 @@
+/*
+ * One step by Taylor series with dense output.
+ *
+ *     series:   for k = 0, 1, ...: field(k) from x[0..k];  x[k+1] = rate[k]/(k+1)
+ *               stop at the order that the tolerance asks for, or where the terms vanish within the horizon
+ *     length:   the last two terms stay below the tolerance times the larger of the first two, so that the result
+ *               depends neither on units nor on the steps before; slip speeds count like states, since just after
+ *               a release they are far smaller than the velocities they come from; so do switching functions
+ *     root:     a law with half-integer powers of the depth is not analytic in time where its contact is entered; that
+ *               step runs in the square root of time, where it is
+ *     events:   event_location.c; the earliest ends the step
+ *     impacts:  far from a wall its gap needs to be known roughly only; near it a short step is exact
+ *
+ * Sources: Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order Taylor
+ * methods, Experimental Mathematics 14 (2005): order and step from the tolerance.
+ */
+#include "taylor.h"
+
+#include "event_location.h"
+#include "flow.h"
+
+/* order per digit of tolerance: measured optimum of cost per time on the stick-slip of the disc rig */
+static const double ORDER_PER_LOG = 0.72;
+
+enum { LEAST_ORDER = 8 };
+
+/*
+ * log2 of the error of a gap that is far from zero, relative to its size. Most of a flight needs to be known only as
+ * far as nothing is hit; near a wall a short step follows, which is exact. Measured optimum for a ball on a shaking
+ * table.
+ */
+static const double LOG_FAR = -14.0;
+
+int taylor_order(const Run *r)
+{
+    const double order = ceil(-ORDER_PER_LOG * log(r->tolerances.step));
+    return order < LEAST_ORDER ? LEAST_ORDER : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
+}
+
+void taylor_load(const Run *r, Jets *j) { flow_load(&r->at, j, 0); }
+
+void taylor_field(Run *r, Jets *j, int k)
+{
+    r->evaluations++;
+    flow_field(&r->at, j, k, 0);
+}
+
+/*
+ * a switching function may be any function of states and time, and decides events of its own accord
+ */
+static int watches_function(const Run *r, int c) { return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK; }
+
+/*
+ * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
+ * for every force in stick, of depths and of switching functions: the states may be polynomials while what decides an
+ * event is not
+ */
+static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->at.state[c] == CONTACT_STICK
+            && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
+            return 0;
+        }
+        if (contact_is_closed(r, c)) {
+            const double force = fmax(fabs(j->force[c][0]), fabs(j->force[c][1]) * length);
+            if (fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * force * length) {
+                return 0;
+            }
+            continue;
+        }
+        const double depth = fmax(fabs(j->depth[c][0]), fabs(j->depth[c][1]) * length);
+        if (model_contact_bounded[c] && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length) {
+            return 0;
+        }
+        const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
+        if (watches_function(r, c) && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
+            return 0;
+        }
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
+        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* about when the first open rigid contact closes, by the parabola that its gap starts with; infinity if that never
+   falls */
+static double likely_impact(const Run *r, const Jets *j)
+{
+    double first = INFINITY;
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (!contact_is_open(r, c)) {
+            continue;
+        }
+        const double gap = r->at.known[c][SLOT_NORMAL] > 0 ? 0.0 : -j->depth[c][0];
+        const double speed = j->depth[c][1];
+        const double bend = j->depth[c][2];
+        const double root = sqrt(fmax(speed * speed + 4.0 * gap * bend, 0.0));
+        /* the larger root is stable where the body approaches slowly, the smaller one is not */
+        const double fall = speed > 0.0 ? 2.0 * gap / (speed + root) : bend > 0.0 ? (root - speed) / (2.0 * bend) : 0.0;
+        if (fall > 0.0) {
+            first = fmin(first, fall);
+        }
+    }
+    return first;
+}
+
+/* whether all contacts are rigid ones, or their friction, and open */
+static int all_open(const Run *r)
+{
+    int open = MODEL_IMPACTS > 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        open &= r->at.state[c] == CONTACT_AWAY && (model_contact_is_impact[c] || model_contact_partner[c] >= 0);
+    }
+    return open;
+}
+
+/* the series; where an impact is near, no further than a little beyond it: limit */
+static int series_to(Run *r, Jets *j, int order, double *limit)
+{
+    const double BEYOND = 1.5;
+    const double least = 16.0 * DBL_EPSILON * fabs(r->at.time); /* time has to move */
+    flow_load(&r->at, j, 0);
+    double power = *limit;
+    int vanished = 0;
+    j->apart = isfinite(*limit) && all_open(r);
+    for (int k = 0; k < order; k++) {
+        taylor_field(r, j, k);
+        flow_extend(j, k + 1, 0);
+        if (k + 1 >= 3 && isfinite(*limit)) {
+            vanished = vanishes(r, j, k + 1, power, *limit) ? vanished + 1 : 0;
+            if (vanished == 2) {
+                order = k + 1;
+            }
+        }
+        if (MODEL_IMPACTS > 0 && k == 2 && isfinite(*limit)) {
+            *limit = fmin(*limit, fmax(BEYOND * likely_impact(r, j), least));
+            power = *limit * *limit * *limit;
+        }
+        power *= *limit;
+    }
+    flow_finish(&r->at, j, order);
+    j->apart = 0;
+    return order;
+}
+
+int taylor_series(Run *r, Jets *j, int order, double limit) { return series_to(r, j, order, &limit); }
+
+/* log2 of the length at which term k is tolerance times the larger of the first two terms, from term m, that are not
+   zero */
+static double log_length(const double *x, int m, int k, double log_tolerance)
+{
+    const double term = log2(fabs(x[k]));
+    double longest = -INFINITY;
+    int found = 0;
+    for (; m < k && found < 2; m++) {
+        if (x[m] != 0.0) {
+            longest = fmax(longest, (log_tolerance + log2(fabs(x[m])) - term) / (k - m));
+            found++;
+        }
+    }
+    return found > 0 ? longest : INFINITY;
+}
+
+static double shorter_length(double length, const double *x, int m, int order, double log_tolerance)
+{
+    for (int k = order - 1; k <= order; k++) {
+        if (!isfinite(x[k])) {
+            return -INFINITY; /* beyond the range of numbers: no length is short enough */
+        }
+        if (x[k] != 0.0) {
+            length = fmin(length, log_length(x, m, k, log_tolerance));
+        }
+    }
+    return length;
+}
+
+/* log2 of the length over which the states keep the tolerance */
+static double state_length(const Jets *j, int order, double log_tolerance)
+{
+    double length = INFINITY;
+    for (int i = 0; i < MODEL_NX; i++) {
+        length = shorter_length(length, j->x[i], 0, order, log_tolerance);
+    }
+    return length;
+}
+
+double taylor_series_length(const double *x, int order, double tolerance)
+{
+    return exp2(shorter_length(INFINITY, x, 0, order, log2(tolerance)));
+}
+
+double taylor_time_scale(const Run *r, const Jets *j, int order)
+{
+    const double log_tolerance = log2(r->tolerances.step);
+    double length = state_length(j, order, log_tolerance);
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        if (model_contact_is_impact[c]) {
+            length = shorter_length(length, j->slip[c], 0, order,
+                                    log_tolerance); /* walls that move change faster than states */
+        }
+    }
+    length = exp2(length);
+    return isfinite(length) ? length : 1.0;
+}
+
+/* the same for slip speeds too, where they matter to a force, for the forces in stick, for depths and switching
+   functions */
+static double taylor_length(const Run *r, const Jets *j, int order, double *exact)
+{
+    const double log_tolerance = log2(r->tolerances.step);
+    double length = state_length(j, order, log_tolerance);
+    double near = INFINITY;
+    for (int c = 0; c < MODEL_NC; c++) {
+        if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, c)) {
+            length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
+                                    order, log_tolerance);
+        }
+        if (r->at.state[c] == CONTACT_STICK) {
+            length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
+        }
+        if (contact_is_closed(r, c)) {
+            length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted),
+                                    order - 1, log_tolerance);
+        } else if (model_contact_bounded[c]) {
+            const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
+            if (contact_is_open(r, c)) {
+                near = shorter_length(near, j->depth[c], known, order, log_tolerance);
+                length = shorter_length(length, j->depth[c], known, order, LOG_FAR);
+            } else {
+                length = shorter_length(length, j->depth[c], known, order, log_tolerance);
+            }
+        }
+    }
+    *exact = exp2(near);
+    return exp2(length);
+}
+
+/* a contact just entered whose depth is still lost in the rounding of the position is at zero depth, on its way in */
+static int enters(Run *r, int c)
+{
+    Jets *j = &r->scratch;
+    taylor_load(r, j);
+    model_slip(r->at.p, r->at.d, j, 0);
+    model_depth(r->at.p, r->at.d, j, 0);
+    return j->depth[c][0] <= 0.0 && j->slip[c][0] > 0.0;
+}
+
+/* whether a law with half-integer powers of its depth starts at zero depth */
+static int starts_rooted(Run *r)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) {
+            continue;
+        }
+        if (r->at.known[c][SLOT_NORMAL] == 0 && enters(r, c)) {
+            r->at.known[c][SLOT_NORMAL] = 1;
+        }
+        if (r->at.known[c][SLOT_NORMAL] > 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+RunStatus taylor_step(Run *r, double limit)
+{
+    const int full = taylor_order(r);
+    const int rooted = r->segment_rooted = starts_rooted(r);
+    int order = full;
+    if (rooted) {
+        flow_rooted_series(&r->at, &r->jets, full);
+        r->evaluations += full;
+    } else {
+        order = series_to(r, &r->jets, full, &limit);
+    }
+    const double end = rooted ? sqrt(limit) : limit;
+    double exact = INFINITY;
+    double h = order < full ? end : taylor_length(r, &r->jets, order, &exact);
+    /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
+    while (!(h > 0.0) && order > LEAST_ORDER) {
+        h = taylor_length(r, &r->jets, --order, &exact);
+    }
+    h = fmin(h, end);
+    if (!(h > 0.0) || !isfinite(h) || !(r->at.time + (rooted ? h * h : h) > r->at.time)) {
+        return run_fail(r,
+                        "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
+                        "(a state that is not finite, or a singular law)",
+                        r->at.time);
+    }
+    h = location_cut(r, order, h, exact);
+    r->segment_order = order;
+    r->segment_start = r->at.time;
+    r->segment_length = rooted ? h * h : h;
+    r->segment_valid = 1;
+    r->steps++;
+    return RUN_OK;
+}

@@ -1,0 +1,24 @@
+/* One step by Taylor series, and series at one instant. */
+#ifndef STICKSLIP_TAYLOR_H
+#define STICKSLIP_TAYLOR_H
+
+#include "../model/run_state.h"
+
+/* load r's instant into the first orders of a set of series in time */
+void taylor_load(const Run *r, Jets *j);
+/* fill order k of all series from orders 0..k of t, u, x */
+void taylor_field(Run *r, Jets *j, int k);
+/* the series of x up to the order given, from r; stops early where the terms vanish within limit; returns the order
+   reached */
+int taylor_series(Run *r, Jets *j, int order, double limit);
+/* a time over which the states change noticeably: the length of a step of this order; 1 where they do not change at
+   all */
+double taylor_time_scale(const Run *r, const Jets *j, int order);
+/* the length over which a series keeps a relative tolerance */
+double taylor_series_length(const double *x, int order, double tolerance);
+/* order that the step tolerance asks for */
+int taylor_order(const Run *r);
+/* the next step from r, cut at the first fall of an indicator */
+RunStatus taylor_step(Run *r, double limit);
+
+#endif

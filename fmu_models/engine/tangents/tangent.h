@@ -1,0 +1,31 @@
+/* Derivatives of a motion along directions in start state, parameters and inputs (tangent.c). */
+#ifndef STICKSLIP_TANGENT_H
+#define STICKSLIP_TANGENT_H
+
+#include <stddef.h>
+
+#include "../model/run_state.h"
+
+typedef struct Tangents Tangents;
+typedef enum { ALONG_STATE, ALONG_PARAMETER, ALONG_INPUT } Along; /* an input: a constant added to it */
+
+/* bytes that n tangents need */
+size_t tangents_room(int n);
+/* n tangents, along nothing yet, in that room; r has its start values and is not initialized */
+Tangents *tangents_start(void *room, const Run *r, int n);
+/* let tangent k be along a state, parameter or input */
+void tangents_along(Tangents *tangents, int k, Along what, int index);
+/* after run_initialize, and after run_reconsider with other inputs: repeat what it chose */
+void tangents_choose(const Run *r, Tangents *tangents);
+/* the tangents at the very time of the run: an event just passed came earlier or later for them */
+void tangents_hold(Tangents *tangents);
+/* a step from r towards a time, where there is none in use; until: how far the tangents may be evaluated at or moved by
+   it */
+RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until);
+/* move run and tangents that far and resolve the event that waits there; RUN_ERROR also where the motion has no
+   derivative */
+RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context);
+/* derivative of the time of the last event, s per unit; NAN if it has no indicator (the end of a chatter) */
+double tangents_event(const Tangents *tangents, int k);
+
+#endif

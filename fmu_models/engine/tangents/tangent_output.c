@@ -1,0 +1,122 @@
+/*
+ * States and outputs of a motion at any time within its step, and their derivatives at that very time.
+ *
+ *     states     x(t) from the series of the run; dx/dp from those of the tangents, all at once, less x'(t) times the
+ *                derivative of the time from which the tangent started (an event that came earlier or later)
+ *     outputs    each tangent at its own point there: order 0 of what the model makes of time, inputs and states
+ */
+#include "tangent_output.h"
+
+#include "../step/roots.h"
+
+#include "tangent_series.h"
+
+/* behind the list: series[(state * MODEL_TERMS + power) * count + tangent], then x at the time asked for [state * count
+   + tangent] */
+static double *gathered_series(Tangents *tangents) { return (double *)(tangents->list + tangents->count); }
+
+static double *state_derivatives(Tangents *tangents)
+{
+    return gathered_series(tangents) + (size_t)MODEL_NX * MODEL_TERMS * (size_t)tangents->count;
+}
+
+/* all tangents are evaluated at once: their series side by side */
+static void gather(Tangents *tangents)
+{
+    double *series = gathered_series(tangents);
+    for (int i = 0; i < MODEL_NX; i++) {
+        for (int m = 0; m < MODEL_TERMS; m++) {
+            for (int k = 0; k < tangents->count; k++) {
+                const Tangent *t = &tangents->list[k];
+                *series++ = m <= t->order ? cimag(t->jets.x[i][m]) / EPS : 0.0;
+            }
+        }
+    }
+    tangents->gathered = 1;
+}
+
+/* states and their derivatives within the step */
+static void states_inside(const Run *r, Tangents *tangents, double length)
+{
+    const int n = tangents->count;
+    const double s = r->segment_rooted ? sqrt(length) : length;
+    if (!tangents->gathered) {
+        gather(tangents);
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        const double *x = r->jets.x[i];
+        const double *series = gathered_series(tangents) + (size_t)i * MODEL_TERMS * (size_t)n;
+        double *derivatives = state_derivatives(tangents) + (size_t)i * (size_t)n;
+        double slope = 0.0;
+        tangents->x[i] = polynomial_value(x, r->segment_order, s);
+        for (int m = r->segment_order; m > 0; m--) {
+            slope = slope * s + m * x[m];
+        }
+        const double rate = r->segment_rooted ? slope / (2.0 * s) : slope;
+        for (int k = 0; k < n; k++) {
+            derivatives[k] = 0.0;
+        }
+        for (int m = tangents->list[0].order; m >= 0; m--) {
+            for (int k = 0; k < n; k++) {
+                derivatives[k] = derivatives[k] * s + series[m * n + k];
+            }
+        }
+        for (int k = 0; k < n; k++) {
+            derivatives[k] -= rate * (cimag(tangents->list[k].at.time) / EPS);
+        }
+    }
+}
+
+static void evaluate_outputs(Tangents *tangents, int k, double length)
+{
+    Tangent *t = &tangents->list[k];
+    Jets *j = &tangents->scratch;
+    const double *derivatives = state_derivatives(tangents);
+    const Real since = since_start(t, length);
+    Point at = t->at;
+    for (int i = 0; i < MODEL_NX; i++) {
+        at.x[i] = tangents->x[i] + EPS * derivatives[i * tangents->count + k] * _Complex_I;
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        at.u[i] += at.du[i] * since;
+    }
+    at.time += since;
+    flow_load(&at, j, 0);
+    model_inertia(at.p, at.d, j, 0);
+    flow_field(&at, j, 0, 0);
+    model_outputs(at.p, at.d, j, 0);
+    for (int i = 0; i < MODEL_NY; i++) {
+        t->y[i] = j->y[i][0];
+    }
+}
+
+void tangents_evaluate(const Run *r, Tangents *tangents, double time, int outputs)
+{
+    const int inside = time > r->at.time;
+    const double length = inside ? (time - r->segment_start) - r->jets.time_rest : 0.0;
+    if (inside) {
+        states_inside(r, tangents, length);
+    } else {
+        for (int i = 0; i < MODEL_NX; i++) {
+            tangents->x[i] = r->at.x[i];
+            for (int k = 0; k < tangents->count; k++) {
+                state_derivatives(tangents)[i * tangents->count + k] = cimag(tangents->list[k].at.x[i]) / EPS;
+            }
+        }
+    }
+    for (int k = 0; outputs && k < tangents->count; k++) {
+        evaluate_outputs(tangents, k, length);
+    }
+}
+
+double tangents_value(const Tangents *tangents, int output, int index)
+{
+    return output ? creal(tangents->list[0].y[index]) : tangents->x[index];
+}
+
+double tangents_derivative(Tangents *tangents, int k, int output, int index)
+{
+    return output ? cimag(tangents->list[k].y[index]) / EPS : state_derivatives(tangents)[index * tangents->count + k];
+}
+
+#include "../model/scalar_real.h"

@@ -1,0 +1,29 @@
+/* A whole run with its derivatives in one call. */
+#ifndef STICKSLIP_SENSITIVITY_RUN_H
+#define STICKSLIP_SENSITIVITY_RUN_H
+
+#include "whole_run.h"
+
+typedef struct {
+    WholeRun run; /* its crossings are not used; references to record are states and outputs */
+    /* start values of the run */
+    int64_t n_initial;
+    const uint32_t *initial;
+    const double *initial_values;
+    double start_time, tolerance;
+    /* states, parameters and inputs to differentiate by, at least one */
+    int64_t n_directions;
+    const uint32_t *directions;
+    /* derivatives[(row * n_values + column) * n_directions + direction], event_derivatives[event * n_directions +
+       direction] */
+    double *derivatives, *event_derivatives;
+    /* stickslip_sensitivity_room(n_directions) bytes, kept from call to call */
+    void *room;
+    /* progress, zero at the first call */
+    int64_t started;
+} SensitivityRun;
+
+WHOLE_RUN_EXPORT int64_t stickslip_sensitivity_room(int64_t n_directions);
+WHOLE_RUN_EXPORT int stickslip_sensitivity(void *instance, SensitivityRun *s);
+
+#endif

@@ -1,0 +1,135 @@
+/*
+ * A whole run in one call, for a program that has opened the FMU as Co-Simulation and left its
+ * initialization mode. Nothing is allocated while stepping.
+ *
+ *     repeat   at a knot: set the inputs and their rates, choose contact states again
+ *              advance to the next knot or output time, note every change of contact state
+ *              at an output time, or where a state crosses the level watched: record the values asked for
+ *              (after the changes at that very time)
+ *     until    all output times are done; a buffer is or could become too full, or the allowance of steps is used up
+ *
+ * In the last cases it returns WHOLE_RUN_MORE; the caller empties the buffers and calls again with the same request.
+ */
+#include "whole_run.h"
+
+#include "../events/run.h"
+#include "../fmi/variables.h"
+#include "../step/section.h"
+
+void whole_run_note(void *context, const ContactEvent *event)
+{
+    WholeRun *run = context;
+    if (run->n_events < run->event_capacity) run->events[run->n_events] = *event;
+    run->n_events++;
+}
+
+/* inputs of the next knot; nothing to choose again where they go on as before */
+Status whole_run_pass_knot(Instance *m, WholeRun *run)
+{
+    const double *values = run->knot_values + run->next_knot * run->n_inputs;
+    const double *rates = run->knot_rates + run->next_knot * run->n_inputs;
+    for (int64_t i = 0; i < run->n_inputs; i++) {
+        uint32_t rate = variables_rate_of(run->inputs[i]);
+        if (!rate)
+            return instance_refuse(m, "%s: value reference %u is not an input", __func__, (unsigned)run->inputs[i]);
+        if (variables_set(m, __func__, &run->inputs[i], 1, &values[i])) return STATUS_ERROR;
+        if (variables_set(m, __func__, &rate, 1, &rates[i])) return STATUS_ERROR;
+    }
+    run->next_knot++;
+    m->core.run.horizon = run->next_knot < run->n_knots ? run->knot_times[run->next_knot] : INFINITY;
+    return STATUS_OK;
+}
+
+static Status record(Instance *m, const WholeRun *run, double *row)
+{
+    Evaluation e = {0};
+    for (int64_t k = 0; k < run->n_values; k++)
+        if (!variables_value(m, run->references[k], &e, &row[k]))
+            return instance_refuse(m, "%s: value reference %u cannot be read at time %g", __func__,
+                                   (unsigned)run->references[k], m->core.run.at.time);
+    return STATUS_OK;
+}
+
+static Status watch(Instance *m, const WholeRun *run)
+{
+    int state;
+    if (variables_locate(run->crossing_state, &state) != STATE)
+        return instance_refuse(m, "%s: value reference %u is not a state", __func__, (unsigned)run->crossing_state);
+    section_watch(&m->core.run, state, run->level, run->direction);
+    return STATUS_OK;
+}
+
+/* room that must be left for events: an instant may change every contact as often as the engine iterates */
+int64_t whole_run_event_reserve(const Run *r) { return (int64_t)r->tolerances.max_iterations * MODEL_NC; }
+
+Status whole_run_check_event_room(Instance *m, const WholeRun *run)
+{
+    int64_t reserve = whole_run_event_reserve(&m->core.run);
+    if (run->event_capacity > reserve) return STATUS_OK;
+    return instance_refuse(m, "%s: room for %lld events, at least %lld needed", __func__,
+                           (long long)run->event_capacity, (long long)reserve + 1);
+}
+
+int whole_run_engine_failed(Instance *m)
+{
+    m->core.phase = PHASE_FAILED;
+    instance_refuse(m, "at time %.10g: %s", m->core.run.at.time, m->core.run.message);
+    return WHOLE_RUN_ERROR;
+}
+
+static int proceed(Instance *m, WholeRun *run)
+{
+    Run *r = &m->core.run;
+    int64_t reserve = whole_run_event_reserve(r);
+    long last_step = r->steps + (long)run->allowance;
+    if (whole_run_check_event_room(m, run)) return WHOLE_RUN_ERROR;
+    int watches = run->crossing_capacity > 0;
+    r->goal = watches || !run->n_times ? -INFINITY : run->times[run->n_times - 1]; /* a section may stop early */
+    r->pause_at = last_step;
+    while (run->next_time < run->n_times) {
+        if (run->n_events >= run->event_capacity - reserve || r->steps >= last_step) return WHOLE_RUN_MORE;
+        if (watches && run->n_crossings == run->crossing_capacity) return WHOLE_RUN_MORE;
+        while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
+            if (whole_run_pass_knot(m, run)) return WHOLE_RUN_ERROR;
+        if (instance_settle(m, __func__, NULL)) return WHOLE_RUN_ERROR;
+        if (watches && !r->section.watched && watch(m, run)) return WHOLE_RUN_ERROR;
+        double end = run->times[run->next_time];
+        int knot_first = run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= end;
+        if (knot_first) end = run->knot_times[run->next_knot];
+        if (r->at.time < end) {
+            RunStatus status = run_advance(r, end, 1, whole_run_note, run);
+            if (status == RUN_ERROR) return whole_run_engine_failed(m);
+            if (status == RUN_CROSSING) {
+                if (record(m, run, run->crossings + run->n_crossings * run->n_values)) return WHOLE_RUN_ERROR;
+                run->n_crossings++;
+                continue;
+            }
+            if (status == RUN_PAUSED) return WHOLE_RUN_MORE;
+            if (status == RUN_EVENT && r->at.time < end) continue;
+        }
+        if (knot_first) continue;
+        if (record(m, run, run->values + run->next_time * run->n_values)) return WHOLE_RUN_ERROR;
+        run->next_time++;
+    }
+    return WHOLE_RUN_DONE;
+}
+
+int stickslip_native_version(void) { return WHOLE_RUN_VERSION; }
+
+void whole_run_count(const Instance *m, WholeRun *run)
+{
+    run->steps = m->core.run.steps;
+    run->n_changes = m->core.run.events;
+    run->evaluations = m->core.run.evaluations;
+}
+
+int stickslip_simulate(void *instance, WholeRun *run)
+{
+    Instance *m = instance;
+    if (!run || instance_enter(m, PHASE_STEP, __func__)) return WHOLE_RUN_ERROR;
+    int status = proceed(m, run);
+    if (status != WHOLE_RUN_MORE) m->core.run.section.watched = 0;
+    m->core.run.pause_at = 0;
+    whole_run_count(m, run);
+    return status;
+}

@@ -1,0 +1,137 @@
+/*
+ * A run of an FMU by Co-Simulation. The communication points are given as knots of a grid by Python (output times,
+ * steps as asked and jumps of inputs, merged): from each to the next the FMU steps by itself.
+ *
+ *     at a point: inputs after their jump (in event mode where the FMU has one and they jump), then doStep
+ *     returns early, or asks for an event: event mode, iterated; the next time event of the FMU is a communication
+ *     point too then on to the same point, until it is reached
+ */
+#include "cosimulation.h"
+
+#include "field.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define REPORT(STATUS, INDEX, VALUE) (field_report(m, STATUS, m->t, INDEX, VALUE), m->ended)
+
+static RunStatus event_mode(Master *m, int enter, int jump)
+{
+    const FmuInstance *fmu = m->fmu;
+    int status = enter ? fmi_plain(fmu, F_ENTER_EVENT) : FMI_OK;
+    if (status >= FMI_DISCARD) {
+        return REPORT(RUN_FMI_ERROR, F_ENTER_EVENT, status);
+    }
+    if (jump && field_inputs(m, m->t) != FINE) {
+        return REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
+    }
+    Update update = {1, 0, 0, 0, INFINITY};
+    for (int round = 0; update.again && !m->terminate; round++) {
+        if (round > master_tolerances.event_iterations) {
+            return REPORT(RUN_EVENT_ITERATION, -1, round);
+        }
+        status = fmi_update(fmu, &update);
+        if (status >= FMI_DISCARD) {
+            return REPORT(RUN_FMI_ERROR, F_UPDATE, status);
+        }
+        m->terminate |= update.terminate;
+    }
+    m->next_event = update.next_time;
+    status = m->terminate ? FMI_OK : fmi_plain(fmu, F_ENTER_STEP);
+    return status >= FMI_DISCARD ? REPORT(RUN_FMI_ERROR, F_ENTER_STEP, status) : RUN_DONE;
+}
+
+static RunStatus record(Master *m)
+{
+    Run *r = m->run;
+    while (r->next_time < r->n_times && r->times[r->next_time] <= m->t) {
+        const int status = fmi_read(m->fmu, &r->recorded, r->values + r->next_time * r->recorded.n);
+        if (status >= FMI_DISCARD) {
+            return REPORT(RUN_FMI_ERROR, F_GETTERS, status);
+        }
+        r->next_time++;
+    }
+    return RUN_DONE;
+}
+
+static void note(Master *m, EventKind kind)
+{
+    Run *r = m->run;
+    if (r->n_events < r->event_capacity) {
+        r->events[r->n_events++] = (MasterEvent){m->t, kind, -1, 0.0, 0.0};
+    }
+}
+
+/* from m->t to the point, or to where the FMU stopped before it */
+static RunStatus step_towards(Master *m, double point, int *event)
+{
+    Stepped stepped;
+    m->run->steps++;
+    const int status = fmi_do_step(m->fmu, m->t, point - m->t, &stepped);
+    *event = stepped.event;
+    if (status == FMI_DISCARD && stepped.terminate) {
+        m->terminate = 1;
+        m->t = stepped.reached;
+        return RUN_DONE;
+    }
+    if (status == FMI_DISCARD) {
+        return REPORT(RUN_DISCARD, -1, point - m->t);
+    }
+    if (status > FMI_DISCARD) {
+        return REPORT(RUN_FMI_ERROR, F_DO_STEP, status);
+    }
+    m->terminate |= stepped.terminate;
+    const double reached = stepped.early || stepped.terminate ? stepped.reached : point;
+    m->stalled = reached > m->t ? 0 : m->stalled + 1;
+    /* the FMU adds up steps of its own: its end and the point differ by rounding */
+    m->t = fabs(reached - point) <= 1e-12 * fmax(fabs(point), fabs(point - m->t)) ? point : reached;
+    return m->stalled > master_tolerances.stalled_events ? REPORT(RUN_STALLS, -1, m->stalled) : RUN_DONE;
+}
+
+static double next_point(const Master *m)
+{
+    const Run *r = m->run;
+    return m->knot + 1 < r->n_knots ? r->knot_times[m->knot + 1] : r->stop;
+}
+
+RunStatus cosimulation_run(Master *m)
+{
+    Run *r = m->run;
+    RunStatus status = RUN_DONE;
+    if (r->steps == 0) {
+        m->stalled = 0;
+        status = m->fmu->event_mode ? event_mode(m, 0, 0) : RUN_DONE;
+        status = status == RUN_DONE ? record(m) : status;
+    }
+    for (int64_t left = r->allowance; status == RUN_DONE && !m->terminate && m->t < r->stop; left--) {
+        int event = 0;
+        if (left == 0 || (r->event_capacity > 0 && r->n_events + 2 > r->event_capacity)) {
+            return RUN_MORE;
+        }
+        const double point = fmin(next_point(m), m->next_event > m->t ? m->next_event : INFINITY);
+        status = step_towards(m, point, &event);
+        const int arrived = status == RUN_DONE && m->t >= next_point(m);
+        const int timed = status == RUN_DONE && m->t >= m->next_event;
+        if (arrived && m->knot + 1 < r->n_knots) {
+            m->knot++;
+        }
+        const int jump = arrived && m->nu && r->knot_jumps[m->knot] == 2;
+        if (status == RUN_DONE && !m->terminate && m->fmu->event_mode && (event || timed || jump)) {
+            status = event_mode(m, 1, jump);
+            note(m, event ? EVENT_STATE : timed ? EVENT_TIME : EVENT_INPUT);
+        } else if (status == RUN_DONE && !m->terminate && arrived && m->nu && field_inputs(m, m->t) != FINE) {
+            status = REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
+        }
+        status = status == RUN_DONE ? record(m) : status;
+    }
+    if (status != RUN_DONE) {
+        return status;
+    }
+    if (m->terminate) {
+        r->report_time = m->t;
+        note(m, EVENT_END);
+    }
+    fmi_plain(m->fmu, F_TERMINATE);
+    return m->terminate ? RUN_TERMINATED : RUN_DONE;
+}

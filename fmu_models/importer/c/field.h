@@ -1,0 +1,16 @@
+/* The FMU at a time and a state with its inputs, and what its statuses mean for a run. */
+#ifndef STICKSLIP_FIELD_H
+#define STICKSLIP_FIELD_H
+
+#include "master_state.h"
+
+Outcome field_at(Master *m, double t, const double *x);                    /* puts the FMU there */
+Outcome field_raw(Master *m, double t, const double *x, double *dx);       /* of the FMU in its present mode */
+Outcome field_indicators(Master *m, double t, const double *x, double *z); /* the same for its indicators */
+Outcome field_inputs(Master *m, double t);
+Outcome field_fail(Master *m, Function function, int status); /* what a status of FMI means for the run */
+Outcome field_report(Master *m, RunStatus status, double t, int64_t index, double value);
+double field_norm(const Master *m, const double *v, const double *x,
+                  const double *y); /* root mean square in units of the tolerance */
+
+#endif

@@ -1,0 +1,261 @@
+#include "fmi_calls.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "fmi2FunctionTypes.h"
+#include "fmi3FunctionTypes.h"
+
+#define CALL2(NAME, FUNCTION) ((fmi2##NAME##TYPE *)fmu->function[FUNCTION])
+#define CALL3(NAME, FUNCTION) ((fmi3##NAME##TYPE *)fmu->function[FUNCTION])
+
+/* the loggers handed to FMUs; what an FMU says after its first error is about the same error */
+EXPORT void master_log2(void *environment, const char *name, int status, const char *category, const char *message, ...)
+{
+    Log *log = environment;
+    (void)name;
+    (void)category;
+    if (!log || !message || (status < FMI_WARNING && log->count)) {
+        return;
+    }
+    va_list arguments;
+    va_start(arguments, message);
+    vsnprintf(log->message, sizeof log->message, message, arguments);
+    va_end(arguments);
+    log->count += status >= FMI_WARNING;
+}
+
+EXPORT void master_log3(void *environment, int status, const char *category, const char *message)
+{
+    Log *log = environment;
+    (void)category;
+    if (!log || !message || (status < FMI_WARNING && log->count)) {
+        return;
+    }
+    snprintf(log->message, sizeof log->message, "%s", message);
+    log->count += status >= FMI_WARNING;
+}
+
+int fmi_plain(const FmuInstance *fmu, Function function)
+{
+    /* fmi2Reset and its like have one signature in both versions */
+    return (int)((fmi2ResetTYPE *)fmu->function[function])(fmu->instance);
+}
+
+int fmi_initialize(const FmuInstance *fmu, double start, double stop, double tolerance)
+{
+    if (fmu->fmi == 3) {
+        return (int)CALL3(EnterInitializationMode, F_ENTER_INITIALIZATION)(fmu->instance, true, tolerance, start, true,
+                                                                           stop);
+    }
+    const int status = (int)CALL2(SetupExperiment, F_SETUP)(fmu->instance, 1, tolerance, start, 1, stop);
+    return status >= FMI_DISCARD ? status : fmi_plain(fmu, F_ENTER_INITIALIZATION);
+}
+
+int fmi_update(const FmuInstance *fmu, Update *update)
+{
+    if (fmu->fmi == 2) {
+        fmi2EventInfo info;
+        memset(&info, 0, sizeof info);
+        const int status = (int)CALL2(NewDiscreteStates, F_UPDATE)(fmu->instance, &info);
+        *update = (Update){info.newDiscreteStatesNeeded, info.terminateSimulation,
+                           info.nominalsOfContinuousStatesChanged, info.valuesOfContinuousStatesChanged,
+                           info.nextEventTimeDefined ? info.nextEventTime : INFINITY};
+        return status;
+    }
+    bool again = false, terminate = false, nominals = false, states = false, defined = false;
+    double time = 0.0;
+    const int status = (int)CALL3(UpdateDiscreteStates, F_UPDATE)(fmu->instance, &again, &terminate, &nominals, &states,
+                                                                  &defined, &time);
+    *update = (Update){again, terminate, nominals, states, defined ? time : INFINITY};
+    return status;
+}
+
+int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate)
+{
+    if (fmu->fmi == 2) {
+        return (int)CALL2(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, 1, enter_event, terminate);
+    }
+    bool enter = false, ends = false;
+    const int status = (int)CALL3(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, true, &enter, &ends);
+    *enter_event = enter;
+    *terminate = ends;
+    return status;
+}
+
+/* these have the same signature in both versions */
+int fmi_set_time(const FmuInstance *fmu, double t) { return (int)CALL2(SetTime, F_SET_TIME)(fmu->instance, t); }
+
+int fmi_set_states(const FmuInstance *fmu, const double *x)
+{
+    return fmu->n_states ? (int)CALL2(SetContinuousStates, F_SET_STATES)(fmu->instance, x, (size_t)fmu->n_states)
+                         : FMI_OK;
+}
+
+int fmi_get_states(const FmuInstance *fmu, double *x)
+{
+    return fmu->n_states ? (int)CALL2(GetContinuousStates, F_GET_STATES)(fmu->instance, x, (size_t)fmu->n_states)
+                         : FMI_OK;
+}
+
+int fmi_derivatives(const FmuInstance *fmu, double *dx)
+{
+    return fmu->n_states ? (int)CALL2(GetDerivatives, F_GET_DERIVATIVES)(fmu->instance, dx, (size_t)fmu->n_states)
+                         : FMI_OK;
+}
+
+int fmi_indicators(const FmuInstance *fmu, double *z)
+{
+    return fmu->n_indicators
+               ? (int)CALL2(GetEventIndicators, F_GET_INDICATORS)(fmu->instance, z, (size_t)fmu->n_indicators)
+               : FMI_OK;
+}
+
+int fmi_nominals(const FmuInstance *fmu, double *nominals)
+{
+    return fmu->n_states
+               ? (int)CALL2(GetNominalsOfContinuousStates, F_NOMINALS)(fmu->instance, nominals, (size_t)fmu->n_states)
+               : FMI_OK;
+}
+
+int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
+{
+    const size_t n = (size_t)fmu->n_state_references;
+    const size_t width = (size_t)fmu->n_states;
+    if (fmu->fmi == 2) {
+        return (int)CALL2(GetDirectionalDerivative, F_DIRECTIONAL)(fmu->instance, fmu->derivative_references, n,
+                                                                   fmu->state_references, n, seed, dx);
+    }
+    return (int)CALL3(GetDirectionalDerivative, F_DIRECTIONAL)(fmu->instance, fmu->derivative_references, n,
+                                                               fmu->state_references, n, seed, width, dx, width);
+}
+
+/* the types of FMI 3 other than double, and what C and the functions call them */
+#define NARROWER(ONE)                                                                                                  \
+    ONE(T_INT32, int32_t, Int32)                                                                                       \
+    ONE(T_BOOLEAN, bool, Boolean)                                                                                      \
+    ONE(T_FLOAT32, float, Float32)                                                                                     \
+    ONE(T_INT8, int8_t, Int8)                                                                                          \
+    ONE(T_UINT8, uint8_t, UInt8)                                                                                       \
+    ONE(T_INT16, int16_t, Int16)                                                                                       \
+    ONE(T_UINT16, uint16_t, UInt16)                                                                                    \
+    ONE(T_UINT32, uint32_t, UInt32)                                                                                    \
+    ONE(T_INT64, int64_t, Int64)                                                                                       \
+    ONE(T_UINT64, uint64_t, UInt64)
+
+/* one value of such a type */
+#define ONE(TAG, CTYPE, NAME)                                                                                          \
+    case TAG: {                                                                                                        \
+        CTYPE one = (CTYPE)0;                                                                                          \
+        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                         \
+        *value = (double)one;                                                                                          \
+        break;                                                                                                         \
+    }
+
+static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double *value)
+{
+    int status = FMI_ERROR;
+    if (fmu->fmi == 2) {
+        /* integers, enumerations and booleans of FMI 2 are all int */
+        int one = 0;
+        status = (int)CALL2(GetInteger, F_GETTERS + type)(fmu->instance, reference, 1, &one);
+        *value = one;
+        return status;
+    }
+    switch (type) {
+        NARROWER(ONE)
+    case T_FLOAT64: break;
+    }
+    return status;
+}
+#undef ONE
+
+#define ONE(TAG, CTYPE, NAME)                                                                                          \
+    case TAG: {                                                                                                        \
+        const CTYPE one = (CTYPE)value;                                                                                \
+        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                           \
+    }
+
+static int write_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double value)
+{
+    if (fmu->fmi == 2) {
+        const int one = (int)value;
+        return (int)CALL2(SetInteger, F_SETTERS + type)(fmu->instance, reference, 1, &one);
+    }
+    switch (type) {
+        NARROWER(ONE)
+    case T_FLOAT64: break;
+    }
+    return FMI_ERROR;
+}
+#undef ONE
+
+/* number of variables of type Float64 from the i-th on */
+static int64_t floats_from(const Variables *variables, int64_t i)
+{
+    int64_t n = 0;
+    while (i + n < variables->n && variables->types[i + n] == T_FLOAT64) {
+        n++;
+    }
+    return n;
+}
+
+int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values)
+{
+    int status = FMI_OK;
+    for (int64_t i = 0; i < variables->n && status < FMI_DISCARD;) {
+        const uint32_t *reference = variables->references + i;
+        const int64_t n = floats_from(variables, i);
+        if (n == 0) {
+            status = read_one(fmu, (Type)variables->types[i], reference, values + i);
+            i++;
+            continue;
+        }
+        status = fmu->fmi == 2
+                     ? (int)CALL2(GetReal, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i)
+                     : (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
+        i += n;
+    }
+    return status;
+}
+
+int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *values)
+{
+    int status = FMI_OK;
+    for (int64_t i = 0; i < variables->n && status < FMI_DISCARD;) {
+        const uint32_t *reference = variables->references + i;
+        const int64_t n = floats_from(variables, i);
+        if (n == 0) {
+            status = write_one(fmu, (Type)variables->types[i], reference, values[i]);
+            i++;
+            continue;
+        }
+        status = fmu->fmi == 2
+                     ? (int)CALL2(SetReal, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i)
+                     : (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
+        i += n;
+    }
+    return status;
+}
+
+int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped)
+{
+    *stepped = (Stepped){0, 0, 0, t + length};
+    if (fmu->fmi == 2) {
+        const int status = (int)CALL2(DoStep, F_DO_STEP)(fmu->instance, t, length, 1);
+        if (status == FMI_DISCARD && fmu->function[F_BOOLEAN_STATUS] && fmu->function[F_REAL_STATUS]) {
+            CALL2(GetBooleanStatus, F_BOOLEAN_STATUS)(fmu->instance, fmi2Terminated, &stepped->terminate);
+            CALL2(GetRealStatus, F_REAL_STATUS)(fmu->instance, fmi2LastSuccessfulTime, &stepped->reached);
+        }
+        return status;
+    }
+    bool event = false, terminate = false, early = false;
+    const int status =
+        (int)CALL3(DoStep, F_DO_STEP)(fmu->instance, t, length, true, &event, &terminate, &early, &stepped->reached);
+    stepped->event = event;
+    stepped->terminate = terminate;
+    stepped->early = early;
+    return status;
+}

@@ -1,0 +1,142 @@
+/*
+ * The contract between the master and Python: what a loaded FMU looks like, what a run is asked for, what it reports.
+ * Only numbers and pointers of fixed size, for Python reads these structures here.
+ */
+#ifndef STICKSLIP_MASTER_H
+#define STICKSLIP_MASTER_H
+
+#include <stdint.h>
+
+#define EXPORT __attribute__((visibility("default")))
+
+/* functions of an FMU; Python lists their names in this order */
+typedef enum {
+    F_RESET,
+    F_SETUP,
+    F_ENTER_INITIALIZATION,
+    F_EXIT_INITIALIZATION,
+    F_ENTER_EVENT,
+    F_UPDATE,
+    F_ENTER_CONTINUOUS,
+    F_ENTER_STEP,
+    F_COMPLETED,
+    F_SET_TIME,
+    F_SET_STATES,
+    F_GET_STATES,
+    F_GET_DERIVATIVES,
+    F_GET_INDICATORS,
+    F_NOMINALS,
+    F_DIRECTIONAL,
+    F_DO_STEP,
+    F_TERMINATE,
+    F_BOOLEAN_STATUS,
+    F_REAL_STATUS,
+    F_GETTERS,
+    F_SETTERS = F_GETTERS + 11,
+    F_COUNT = F_SETTERS + 11
+} Function;
+
+/* types of variables: the getter of a type is F_GETTERS + type. FMI 2 has the first three */
+typedef enum {
+    T_FLOAT64,
+    T_INT32,
+    T_BOOLEAN,
+    T_FLOAT32,
+    T_INT8,
+    T_UINT8,
+    T_INT16,
+    T_UINT16,
+    T_UINT32,
+    T_INT64,
+    T_UINT64
+} Type;
+
+/* what the FMU said last; handed to it as its environment */
+typedef struct {
+    int64_t count;
+    char message[1024];
+} Log;
+
+/* an instance of an FMU */
+typedef struct {
+    int64_t fmi; /* 2 or 3 */
+    int64_t n_states, n_indicators;
+    int64_t completes;          /* wants completedIntegratorStep */
+    int64_t directional;        /* offers directional derivatives */
+    int64_t event_mode;         /* Co-Simulation with event mode */
+    int64_t resets;             /* reset before a run; the first run of an instance needs none */
+    int64_t n_state_references; /* fewer than states where a state is an array */
+    const uint32_t *state_references, *derivative_references;
+    void *instance;
+    void *function[F_COUNT];
+} FmuInstance;
+
+/* variables to read or write, in runs of equal type */
+typedef struct {
+    int64_t n;
+    const int32_t *types; /* Type */
+    const uint32_t *references;
+} Variables;
+
+typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_CO_SIMULATION } MethodChoice;
+
+typedef enum { EVENT_STATE, EVENT_TIME, EVENT_STEP, EVENT_INPUT, EVENT_SLIDE, EVENT_LEAVE, EVENT_END } EventKind;
+
+typedef struct {
+    double time;
+    int32_t kind;         /* EventKind */
+    int32_t indicator;    /* -1: not of an indicator */
+    double before, after; /* of the indicator: at the start of the step, after the event */
+} MasterEvent;
+
+/* DONE and MORE are progress, the rest is the reason why the run ended early */
+typedef enum {
+    RUN_DONE,
+    RUN_MORE,
+    RUN_TERMINATED,
+    RUN_FMI_ERROR,
+    RUN_NOT_FINITE,
+    RUN_STEP_TOO_SMALL,
+    RUN_EVENT_ITERATION,
+    RUN_CHATTERING,
+    RUN_CHATTERING_OF_TWO,
+    RUN_ZENO,
+    RUN_EVENTS_PILE_UP,
+    RUN_STALLS,
+    RUN_DISCARD,
+    RUN_BAD_INDICATOR,
+    RUN_TOO_MANY_STEPS
+} RunStatus;
+
+typedef struct {
+    double start, stop;              /* s */
+    double tolerance;                /* relative; absolute: times the nominal value of the state */
+    double first_step, longest_step; /* s; 0: chosen; in Co-Simulation longest_step is the communication step */
+    int64_t method;                  /* MethodChoice */
+    Variables starts;
+    const double *start_values;
+    Variables recorded;
+    int64_t n_times;
+    const double *times;
+    double *states, *values; /* (n_times, n_states), (n_times, recorded.n) */
+    Variables inputs;
+    int64_t n_knots;
+    const double *knot_times, *knot_values, *knot_rates; /* (n_knots), (n_knots, inputs.n) twice */
+    const int64_t *knot_jumps;                           /* the values jump at this knot: an event */
+    int64_t event_capacity;
+    MasterEvent *events;
+    double *event_states; /* (event_capacity, 2, n_states): before and after */
+    int64_t allowance;    /* steps after which to return RUN_MORE */
+    /* progress, kept over RUN_MORE; next_time counts the rows written */
+    int64_t begun, next_time, n_events;
+    int64_t steps, rejected, evaluations, jacobians, slides;
+    int64_t n_switches; /* of the method, by auto */
+    double switch_time; /* of the first one */
+    /* report of an early end */
+    double report_time, report_value;
+    int64_t report_index;    /* indicator, state, or Function that returned an error */
+    int64_t report_other;    /* second indicator */
+    double *report_gradient; /* (n_states): how the indicator depends on the states, scaled by their nominals */
+} Run;
+
+#endif

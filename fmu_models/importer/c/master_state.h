@@ -1,0 +1,92 @@
+/*
+ * The master's own state, shared by its parts. A step is a curve on [t, t + length]: the methods of integration make
+ * it, the rest evaluates it.
+ */
+#ifndef STICKSLIP_MASTER_STATE_H
+#define STICKSLIP_MASTER_STATE_H
+
+#include "fmi_calls.h"
+#include "tableau.h"
+#include "tolerances.h"
+
+enum { DENSE_TERMS = 8, SEARCH_NODES = 8 };
+
+/* what a part tells its caller: go on, try a shorter step, or stop (the report is filled) */
+typedef enum { FINE, SHORTER, STOP } Outcome;
+
+typedef struct {
+    double time;         /* of the last event of this indicator */
+    int moved;           /* it changed the states */
+    double counted_time; /* of the last one that was not a mere return from the far side */
+    double gap;          /* before it */
+    double ratio;        /* of the last two gaps */
+    int gaps;
+    int returns; /* in a row that came at once */
+    int ratios;  /* equal ones in a row */
+    int events;  /* since window */
+    double window;
+} Watch;
+
+typedef struct {
+    int active, indicator;
+    double side;      /* of the surface whose mode the FMU is in: +1 above, -1 below */
+    double offset;    /* of the indicator, at which the FMU changes its mode */
+    double *normal;   /* x + offset * normal is above the surface */
+    double *gradient; /* of the indicator, scaled by the nominal values of the states */
+    double rate_above, rate_below,
+        share; /* of the indicator, and of the field above in the mean, at the last evaluation */
+    double *above, *below, *point, *check, *z;
+    double *values; /* recorded variables below the surface */
+} Slide;
+
+typedef struct {
+    const FmuInstance *fmu;
+    Run *run;
+    int n, nz, nu;
+    int slots;     /* nz and one more: the second condition of a sliding motion */
+    double t;      /* where the run is */
+    double h;      /* proposed length of the next step */
+    double *x, *f; /* states and derivatives there */
+    double *nominal, *before;
+    double *u;
+    int trial_status, trial_errors; /* the FMU refused trial points */
+    int64_t knot;                   /* the piece of the input table in use */
+    int inputs_vary;                /* within it */
+    double next_event;              /* time event of the FMU */
+    int terminate;
+    RunStatus ended; /* why, once a part has said STOP */
+    int fresh;       /* f is to be computed anew */
+    int bad_state;   /* whose derivative was not finite */
+    /* method in use */
+    int stiff;
+    const Tableau *tableau;
+    int stiff_hits, stiff_misses, calm_hits, calm_needed;
+    /* the step: on [t, t + length] */
+    double length, step_error;
+    double *x1, *f1, *stage, *k;
+    double *dense; /* DENSE_TERMS rows of n */
+    int dense_terms, dense_ready;
+    double *error, *error_low;
+    /* stiff method */
+    double *jacobian, *real_lu, *complex_lu;
+    int *real_pivot, *complex_pivot;
+    double *stages_z, *stages_w, *stages_f, *seed;
+    double lu_length, newton_rate, last_error, last_length;
+    int jacobian_ready, jacobian_fresh, newton_poor, lu_ready, previous_ready;
+    /* indicators */
+    double *z, *z1, *point; /* at t; scratch; states of a point of the step */
+    signed char *side;      /* 1: positive, -1: zero or below */
+    signed char *fired;
+    double *samples;      /* nodes x slots */
+    double *node_inverse; /* from values at the nodes to the coefficients of the polynomial */
+    Watch *watch;
+    Slide slide;
+    int stalled;
+    double last_event_time;
+    int quick_slides;   /* that began soon after one another */
+    double slide_time;  /* at which the last one began */
+    int64_t pace_steps; /* tried since pace_time */
+    double pace_time;
+} Master;
+
+#endif

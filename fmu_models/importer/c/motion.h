@@ -1,0 +1,11 @@
+/* The right-hand side, whatever it is at present: the FMU, or the mean field of a sliding motion. */
+#ifndef STICKSLIP_MOTION_H
+#define STICKSLIP_MOTION_H
+
+#include "master_state.h"
+
+Outcome motion_rates(Master *m, double t, const double *x, double *dx);
+Outcome motion_indicators(Master *m, double t, const double *x,
+                          double *z); /* slots; of a sliding motion: its own conditions */
+
+#endif

@@ -1,0 +1,13 @@
+/* Lengths of steps, and the method that makes them. */
+#ifndef STICKSLIP_STEP_H
+#define STICKSLIP_STEP_H
+
+#include "master_state.h"
+
+Outcome step_first(Master *m);
+Outcome step_make(Master *m, double limit, double *error); /* from t, at most limit long, within the tolerance */
+double step_growth(Master *m, double error);               /* by which the next step may be longer */
+void step_choose(Master *m);                               /* automatic choice of the method, after an accepted step */
+void step_careful(Master *m);
+
+#endif

@@ -1,0 +1,82 @@
+/*
+ * Too many events.
+ *
+ *     a return: the indicator is back on the near side within the rounding of time, after an event that moved the
+ *               states and with nothing for the FMU to do: the far side, on which events are located, was left again.
+ *               Not an event of the motion
+ *     chattering: an indicator comes back at once again and again, or its mean gap would make the run last for ever
+ *               -> the motion slides along the surface of the indicator (slide.c)
+ *     Zeno:     the gaps of an indicator shrink geometrically, ratio r: they add up to gap r / (1 - r) more. An FMU
+ *               that comes to rest by itself does so before the rest of the sequence is within the rounding of time, or
+ *               not at all
+ *     piling up: events of whatever kind, one after the other, without progress in time
+ */
+#include "zeno.h"
+
+#include "field.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+void zeno_reset(Master *m)
+{
+    memset(m->watch, 0, (size_t)m->slots * sizeof *m->watch);
+    for (int i = 0; i < m->slots; i++) {
+        m->watch[i].time = m->watch[i].counted_time = m->watch[i].window = -INFINITY;
+    }
+    m->stalled = 0;
+    m->last_event_time = -INFINITY;
+}
+
+Outcome zeno_stalled(Master *m)
+{
+    const double gap = m->t - m->last_event_time;
+    m->last_event_time = m->t;
+    m->stalled = gap <= 4.0 * DBL_EPSILON * fabs(m->t) ? m->stalled + 1 : 0;
+    return m->stalled > master_tolerances.stalled_events ? field_report(m, RUN_EVENTS_PILE_UP, m->t, -1, m->stalled)
+                                                         : FINE;
+}
+
+/* the geometric sequence of gaps; STOP where it ends */
+static Outcome sequence(Master *m, int indicator)
+{
+    Watch *w = &m->watch[indicator];
+    const double gap = m->t - w->counted_time;
+    w->counted_time = m->t;
+    const double ratio = w->gap > 0.0 ? gap / w->gap : 0.0;
+    const int equal = ratio > 0.0 && ratio < 1.0 - 1e-6
+                      && fabs(ratio - w->ratio) <= master_tolerances.zeno_spread * fmin(ratio, 1.0 - ratio);
+    w->ratios = equal ? w->ratios + 1 : 0;
+    w->ratio = ratio;
+    w->gap = isfinite(gap) ? gap : 0.0;
+    const double rest = gap * ratio / (1.0 - ratio);
+    if (w->ratios >= master_tolerances.zeno_ratios && rest <= master_tolerances.zeno_rest * fabs(m->t)) {
+        return field_report(m, RUN_ZENO, m->t + rest, indicator, ratio);
+    }
+    return FINE;
+}
+
+Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *returned)
+{
+    const MasterTolerances *tolerances = &master_tolerances;
+    Watch *w = &m->watch[indicator];
+    const double length = m->run->stop - m->run->start;
+    const int at_once = m->t - w->time <= tolerances->chatter_gap * fmax(fabs(m->t), length);
+    *returned = at_once && w->moved && !moved;
+    w->returns = at_once ? w->returns + 1 : 0;
+    w->time = m->t;
+    w->moved = moved;
+    *slides = w->returns >= tolerances->chatter_events;
+    /* a sequence that shrinks ends by itself, or as Zeno */
+    const int shrinks = w->ratios >= tolerances->zeno_ratios;
+    if (!isfinite(w->window)) {
+        w->window = m->t;
+        w->events = 0;
+    } else if (++w->events >= tolerances->rate_events) {
+        *slides |= !shrinks && m->t - w->window < w->events * tolerances->rate_gap * length;
+        w->window = m->t;
+        w->events = 0;
+    }
+    return *returned ? FINE : sequence(m, indicator);
+}

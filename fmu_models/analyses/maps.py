@@ -176,7 +176,9 @@ def find_periodic(
             points = _from_least(points, size)
             if not any(_same(iteration, points, other, size) for other in motions):
                 motions.append(points)
-    return tuple(motion_at(iteration, points) for points in sorted(motions, key=lambda points: tuple(points[0])))
+    return tuple(
+        motion_at(iteration, points) for points in sorted(motions, key=lambda points: tuple(_rounded(points[0], size)))
+    )
 
 
 def motion_at(iteration: Iteration, points: Vector) -> PeriodicMotion:
@@ -286,9 +288,14 @@ def _same(iteration: Iteration, points: Vector, others: Vector, size: Vector, wi
     return bool((np.abs(iteration.difference(points - others)) <= within * size).all())
 
 
+def _rounded(points: Vector, size: Vector) -> Vector:
+    """For an order in which what rounding tells apart counts as equal."""
+    return np.round(points / (1e3 * SAME * size))
+
+
 def _from_least(points: Vector, size: Vector) -> Vector:
-    """The cycle from its least point on; what rounding tells apart counts as equal."""
-    rounded = np.round(points / (1e3 * SAME * size))
+    """The cycle from its least point on."""
+    rounded = _rounded(points, size)
     first = min(range(len(points)), key=lambda i: tuple(rounded[i]))
     return np.roll(points, -first, axis=0)
 

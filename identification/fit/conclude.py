@@ -16,7 +16,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, Inferred, infer
-from identification.inference.problem import Problem, Solution, information, prior_precision
+from identification.inference.problem import Problem, Solution, determines, information, prior_precision
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -24,9 +24,6 @@ from identification.measurement.presliding import presliding
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
-# condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed,
-# and rounding hides all beyond 1e15
-SINGULAR = 1e7
 
 
 def conclude(
@@ -99,11 +96,7 @@ def conclude(
 
 
 def _check_determined(problem: FrictionProblem, found: Solution, law: FittableLaw) -> None:
-    matrix = information(problem, found.evaluation)
-    norms = np.sqrt(np.diag(matrix))
-    scaled = matrix / np.outer(norms, norms) if np.all(norms > 0) else np.zeros_like(matrix)
-    # the eigenvalues of the scaled matrix are the squared singular values of the scaled gradient
-    if np.linalg.cond(scaled) > SINGULAR**2 or not np.all(norms > 0):
+    if not determines(information(problem, found.evaluation)):
         names = [parameter.name for parameter in law.parameters]
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=False))
         raise StickslipError(

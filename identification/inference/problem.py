@@ -26,6 +26,9 @@ Progress = Callable[[int, float], None]
 
 TOLERANCE = 1e-12  # relative, of the search: sum of squares, step, gradient
 EVALUATIONS = 500
+# condition of the scaled gradient from which on the parameters cannot be told apart; its square is what is computed,
+# and rounding hides all beyond 1e15
+SINGULAR = 1e7
 INSIDE = 1e-6  # of the range between two bounds: a start on a bound has no room to leave it
 
 
@@ -116,6 +119,13 @@ def prior_precision(problem: Problem) -> np.ndarray:
 def information(problem: Problem, evaluation: Evaluation) -> np.ndarray:
     """Gauss-Newton matrix (m, m) of the whole sum, priors included: the Fisher information where the noise is known."""
     return evaluation.gradient.T @ evaluation.gradient + prior_precision(problem)
+
+
+def determines(information: np.ndarray) -> bool:
+    """Whether a Gauss-Newton matrix (m, m) tells its parameters apart, whatever their units."""
+    norms = np.sqrt(np.diag(information))
+    # the eigenvalues of the scaled matrix are the squared singular values of the scaled gradient
+    return bool(np.all(norms > 0) and np.linalg.cond(information / np.outer(norms, norms)) <= SINGULAR**2)
 
 
 def lmfit_alone() -> Any:

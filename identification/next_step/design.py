@@ -27,6 +27,7 @@ from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST
+from identification.inference.problem import determines
 from identification.laws import LAWS, FittableLaw, find_law
 from identification.measurement.pooling import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
@@ -106,7 +107,7 @@ def design(
     with _Experiments(fit, law) as made:
         logged = [made.stick_slip(w, rig.N).information * log.duration for w, log in zip(driven, fit.logs, strict=True)]
         seen = sum(logged, np.zeros_like(now))
-        if np.linalg.matrix_rank(seen) < len(now):
+        if not determines(seen):
             raise StickslipError(
                 "The fitted model does not stick and slip at the drive speeds of the logs, so that it cannot say what "
                 "others would show. Compare it with the logs first: stickslip compare."

@@ -16,6 +16,7 @@ from fmu_models.simulation.trajectory import Trajectory
 
 STOP = 5.0
 INTERVAL = 1 / 512  # exact in binary: output times of both sides agree to the last digit
+COARSE, FINE = 1e-8, 1e-10  # relative tolerances of CVode
 
 
 @pytest.fixture(scope="module")
@@ -53,29 +54,53 @@ def native_sequence(fmu: Fmu, native: Trajectory) -> list[tuple[int, ...]]:
     return changes(found)
 
 
+def sampled(fmu: Fmu, result: np.ndarray | Trajectory, times: np.ndarray) -> np.ndarray:
+    """(n_states, n_times) of a result in nominal values, which CVode's absolute tolerance is relative to."""
+    # at the time of an event fmpy records the state before and after it
+    found = result.time if isinstance(result, Trajectory) else result["time"]
+    at = np.searchsorted(found, times - 1e-9)
+    assert np.allclose(found[at], times, atol=1e-9)
+    nominal = [float(fmu.variables[name].nominal or 1.0) for name in fmu.states]
+    return np.array([result[name][at] / size for name, size in zip(fmu.states, nominal, strict=True)])
+
+
+def assert_converging(coarse: np.ndarray, fine: np.ndarray, native: np.ndarray) -> None:
+    """The finer of two runs by another solver is nearer to ours than half its distance to the coarser one.
+
+    Between them lies a factor of 100 in CVode's tolerance and, where inputs move, of 16 in the interval over which
+    fmpy holds them. The error of a hold falls as the interval, that of smooth motion as the tolerance or nearly so, and
+    that of a release, whose slip grows from zero acceleration, as its root: each by ten at least, so that the finer run
+    of a right model is off by a ninth of the distance or less. What is beyond rounding of some thousand steps counts.
+    """
+    size = np.maximum(1.0, np.abs(native).max(axis=1, keepdims=True))
+    off, distance = (np.abs((fine - other) / size).max() for other in (native, coarse))
+    assert off < 0.5 * distance + 1e-12
+
+
 @pytest.mark.parametrize("interface", ["ModelExchange", "CoSimulation"])
 def test_fmpy_agrees_with_the_native_run(path: Path, fmu: Fmu, native: Trajectory, stop: float, interface: str) -> None:
     names = [*fmu.states, *(f"{name}_state" for name in fmu.contacts)]
-    # an impact multiplies the error of its time by the jump of the velocity
-    cvode = 1e-10 if fmu.impacts else 1e-8
-    result = simulate_fmu(
-        str(path), fmi_type=interface, stop_time=stop, relative_tolerance=cvode, output_interval=INTERVAL, output=names
-    )
+
+    def by_fmpy(tolerance: float) -> np.ndarray:
+        return simulate_fmu(
+            str(path),
+            fmi_type=interface,
+            stop_time=stop,
+            relative_tolerance=tolerance,
+            output_interval=INTERVAL,
+            output=names,
+        )
+
     assert len(native.events) > 0 or not fmu.contacts
-    for name in fmu.states:
-        # at the time of an event fmpy records the state before and after it
-        at = np.searchsorted(result["time"], native.time - 1e-9)
-        assert np.allclose(result["time"][at], native.time, atol=1e-9)
-        # CVode's absolute tolerance is relative to the nominal value
-        scale = max(float(fmu.variables[name].nominal or 1.0), np.abs(native[name]).max())
-        # CVode keeps a global error well below this over 5 s; Co-Simulation runs our engine, from one communication
-        # point to the next: impacts enlarge what that rounds
-        own = 1e-10 if fmu.impacts else 1e-11
-        tolerance = 1e-5 if interface == "ModelExchange" else own
-        assert np.abs(result[name][at] - native[name]).max() < tolerance * scale, name
+    result = by_fmpy(FINE)
+    expected, found = (sampled(fmu, run, native.time) for run in (native, result))
     if interface == "ModelExchange":
+        assert_converging(sampled(fmu, by_fmpy(COARSE), native.time), found, expected)
         assert sequence(fmu, result) == native_sequence(fmu, native)
     else:
+        # Co-Simulation runs our engine, from one communication point to the next: impacts enlarge what that rounds
+        size = np.maximum(1.0, np.abs(expected).max(axis=1, keepdims=True))
+        assert np.abs((found - expected) / size).max() < (1e-10 if fmu.impacts else 1e-11)
         assert sequence(fmu, result) == sequence(fmu, native)
 
 
@@ -119,21 +144,25 @@ def test_inputs_that_move_agree_too(path: Path, fmu: Fmu, interface: str) -> Non
     for name, value in zip(fmu.inputs, base, strict=True):
         table[name], table[f"{name}_rate"] = value * factors, value * rates
     signals = {name: Signal(times, table[name]) for name in fmu.inputs}
-    native = simulate(fmu, 4.0, inputs=signals, output_times=[4.0])
-    result = simulate_fmu(
-        str(path),
-        fmi_type=interface,
-        stop_time=4.0,
-        relative_tolerance=1e-9,
-        output_interval=1 / 64,
-        input=table,
-        output=fmu.states,
-    )
-    for name in fmu.states:
-        # a release grows from zero acceleration, so CVode's error in its time counts more where inputs move: 3e-5 here,
-        # shrinking with its tolerance; in Co-Simulation the interpolated inputs are rounded at every step
-        # fmpy holds inputs over a step of CVode: a model that they push directly (the drive) is off by their change
-        exchanged = 3e-3 if fmu.description.modelName == "drive_motor" else 1e-4
-        tolerance = exchanged if interface == "ModelExchange" else 1e-10
-        scale = max(1.0, float(fmu.variables[name].nominal or 1.0))
-        assert result[name][-1] == pytest.approx(native[name][0], abs=tolerance * scale), name
+    grid = np.arange(0.0, 4.0 + 1 / 128, 1 / 64)
+    native = simulate(fmu, 4.0, inputs=signals, output_times=grid)
+
+    def by_fmpy(tolerance: float, interval: float) -> np.ndarray:
+        result = simulate_fmu(
+            str(path),
+            fmi_type=interface,
+            stop_time=4.0,
+            relative_tolerance=tolerance,
+            output_interval=interval,
+            input=table,
+            output=fmu.states,
+        )
+        return sampled(fmu, result, grid)
+
+    expected = sampled(fmu, native, grid)
+    if interface == "ModelExchange":
+        assert_converging(by_fmpy(COARSE, 1 / 64), by_fmpy(FINE, 1 / 1024), expected)
+    else:
+        # the interpolated inputs are rounded at every step
+        size = np.maximum(1.0, np.abs(expected).max(axis=1, keepdims=True))
+        assert np.abs((by_fmpy(FINE, 1 / 64) - expected) / size).max() < 1e-10

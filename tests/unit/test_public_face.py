@@ -6,6 +6,7 @@ import importlib
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,9 @@ def test_the_manual_imports_from_package_roots_alone():
     for line in "\n".join(blocks).splitlines():
         if found := re.match(r"\s*(?:from|import) ((?:fmu_models|rig_io|identification)[\w.]*)", line):
             assert found[1] in PACKAGES, line
+
+
+def test_the_papers_name_the_version():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""How values show themselves: a few lines in a terminal, a table in a notebook, a data frame, an xarray.Dataset.
+"""How values show themselves: a few lines in a terminal, a table in a notebook, a data frame, a data set, a picture.
 
 A value says what it is in a heading and names what is in it; no array is written out, and no number longer than people
 read it.
@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import html
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import singledispatch
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
@@ -54,7 +56,7 @@ class Shown:
         if heading == type(self).__name__ and len(line) <= WIDTH:
             return line
         wide = max((len(name) for name, _ in rows), default=0)
-        return "\n".join([heading, *(_cut(f"  {name:{wide}}  {text}") for name, text in rows)])
+        return "\n".join([_cut(heading), *(_cut(f"  {name:{wide}}  {text}") for name, text in rows)])
 
     def _repr_html_(self) -> str:
         """For notebooks."""
@@ -90,6 +92,38 @@ class Tabular(Shown, ABC):
         for name, unit in frame.attrs.get("units", {}).items():
             found[name].attrs["units"] = unit
         return found
+
+
+class Pictured(Tabular):
+    """A value whose pictures and words are made on a higher floor: in ``report.views`` of its package, which registers
+    them with ``draw`` and ``tell`` and is imported when the first is asked for."""
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it, in axes of a new figure where none are given."""
+        axes = axes_or_new(ax)
+        _view(draw, self)(self, axes)
+        return axes
+
+    def summary(self) -> str:
+        """All that it says, as in a terminal."""
+        return _view(tell, self)(self)
+
+
+@singledispatch
+def draw(value: Any, axes: Axes) -> None:
+    """Draw a value in axes."""
+    raise NotImplementedError(type(value).__name__)
+
+
+@singledispatch
+def tell(value: Any) -> str:
+    """Everything a value says, as in a terminal."""
+    raise NotImplementedError(type(value).__name__)
+
+
+def _view(function: Any, value: Pictured) -> Callable[..., Any]:
+    import_module(f"{type(value).__module__.partition('.')[0]}.report.views")
+    return function.dispatch(type(value))
 
 
 def brief(value: Any) -> str:

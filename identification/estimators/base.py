@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.base.shown import Shown
 from identification.inference.problem import Prior, Problem, Progress, Solution
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -57,7 +58,7 @@ class FrictionProblem(Problem):
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(Shown):
     """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
     estimated along with the law, with what is known of them as priors; progress: see `inference.problem`."""
 

@@ -17,11 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured, Shown
 from identification.estimators.base import Options
 from identification.fit.fit import estimator_named
 from identification.inference.problem import Problem, Solution, prior_precision, solve
@@ -30,6 +31,9 @@ from identification.inference.whiteness import whiteness
 from identification.laws import LAWS, find_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
+
+if TYPE_CHECKING:
+    import pandas
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
@@ -40,7 +44,7 @@ FEWEST = 4  # clusters, of which halves can be made
 
 
 @dataclass(frozen=True)
-class LawScore:
+class LawScore(Shown):
     """How well one law does.
 
     values: of its parameters; criteria as above; held_out: root mean square of the held-out residuals, relative to the
@@ -59,7 +63,7 @@ class LawScore:
 
 
 @dataclass(frozen=True)
-class LawComparison:
+class LawComparison(Pictured):
     """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; doubts: what speaks
     against even the first law; verdict: what decides, and how sure it is."""
 
@@ -68,6 +72,22 @@ class LawComparison:
     effective: float
     doubts: tuple[str, ...]
     verdict: str
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each law, best first: criteria, error of held-out logs, by how many standard errors it is worse."""
+        import pandas
+
+        names = ("bic", "aicc", "aic", "held_out", "worse")
+        rows = [{name: getattr(one, name) for name in names} for one in self.scores]
+        return pandas.DataFrame(rows, index=pandas.Index([one.law for one in self.scores], name="law"))
+
+    def _heading(self) -> str:
+        return f"LawComparison: {self.verdict}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        least = self.best.bic
+        return {one.law: f"BIC {one.bic - least:+.1f}, held out {one.held_out:.3g}" for one in self.scores}
 
     @property
     def best(self) -> LawScore:

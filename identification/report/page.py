@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
+from fmu_models.base.shown import Shown
 from fmu_models.base.version import version
 from identification.model_check.portraits import MEANING
 from identification.model_check.table import bifurcation_sentences
@@ -41,7 +42,7 @@ class Drawing:
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Findings(Shown):
     """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
     residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and
     why."""

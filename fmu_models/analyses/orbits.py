@@ -75,7 +75,9 @@ def orbit_at(
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     begin = np.array([start.get(name, _start(fmu, name)) for name in found.states])
     residual = float(np.abs(found.end - begin).max())
-    return Orbit(period, dict(zip(found.states, begin, strict=True)), found.by_start, multipliers, residual, autonomous)
+    return Orbit(
+        period, dict(zip(found.states, begin.tolist(), strict=True)), found.by_start, multipliers, residual, autonomous
+    )
 
 
 def find_orbit(

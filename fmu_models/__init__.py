@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 from fmu_models.base.exports import exports
 
 if TYPE_CHECKING:
+    __version__: str
+
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.crossings import find_crossings as find_crossings
     from fmu_models.analyses.cycles import last_cycle as last_cycle

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING
 from fmu_models.base.exports import exports
 
 if TYPE_CHECKING:
+    __version__: str
+
     from identification.estimators.base import Options as Options
     from identification.fit.fit import fit_friction as fit_friction
     from identification.fit.result import FrictionFit as FrictionFit

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 from fmu_models.base.exports import exports
 
 if TYPE_CHECKING:
+    __version__: str
+
     from rig_io.bench.drive import Ripple as Ripple
     from rig_io.bench.emulator import Disc as Disc
     from rig_io.bench.emulator import Emulation as Emulation

@@ -27,7 +27,7 @@ ABSENT = {"pump.fmu", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"}
 # minutes of work in parts that other commands here have shown to be in the wheel
 LONG = (
     *("demo", "laws", "stress", "bench", "fit two", "emulate two"),
-    *("scene disc_rig_class_a --explain", "fit data/rigs/paper_rubber --covariance"),
+    *("scene disc_rig_class_a --explain", "fit data/rigs/paper_rubber --covariance", "compare"),
 )
 
 
@@ -59,28 +59,30 @@ def wheel(tmp_path_factory) -> Path:
     return found
 
 
+class Installed:
+    """The wheel in a fresh environment; programs of it run in an empty folder."""
+
+    def __init__(self, wheel: Path, place: Path, folder: Path) -> None:
+        venv.create(place, with_pip=False)
+        self.folder = folder
+        self.site = Path(sysconfig.get_path("purelib", vars={"base": str(place), "platbase": str(place)}))
+        self._scripts = place / ("Scripts" if os.name == "nt" else "bin")
+        # a path in a .pth file is searched last, and its own .pth files, such as that of a checkout, are not read
+        (self.site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
+        options = ("--quiet", "--no-deps", "--no-index", "--disable-pip-version-check")
+        python = str(self._scripts / Path(sys.executable).name)
+        subprocess.run([sys.executable, "-m", "pip", "--python", python, "install", *options, str(wheel)], check=True)
+        kept = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+        self._environment = kept | {"MPLBACKEND": "agg"}
+
+    def __call__(self, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+        line = [str(self._scripts / program), *arguments]
+        return subprocess.run(line, cwd=self.folder, env=self._environment, capture_output=True, text=True, check=False)
+
+
 @pytest.fixture(scope="module")
-def installed(wheel, tmp_path_factory):
-    """Run a program of the fresh environment in an empty folder."""
-    place, folder = tmp_path_factory.mktemp("environment"), tmp_path_factory.mktemp("empty")
-    venv.create(place, with_pip=False)
-    scripts = place / ("Scripts" if os.name == "nt" else "bin")
-    python = scripts / Path(sys.executable).name
-    site = sysconfig.get_path("purelib", vars={"base": str(place), "platbase": str(place)})
-    # a path in a .pth file is searched last, and its own .pth files, such as that of a checkout, are not read
-    Path(site, "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    options = ("--quiet", "--no-deps", "--no-index", "--disable-pip-version-check")
-    subprocess.run([sys.executable, "-m", "pip", "--python", str(python), "install", *options, str(wheel)], check=True)
-    environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")} | {
-        "MPLBACKEND": "agg"
-    }
-
-    def run(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-        line = [str(scripts / program), *arguments]
-        return subprocess.run(line, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-
-    run.folder, run.site = folder, Path(site)
-    return run
+def installed(wheel: Path, tmp_path_factory) -> Installed:
+    return Installed(wheel, tmp_path_factory.mktemp("environment"), tmp_path_factory.mktemp("empty"))
 
 
 def test_the_wheel_holds_the_folder_data_and_every_file_of_the_packages(installed):
@@ -99,9 +101,7 @@ def test_the_manual_s_commands_run_there(installed):
     assert missing.returncode == 2 and "stickslip data copy rigs/paper_rubber" in missing.stderr
     assert installed("stickslip", "data", "copy", "rigs/paper_rubber").returncode == 0
     listed = commands()
-    assert {"fit", "compare", "report", "apply", "simulate", "export", "scene", "couple", "map"} <= {
-        one[0] for one in listed
-    }
+    assert {"fit", "report", "apply", "simulate", "export", "scene", "couple", "map"} <= {one[0] for one in listed}
     for line in listed:
         answer = installed("stickslip", *line)
         assert answer.returncode == 0, f"stickslip {shlex.join(line)}\n{answer.stdout}\n{answer.stderr}"
@@ -109,7 +109,6 @@ def test_the_manual_s_commands_run_there(installed):
     assert {
         "fit.json",
         "friction.png",
-        "family.png",
         "report.html",
         "rig.fmu",
         "portrait.png",

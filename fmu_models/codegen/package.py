@@ -25,18 +25,20 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.base.version import version
+from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
-    from fmu_models.language.automaton import Automaton
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import HybridSystem
+
+    Model = str | os.PathLike[str] | Mechanism
 
 FMI_VERSIONS = ("2.0", "3.0")
 
 
 def export(
-    model: str | Mechanism | Automaton,
+    model: Model,
     path: str | os.PathLike[str],
     *,
     contacts: Sequence[str] | None = None,
@@ -48,8 +50,8 @@ def export(
     """Write a model as an FMU with Model Exchange and Co-Simulation.
 
     Args:
-        model: a declaration, or the name of an oscillator, as in ``fmu_models.oscillators.names()``; that comes from
-            the user's cache if it was built before.
+        model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module. The FMU comes
+            from the user's cache if it was built before.
         path: ends in ".fmu".
         contacts: names of those to keep; all if None.
         laws: per contact the name of a law in ``language/laws`` to build around its own, such as "lugre".
@@ -64,7 +66,7 @@ def export(
             written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
-    if isinstance(model, str) and not values:
+    if not values and isinstance(model, str | os.PathLike):
         kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(kept, temporary)
@@ -96,46 +98,76 @@ def write(
 
 
 def variant(
-    model: str | Mechanism | Automaton,
+    model: Model,
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
-) -> Mechanism | Automaton:
-    """An oscillator with some of its contacts only, or with other laws; arguments as for ``export``.
+    *,
+    beside: Path | None = None,
+) -> Mechanism:
+    """A model with some of its contacts only, or with other laws.
+
+    Args:
+        model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module.
+        contacts, laws: as for ``export``.
+        beside: folder that relative paths start from; the working folder if None.
 
     Raises:
         StickslipError: unknown model, contact or law.
     """
-    from fmu_models import oscillators
-
-    mechanism = oscillators.load(model) if isinstance(model, str) else model
+    mechanism = MODELS.load(model, beside) if isinstance(model, str | os.PathLike) else model
     if contacts is not None:
         mechanism = mechanism.restricted_to(contacts)
     return mechanism.with_law(**_laws(mechanism, laws)) if laws else mechanism
 
 
 def built(
-    model_name: str,
+    model: Model,
     *,
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     fmi_version: str = "3.0",
+    beside: Path | None = None,
 ) -> Path:
-    """The FMU of a ``variant``, from the user's cache if it was built before (then without any symbolic work).
+    """The FMU of a ``variant``, from the user's cache if it was built before; of our own without any symbolic work.
 
     Raises:
         StickslipError: as for ``variant`` and ``export``.
     """
-    checked(f"{model_name}.fmu", fmi_version, overwrite=True)
+    checked("model.fmu", fmi_version, overwrite=True)
+    if not kept_by_name(model):
+        from fmu_models.lowering.lower import lower
+
+        return built_of(lower(variant(model, contacts, laws, beside=beside)), fmi_version)
     options = (
-        model_name,
+        str(model),
         "all" if contacts is None else ",".join(sorted(contacts)),
         *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
         fmi_version,
     )
-    kept = kept_folder(*options) / f"{Path(model_name).name}.fmu"
+    kept = kept_folder(*options) / f"{model}.fmu"
     if not kept.is_file():
-        export(variant(model_name, contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
+        export(variant(str(model), contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
     return kept
+
+
+def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
+    """The FMU of a lowered system, from the user's cache if one with the same sources was built before.
+
+    Raises:
+        StickslipError: unknown version, or the compiler fails.
+    """
+    checked("model.fmu", fmi_version, overwrite=True)
+    texts = _texts(system, fmi_version)
+    kept = kept_folder("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
+    file = kept / f"{system.name}.fmu"
+    if not file.is_file():
+        write(system, file, fmi_version=fmi_version, overwrite=True)
+    return file
+
+
+def kept_by_name(model: Model) -> bool:
+    """Whether what is made of a model may be kept under its name: ours, whose sources the cache knows."""
+    return isinstance(model, str) and model in MODELS.members()
 
 
 def kept_folder(*options: str) -> Path:
@@ -191,6 +223,18 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
 
 def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
     """Contents of the archive by name."""
+    files: dict[str, bytes | str] = {**_texts(system, fmi_version)}
+    fmi3_platform, fmi2_platform, _, suffix = this_platform()
+    platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
+    c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+        binary = compile_shared(c_files, Path(folder) / "library").read_bytes()
+    files[f"binaries/{platform}/{system.name}{suffix}"] = binary
+    return files
+
+
+def _texts(system: HybridSystem, fmi_version: str) -> dict[str, str]:
+    """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.model_description import Description, model_description, render
 
@@ -200,16 +244,11 @@ def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
-    fmi3_platform, fmi2_platform, _, suffix = this_platform()
-    platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
-        binary = compile_shared(c_files, Path(folder) / "library").read_bytes()
-    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
+    files = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
     files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool)
     files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
-    files[f"binaries/{platform}/{system.name}{suffix}"] = binary
     return files
 
 

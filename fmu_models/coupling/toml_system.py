@@ -87,7 +87,7 @@ def _unit(path: Path, name: str, table: Any) -> Unit:
     contacts = table.get("contacts")
     if contacts is not None and ("fmu" in table or not isinstance(contacts, list)):
         raise StickslipError(f"{where}: contacts are a list, chosen from a model; an FMU is as it is.")
-    file = path.parent / source if "fmu" in table else built(source, contacts=contacts)
+    file = path.parent / source if "fmu" in table else built(source, contacts=contacts, beside=path.parent)
     values = {key: _numbers(f"{where}, {key}", table.get(key, {})) for key in ("parameters", "start", "inputs")}
     return Unit(opened(where, file), **values)
 

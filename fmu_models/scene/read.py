@@ -9,7 +9,8 @@ from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import named_file, write_whole
 from fmu_models.base.toml_document import read_document
-from fmu_models.codegen.package import kept_folder
+from fmu_models.codegen.package import kept_by_name, kept_folder
+from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.scene import Scene
 from fmu_models.toolchain.compiler import digest
 
@@ -17,7 +18,7 @@ SUFFIX = ".toml"
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:
-    """Read a scene; one that was read before needs neither its model nor SymPy.
+    """Read a scene; one of our own models that was read before needs neither its model nor SymPy.
 
     Args:
         path: of a TOML file, or the name of one that comes along.
@@ -36,6 +37,8 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
     from fmu_models.scene.check import checked_scene
 
     scene = checked_scene(read_document(path))
+    if not kept_by_name(scene.model) or scene.compute.kind not in KINDS.members():
+        return scene
     with write_whole(kept, overwrite=True) as temporary:
         temporary.write_text(scene.to_json(), "utf-8")
     return scene
@@ -56,4 +59,4 @@ def files() -> list[Path]:
 
 
 def _own_sources() -> list[bytes]:
-    return [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return [path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py"))]

@@ -6,11 +6,10 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any
 
 from fmu_models.base.shown import Shown
-
-Kind = Literal["trajectory", "cycle", "strobe", "orbit"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +32,7 @@ class Compute(Shown):
     Attributes:
         kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe":
             the states once per period, and how many different ones are left at the end; "orbit": the periodic motion
-            near the start, stable or not, and its multipliers.
+            near the start, stable or not, and its multipliers; or a kind of the user's own, see ``kinds``.
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.
@@ -43,7 +42,7 @@ class Compute(Shown):
         autonomous: nothing forces the orbit, ``period`` is a guess.
     """
 
-    kind: Kind = "trajectory"
+    kind: str = "trajectory"
     samples: int = 2001
     over: str | None = None
     values: tuple[float, ...] = ()
@@ -77,7 +76,7 @@ class Scene(Shown):
     Attributes:
         name: identifier, also of its FMU; that of the file.
         title, source: for people.
-        model: name of the oscillator.
+        model: name of the oscillator, or the user's own: a file or module, relative to the ``folder`` of the scene.
         contacts: those in use, in the order of the model; None for all.
         laws: per contact the name of another law.
         fixed: parameters, and inputs held at one value, that become constants of the code; those that the scene does
@@ -114,6 +113,11 @@ class Scene(Shown):
     def parameters(self) -> dict[str, float]:
         """Every value that the scene gives to a parameter or to an input it holds, fixed or free."""
         return {**self.fixed, **self.free}
+
+    @property
+    def folder(self) -> Path:
+        """Where the scene stands, which its relative paths start from."""
+        return Path(self.path).parent
 
     def to_json(self) -> str:
         """The scene as text, from which ``from_json`` makes it again."""

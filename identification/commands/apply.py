@@ -11,6 +11,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
+from identification.commands.fits import FitFile
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,14 +19,11 @@ if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
     from identification.transfer.values import HandedValue
 
-app = console.app("Friction: hand fitted parameters on.")
-
 TARGETS = (".fmu", ".toml", ".ssv", ".ssp")
 
 
-@app.command()
 def apply(
-    fitted: Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")],
+    fitted: FitFile,
     source: Annotated[
         Path | None,
         typer.Argument(metavar="[FMU|SCENE]", help="What to copy with fitted values (default: the rig's own FMU)."),

@@ -1,12 +1,12 @@
-"""The estimators by name. A new one is a file with ``ESTIMATOR`` and a line here."""
+"""From pooled logs to the fit of a friction law, by an estimator that is chosen by name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from importlib import import_module
 
-from fmu_models.base.errors import StickslipError, nearest
-from identification.estimators.base import Estimator, Options
+from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
+from identification.estimators.base import Options
 from identification.fit.conclude import conclude
 from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
@@ -15,27 +15,9 @@ from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
 
-ESTIMATORS = {
-    "shooting": "identification.estimators.shooting",
-    "whole-cycle": "identification.estimators.whole_cycle",
-    "lugre": "identification.estimators.lugre",
-    "weak-form": "identification.estimators.weak_form",
-    "savitzky-golay": "identification.estimators.savitzky_golay",
-}
 DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
-
-
-def estimator_named(name: str) -> Estimator:
-    """An estimator.
-
-    Raises:
-        StickslipError: there is none of this name.
-    """
-    if name not in ESTIMATORS:
-        raise StickslipError(f"There is no estimator '{name}'.{nearest(name, ESTIMATORS)}")
-    return import_module(ESTIMATORS[name]).ESTIMATOR
 
 
 def fit_friction(
@@ -57,7 +39,7 @@ def fit_friction(
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
     """
-    chosen = estimator_named(estimator)
+    chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
     if form is LUGRE and estimator != "lugre":
         raise StickslipError(f"The law '{law}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip.")

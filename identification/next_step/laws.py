@@ -23,8 +23,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
+from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.fit import estimator_named
 from identification.inference.problem import Problem, Solution, prior_precision, solve
 from identification.inference.uncertainty import clustered_covariance, plain_covariance
 from identification.inference.whiteness import whiteness
@@ -174,8 +174,8 @@ def compare_laws(
     Raises:
         StickslipError: as in `compare_problems`, or the logs cannot be fitted.
     """
-    chosen = estimator_named(estimator)
     ready = logs if isinstance(logs, Pool) else pool(logs)
+    chosen = ESTIMATORS.load(estimator)
     problems = {name: chosen.estimate(ready, find_law(name), Options()).problem for name in laws}
     return compare_problems(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
@@ -193,7 +193,7 @@ def compare_contacts(
     names = [motion.log.name for motion in ready.motions]
     made = {}
     for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
-        made[name] = estimator_named(estimator).estimate(ready, find_law("Conti"), Options())
+        made[name] = ESTIMATORS.load(estimator).estimate(ready, find_law("Conti"), Options())
         if progress is not None:
             progress(0.3 * (number + 1))
     rigid, elastic = made[RIGID], made[BRISTLES]

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.fit import estimator_named
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
 from identification.laws import find_law
@@ -26,7 +26,7 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     """
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
     law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
-    made = estimator_named(fit.estimator).estimate(ready, law, Options(nuisance=nuisance))
+    made = ESTIMATORS.load(fit.estimator).estimate(ready, law, Options(nuisance=nuisance))
     return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
 
 

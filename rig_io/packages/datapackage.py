@@ -14,11 +14,12 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import OVERWRITE, existing, write_whole
+from fmu_models.base.registry import Reference
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
 from rig_io.packages import sidecar
 from rig_io.packages.sidecar import SIDECAR, mapping
-from rig_io.readers import csv_log, reader_of
+from rig_io.readers import check_kind, csv_log, read_table
 from rig_io.repair.counters import counted
 from rig_io.repair.table import check_edges, checked
 
@@ -33,12 +34,17 @@ def read_log(
     calibration: Calibration | None = None,
     experiment: Experiment | None = None,
     repair: Collection[str] = (),
+    reader: Reference | None = None,
 ) -> RigLog:
     """Read one log and its entry in the ``datapackage.json`` beside it.
 
     What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
-    needs no sidecar. repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the
-    first of rows with one time is kept). What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
+    needs no sidecar. What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
+
+    Args:
+        repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the first of rows
+            with one time is kept).
+        reader: as for `rig_io.readers.read_table`.
 
     Raises:
         StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
@@ -48,11 +54,11 @@ def read_log(
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
     beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.suffix and path.parent.is_dir() else []
     existing(path, "log", nearest(path.name, [other.name for other in beside]))
-    reader = reader_of(path)
+    check_kind(path, reader)
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
-    table = reader.read(path)
+    table = read_table(path, reader)
     known = checked(table, sidecar.units(resource, where), repair)
     instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where)
     for column, instrument in _INSTRUMENTS.items():
@@ -100,10 +106,12 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     return package, resources[path.name]
 
 
-def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) -> list[RigLog]:
+def read_package(
+    path: str | os.PathLike[str], *, repair: Collection[str] = (), reader: Reference | None = None
+) -> list[RigLog]:
     """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
 
-    repair: as in `read_log`.
+    repair, reader: as in `read_log`.
 
     Raises:
         StickslipError: as in `read_log`.
@@ -115,7 +123,7 @@ def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) 
     if found.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
     resources = sidecar.load_json(found)["resources"]
-    return [read_log(found.parent / str(r["path"]), repair=repair) for r in resources]
+    return [read_log(found.parent / str(r["path"]), repair=repair, reader=reader) for r in resources]
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:

@@ -13,9 +13,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
-from rig_io.logs.table import Table, content
-
-SUFFIXES = (".mat",)
+from rig_io.logs.table import Reader, Table, content
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SAVE = "save('log.mat', 'time', 'laser', '-v7')"
@@ -119,3 +117,6 @@ def _check_columns(path: Path, columns: Mapping[str, np.ndarray], left_out: Mapp
             f"'{path}' holds vectors of different lengths: {found}. Save only vectors of one recording, with one value "
             "per sample."
         )
+
+
+READER = Reader((".mat",), read)

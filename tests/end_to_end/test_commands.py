@@ -182,7 +182,7 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         (["emulate", "logs", "--speeds", "fast"], "numbers separated by commas"),
         (["emulate", "logs", "--no-laser", "--no-encoder"], "no sensor sees the disc"),
         (["fit", "nowhere"], "nowhere"),
-        (["fit", RIGS, "--estimator", "guess"], "no estimator 'guess'"),
+        (["fit", RIGS, "--estimator", "guess"], "No estimator is called 'guess'"),
         (["fit", RIGS, "--law", "Cont"], "Did you mean 'Conti'"),
         (["fit", RIGS, "--set", "N=1"], "no constant 'N'"),
         (["fit", RIGS / "free-decay.csv"], "no stick-slip log"),

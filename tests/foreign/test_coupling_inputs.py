@@ -12,11 +12,11 @@ from models import Models
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.commands.models import app
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.toml_system import read_system
 from fmu_models.coupling.wiring import Connection, conversion
+from identification.cli import app
 
 LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'
 UNITS = '[units.a]\nfmu = "mass3.0.fmu"\nstart = { x = 1.0 }\n[units.b]\nfmu = "mass3.0.fmu"\n'

@@ -11,11 +11,11 @@ import pytest
 from scipy.optimize import least_squares
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators import shooting
+from identification.estimators import ESTIMATORS, shooting
 from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ArcProblem, Start, noise
 from identification.fit.conclude import conclude
-from identification.fit.fit import estimator_named, fit_friction
+from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
 from identification.inference.problem import solve
 from identification.laws import LAWS
@@ -130,7 +130,7 @@ def test_projection_equals_the_joint_solve_with_starts_as_unknowns(ready: Pool) 
 
 
 def test_shooting_finds_the_truth_and_says_how_well(ready: Pool) -> None:
-    made = estimator_named("shooting").estimate(ready, CONTI, Options())
+    made = ESTIMATORS.load("shooting").estimate(ready, CONTI, Options())
     found = conclude(ready, made.estimator, made.problem, made.solution, CONTI, Inference())
     assert found.estimator == "shooting" and made.warnings == ()
     assert [q.name for q in found.nuisance] == ["gain", "delay"]
@@ -146,7 +146,7 @@ def test_shooting_finds_the_truth_and_says_how_well(ready: Pool) -> None:
 
 
 def test_ends_of_arcs_are_those_of_the_solved_motion(ready: Pool) -> None:
-    made = estimator_named("shooting").estimate(ready, CONTI, Options())
+    made = ESTIMATORS.load("shooting").estimate(ready, CONTI, Options())
     slip = made.solution.evaluation.slip
     assert slip.min() > 0.009
     # the first and last sample of an arc lie within a sample's change of slip speed of the threshold

@@ -309,11 +309,8 @@ class _Check:
 
     def _references(self) -> tuple[Reference, ...]:
         doc = self.doc
-        raw = doc.data.get("reference", [])
-        if not isinstance(raw, list):
-            raise doc.fault("references are written as [[reference]], in double brackets.", "reference")
         found = []
-        for i, table in enumerate(raw):
+        for i, table in enumerate(doc.entries("reference")):
             values = {name: doc.value(value, "1", "reference", i, name) for name, value in table.items()}
             at, tolerance = values.pop("at", None), values.pop("tolerance", 1e-9)
             found.append(Reference(values=values, tolerance=tolerance, at=at))

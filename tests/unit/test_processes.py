@@ -7,16 +7,18 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import isolated_functions as functions
 import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import IsolatedFailure, Limits, in_processes, isolated
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.run import simulate
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
@@ -116,7 +118,7 @@ def test_what_it_prints_does_not_disturb(capfd: pytest.CaptureFixture[str]) -> N
 def hanging_parent(note: Path) -> subprocess.Popen[bytes]:
     """A process that isolates a hanging call; ``note`` holds the child's number once it hangs."""
     code = (
-        "import isolated_functions as f\nfrom fmu_models.fmu.isolation import isolated\n"
+        "import isolated_functions as f\nfrom fmu_models.base.processes import isolated\n"
         f"isolated(f.hang, {str(note)!r})\n"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
@@ -169,3 +171,41 @@ def test_what_it_leaves_behind_goes_too(tmp_path: Path) -> None:
     with pytest.raises(IsolatedFailure, match="exit code 0x5"):
         isolated(functions.leave_a_process_behind, str(note))
     assert gone(int(note.read_text()))
+
+
+def outcomes_of(function: Callable[..., Any], jobs: list[tuple[Any, ...]], **how: Any) -> list[Any]:
+    return [outcome for _, outcome in sorted(in_processes(function, jobs, **how))]
+
+
+def test_children_stay_and_keep_to_their_group() -> None:
+    names = [f"{letter}{i}" for i in range(3) for letter in "ab"]
+    jobs = [(name,) for name in names]
+    (one, asked), *_ = outcomes_of(functions.Keeper().ask, jobs, processes=1, group=functions.first_letter)[::-1]
+    assert asked == ["a0", "a1", "a2", "b0", "b1", "b2"]
+    both = {process for process, _ in outcomes_of(functions.Keeper().ask, jobs, processes=2)}
+    assert len(both) == 2 and one not in both
+
+
+@posix
+def test_a_job_that_fails_is_reported_and_the_others_go_on() -> None:
+    jobs = [(name,) for name in ("first", "refuse", "again", "crash", "hang", "last")]
+    first, refused, again, crashed, hung, last = outcomes_of(
+        functions.Keeper().ask, jobs, processes=1, limits=Limits(5)
+    )
+    assert isinstance(refused, StickslipError) and "too long" in str(refused)
+    assert isinstance(crashed, IsolatedFailure) and (crashed.cause, crashed.code) == ("own", -signal.SIGSEGV)
+    assert isinstance(hung, IsolatedFailure) and hung.cause == "time" and hung.seconds >= 5
+    # a refusal leaves the child as it is; a dead one is replaced, and the new one knows nothing
+    assert (again[0], again[1], last[1]) == (first[0], ["first", "again"], ["last"])
+
+
+def test_ending_the_iteration_ends_the_children() -> None:
+    outcomes = in_processes(functions.Keeper().ask, [("a",), ("b",), ("c",)], processes=2)
+    _, outcome = next(outcomes)
+    assert not isinstance(outcome, Exception)
+    outcomes.close()
+    assert gone(outcome[0])
+
+
+def test_children_share_the_cores() -> None:
+    assert all(set(found) == {1} for found in outcomes_of(functions.threads, [(50,), (60,)], processes=2, threads=1))

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import typer
+
 from fmu_models.base import console
+from fmu_models.base.version import version
 from fmu_models.commands.bench import bench
 from fmu_models.commands.couple import couple
+from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.export import export
 from fmu_models.commands.inspect import inspect
 from fmu_models.commands.map import show_map
@@ -26,15 +32,32 @@ from identification.commands.report import report
 from identification.commands.slips import slips
 from rig_io.commands.emulate import emulate
 
-app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
+HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
+app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
 FRICTION = (emulate, fit, demo, laws, design, compare, report, apply, inverse, slips)
 for command in MODELS:
     app.command()(command)
 app.command("map")(show_map)
 app.add_typer(new_commands, name="new")
+app.add_typer(data_commands, name="data")
 for command in FRICTION:
     app.command()(command)
+
+
+def _say_version(asked: bool) -> None:
+    if asked:
+        print(f"stickslip {version()}")
+        raise typer.Exit
+
+
+@app.callback(help=HELP)
+def options(
+    asked: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """What is asked of the suite as a whole."""
 
 
 def main() -> None:

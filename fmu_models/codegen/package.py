@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.version import version
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
@@ -40,17 +41,23 @@ FMI_VERSIONS = ("2.0", "3.0")
 
 
 def export(
-    mechanism: Mechanism,
+    model: Model,
     path: str | os.PathLike[str],
     *,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write ``mechanism`` as an FMU with Model Exchange and Co-Simulation.
+    """Write a model as an FMU with Model Exchange and Co-Simulation.
 
     Args:
+        model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module. The FMU comes
+            from the user's cache if it was built before.
         path: ends in ".fmu".
+        contacts: names of those to keep; all if None.
+        laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
         fmi_version: "2.0" or "3.0".
 
@@ -58,13 +65,19 @@ def export(
         ``path``.
 
     Raises:
-        StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, a value that
-            the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
+            written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
+    if not values and isinstance(model, str | os.PathLike):
+        kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
+        with write_whole(path, overwrite=overwrite) as temporary:
+            shutil.copyfile(kept, temporary)
+        return path
     from fmu_models.lowering.lower import lower
 
-    return write(_with_values(lower(mechanism), values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
+    system = lower(variant(model, contacts, laws))
+    return write(_with_values(system, values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
@@ -98,8 +111,7 @@ def variant(
 
     Args:
         model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module.
-        contacts: names of those to keep; all if None.
-        laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
+        contacts, laws: as for ``export``.
         beside: folder that relative paths start from; the working folder if None.
 
     Raises:
@@ -158,31 +170,6 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
     if not file.is_file():
         write(system, file, fmi_version=fmi_version, overwrite=True)
     return file
-
-
-def export_built(
-    model: Model,
-    path: str | os.PathLike[str],
-    *,
-    contacts: Sequence[str] | None = None,
-    laws: Mapping[str, str] | None = None,
-    values: Mapping[str, float] | None = None,
-    fmi_version: str = "3.0",
-    overwrite: bool = False,
-) -> Path:
-    """Write the FMU of a ``variant`` to ``path``, from the cache if possible (``values`` as for ``export``).
-
-    Raises:
-        StickslipError: as for ``variant`` and ``export``.
-    """
-    path = checked(path, fmi_version, overwrite)
-    if values:
-        mechanism = variant(model, contacts, laws)
-        return export(mechanism, path, values=values, fmi_version=fmi_version, overwrite=overwrite)
-    kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
-    with write_whole(path, overwrite=overwrite) as temporary:
-        shutil.copyfile(kept, temporary)
-    return path
 
 
 def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
@@ -281,14 +268,6 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
         f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
         f"const double model_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
     )
-
-
-def version() -> str:
-    """Version of this suite."""
-    try:
-        return metadata.version("stickslip")
-    except metadata.PackageNotFoundError:
-        return "(from source)"
 
 
 def _sources_digest() -> str:

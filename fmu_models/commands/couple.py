@@ -15,7 +15,10 @@ SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
 
 
 def couple(
-    path: Annotated[Path, typer.Argument(metavar="SYSTEM", help="A system of FMUs: .toml, .ssd or .ssp.")],
+    path: Annotated[
+        Path,
+        typer.Argument(metavar="SYSTEM", help="A system of FMUs: .toml, .ssd or .ssp, or a name of 'stickslip data'."),
+    ],
     until: Annotated[float | None, typer.Option(help="End of the run, s (default: what the system says).")] = None,
     solver: Annotated[str | None, typer.Option(help=f"How to run it: {SOLVERS} (default: what it says).")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
@@ -36,13 +39,14 @@ def couple(
     """
     import numpy as np
 
-    from fmu_models.coupling import run, toml_system
+    from fmu_models.coupling import run
+    from fmu_models.coupling.toml_system import read_system
     from fmu_models.report import coupled_summary
     from fmu_models.simulation.results import check_suffix
 
     refuse_existing(output, overwrite=overwrite)
     check_suffix(output)
-    system = toml_system.read(path)
+    system = read_system(path)
     changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
     system = system.changed(**{name: value for name, value in changes.items() if value is not None})
     times = np.linspace(system.start_time, system.stop_time, samples) if samples else None

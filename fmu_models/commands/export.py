@@ -34,7 +34,8 @@ def export(
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
     """
-    from fmu_models.codegen.package import export_built, kept_by_name
+    from fmu_models.codegen.package import export as write_fmu
+    from fmu_models.codegen.package import kept_by_name
     from fmu_models.fmu.fmu import Fmu
 
     values = console.assignments(settings, "parameter")
@@ -46,7 +47,7 @@ def export(
         name = model if kept_by_name(model) else MODELS.load(model).name
         path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
-        export_built(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
+        write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),

@@ -139,15 +139,10 @@ def _to_run(
 
 def _opened(model: str, contacts: str | None) -> Fmu:
     """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
-    from fmu_models.codegen.package import built
-    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.fmu.load import load
 
-    if Path(model).suffix.lower() != ".fmu":
-        return Fmu.open(built(model, contacts=console.chosen(contacts)))
-    if contacts is not None:
-        raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
-    fmu = Fmu.open(model)
-    if len(fmu.variables) < MANY and fmu.problems:
+    fmu = load(model, contacts=console.chosen(contacts))
+    if not fmu.ours and len(fmu.variables) < MANY and fmu.problems:
         console.warn(
             f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import sympy
 
+from fmu_models.base.shown import Shown
 from fmu_models.language.quantities import InternalState, Quantity
 
 
@@ -62,7 +63,7 @@ class ContactSymbol(Quantity):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Friction:
+class Friction(Shown):
     """A contact with a friction law.
 
     Attributes:

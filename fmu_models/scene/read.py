@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import named_file, write_whole
 from fmu_models.base.toml_document import read_document
@@ -20,7 +21,7 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
     """Read a scene; one of our own models that was read before needs neither its model nor SymPy.
 
     Args:
-        path: of a TOML file, or the name of one in ``data/scenes``.
+        path: of a TOML file, or the name of one that comes along.
 
     Raises:
         StickslipError: no such file, or what is wrong in it, with its line.
@@ -44,7 +45,7 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
 
 
 def find(path: str | os.PathLike[str]) -> Path:
-    """The file of a scene that is given by its path, or by the name of one in ``data/scenes``.
+    """The file of a scene that is given by its path, or by the name of one that comes along.
 
     Raises:
         StickslipError: there is none.
@@ -53,8 +54,8 @@ def find(path: str | os.PathLike[str]) -> Path:
 
 
 def files() -> list[Path]:
-    """The scenes that come along, by name: those in ``data/scenes`` beside the packages."""
-    return sorted((Path(__file__).parents[2] / "data" / "scenes").glob(f"*{SUFFIX}"))
+    """The scenes that come along, by name."""
+    return shipped.files("scenes", SUFFIX)
 
 
 def _own_sources() -> list[bytes]:

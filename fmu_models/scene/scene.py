@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from fmu_models.base.shown import Shown
+
 
 @dataclass(frozen=True, kw_only=True)
-class Drive:
+class Drive(Shown):
     """An input over time: straight lines between knots. times: (n,) s; values: (n,) in the unit of the input."""
 
     times: tuple[float, ...]
@@ -24,7 +26,7 @@ class Drive:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compute:
+class Compute(Shown):
     """What to compute.
 
     Attributes:
@@ -53,7 +55,7 @@ class Compute:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reference:
+class Reference(Shown):
     """Known values of what is computed, by name.
 
     Attributes:
@@ -68,7 +70,7 @@ class Reference:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene:
+class Scene(Shown):
     """A checked scene. All values are in the units of the model.
 
     Attributes:

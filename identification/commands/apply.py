@@ -12,7 +12,7 @@ from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FitFile, read_fit
+from identification.commands.fits import FitFile
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,6 +53,7 @@ def apply(
 
     Example: stickslip apply fit.json -o fitted.ssv
     """
+    from identification.fit.result import read_fit
     from identification.transfer.values import handed_values
 
     if output is None:

@@ -9,7 +9,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FigurePath, FitFile, draw_families, print_comparison, read_fit
+from identification.commands.fits import FigurePath, FitFile, draw_families, print_comparison
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
 
 SceneOption = Annotated[
@@ -37,7 +37,8 @@ def compare(
 
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
     """
-    from identification.model_check.families import compare as compare_families
+    from identification.fit.result import read_fit
+    from identification.model_check.families import compare_families
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:

@@ -10,7 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.terminal_table import terminal
-from identification.commands.fits import FitFile, read_fit
+from identification.commands.fits import FitFile
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,6 +29,7 @@ def design(
 
     Example: stickslip design fit.json
     """
+    from identification.fit.result import read_fit
     from identification.next_step.design import design as designed
 
     fit = read_fit(fitted)

@@ -63,23 +63,6 @@ def fit_logs(
     return ready, fit_friction(ready, **options)
 
 
-def read_fit(path: Path) -> FrictionFit:
-    """A result of 'stickslip fit'.
-
-    Raises:
-        StickslipError: it cannot be read, or is none.
-    """
-    from identification.fit.result import FrictionFit
-
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise StickslipError(
-            f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."
-        ) from error
-    return FrictionFit.from_json(text)
-
-
 def write_text(path: Path, text: str, overwrite: bool) -> None:
     """Write a text file whole."""
     with write_whole(path, overwrite=overwrite) as temporary:

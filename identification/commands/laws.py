@@ -32,13 +32,13 @@ def laws(
     Example: stickslip laws data/rigs/paper_rubber
     """
     from identification.measurement.pooling import pool
-    from identification.next_step.laws import compare_contacts, compare_on
+    from identification.next_step.laws import compare_contacts, compare_laws
 
     with console.progress("comparing laws") as advance:
         read = read_logs(logs, console.assignments(settings, "rig constant"), reader=reader)
         ready = pool(read, allow_no_stick=allow_no_stick)
         share = 0.1 if contact else 1.0
-        found = compare_on(ready, estimator=estimator, progress=lambda done: advance(share * done))
+        found = compare_laws(ready, estimator=estimator, progress=lambda done: advance(share * done))
         contacts = None
         if contact:
             contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))

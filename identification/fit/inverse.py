@@ -14,7 +14,7 @@ from fmu_models.base.digits import value_with_sd
 from identification.estimators.inverse_dynamics import PARTS, InverseProblem, inverse_problem, law_problems, regressors
 from identification.estimators.inverse_terms import KINDS, Term, check_terms, read_model
 from identification.inference.choice import coloured_covariance
-from identification.inference.comparison import Comparing, LawComparison, compare_laws
+from identification.inference.comparison import Comparing, LawComparison, compare_problems
 from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import Solution, among, searched, solve
 from identification.inference.uncertainty import LAG_RULE, autocorrelation, inflation, plain_covariance
@@ -205,7 +205,7 @@ def _laws(problems: dict[str, InverseProblem], log: str) -> LawComparison:
     solutions = {name: solve(problem) for name, problem in problems.items()}
     warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
     asked = Comparing("hac", PARTS, warnings)
-    return compare_laws(problems, [log], solutions=solutions, asked=asked)
+    return compare_problems(problems, [log], solutions=solutions, asked=asked)
 
 
 def _meaning(problem: InverseProblem, found: Solution) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.measurement.pooling import RigValues, rig_values
@@ -42,7 +43,7 @@ class SimulatedMotion:
 
 
 @dataclass(frozen=True, eq=False)
-class FittedModel:
+class FittedModel(Shown):
     """The FMU of the rig and the values it runs with.
 
     contacts: discs that touch; arrangement: of two discs, as in `logs.log.Experiment`; parameters: of the FMU, by

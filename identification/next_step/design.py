@@ -19,12 +19,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown, Tabular
 from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
@@ -33,6 +34,9 @@ from identification.inference.problem import determines
 from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooling import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
+
+if TYPE_CHECKING:
+    import pandas
 
 SPEEDS = 10  # candidates, from half the lowest drive speed of the logs to twice the highest
 LOADS = (0.5, 1.0, 2.0)  # of the normal force of the fit
@@ -43,7 +47,7 @@ OBSERVED = 12.0  # natural periods of the simulated motion that are looked at
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Shown):
     """An experiment. kind: "stick-slip" or "steady sliding"; drive_speed: rad/s; load: N; deviations: of each
     parameter, with this log beside those fitted; gain: share by which they fall, geometric mean, 0 to 1; index:
     collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one."""
@@ -59,7 +63,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Tabular):
     """Candidates, the best first, those refused last; what is known now: deviations and collinearity index predicted
     for the fitted logs; duration: s, of each candidate; advice: what to do."""
 
@@ -68,6 +72,20 @@ class Design:
     index: float
     duration: float
     advice: str
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each candidate, best first; "sd ..." are the deviations with it."""
+        import pandas
+
+        names = ("kind", "drive_speed", "load", "gain", "index", "greatest_slip", "refused")
+        return pandas.DataFrame(
+            {name: getattr(one, name) for name in names} | {f"sd {name}": sd for name, sd in one.deviations.items()}
+            for one in self.candidates
+        )
+
+    def _heading(self) -> str:
+        return f"Design: {self.advice}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only."""

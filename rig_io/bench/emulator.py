@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from rig_io.bench.drive import Ripple
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
@@ -105,7 +106,7 @@ class MicroSlip:
 
 
 @dataclass(frozen=True)
-class Emulation:
+class Emulation(Shown):
     """One log to be emulated. Times in s, rates in Hz, angles in rad.
 
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.files import write_whole
+from fmu_models.base.files import OVERWRITE, existing, write_whole
 from fmu_models.base.registry import Reference
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
@@ -52,10 +52,9 @@ def read_log(
     path = Path(path)
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
+    beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.suffix and path.parent.is_dir() else []
+    existing(path, "log", nearest(path.name, [other.name for other in beside]))
     check_kind(path, reader)
-    if not path.exists():
-        beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-        raise StickslipError(f"There is no log '{path}'.{nearest(path.name, [other.name for other in beside])}")
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
@@ -91,8 +90,9 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     if not beside.exists():
         if required:
             raise StickslipError(
-                f"There is no {SIDECAR} beside '{path}', so the rig's constants are unknown. Write one (copy "
-                f"data/rigs/paper_rubber/{SIDECAR}), or give the constants and put units into the header: 'time [s]'."
+                f"There is no {SIDECAR} beside '{path}', so the rig's constants are unknown. Write one after that of "
+                "an example (stickslip data copy rigs/paper_rubber), or give the constants and put units into the "
+                "header: 'time [s]'."
             )
         return {}, {}
     package = sidecar.load_json(beside)
@@ -117,7 +117,7 @@ def read_package(
         StickslipError: as in `read_log`.
     """
     path = Path(path)
-    found = path / SIDECAR if path.is_dir() else path
+    found = path / SIDECAR if existing(path, "package of logs").is_dir() else path
     if not found.exists():
         raise StickslipError(f"There is no {SIDECAR} in '{path}'. Name a folder that holds one.")
     if found.name != SIDECAR:
@@ -142,7 +142,7 @@ def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
     if len(set(names)) < len(names):
         raise StickslipError(f"Two logs have one name among {', '.join(names)}. Name them apart.")
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not overwrite)):
-        raise StickslipError(f"'{folder}' exists already. Choose another name, or allow it to be overwritten.")
+        raise StickslipError(f"'{folder}' exists already. {OVERWRITE}")
 
 
 def write_package(

@@ -18,7 +18,7 @@ from identification.fit.result import FrictionFit
 from identification.fitted_model.model import fitted_model
 from identification.laws import find_law, slip_laws
 from identification.measurement.pooling import pool
-from identification.next_step.laws import compare_contacts, compare_on
+from identification.next_step.laws import compare_contacts, compare_laws
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_package
@@ -93,7 +93,7 @@ def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleTyp
     ready = pool(benchmark.logs(cases["paper/rubber, exponential"], 3))
     other = benchmark.flagged(fit_friction(ready, estimator="weak-form"))
     assert other["speeds"] and other["course"] and not other["pre-sliding"]
-    compared = compare_on(ready, ("Coulomb", "Conti", "Stribeck"))
+    compared = compare_laws(ready, ("Coulomb", "Conti", "Stribeck"))
     assert compared.best.law == "Stribeck" and compared.verdict.endswith("Sure.") and compared.warnings == ()
     values = compared.best.values
     assert (values["mu_s"], values["mu_k"], values["v_s"]) == pytest.approx((0.65, 0.35, 0.04), rel=0.01)

@@ -11,6 +11,7 @@ from linear_problem import Curve, line, linear
 from machine_log import log_of, recipe_of
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
 from identification.fit.fit import fit_friction
 from identification.fit.inverse import inverse_dynamics
 from identification.fit.result import FrictionFit

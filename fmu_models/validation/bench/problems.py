@@ -22,7 +22,7 @@ STOP_TIME = 20.0  # s, of a model without a scene
 
 
 def problem(name: str, until: float | None = None) -> Problem:
-    """The problem of a scene (a TOML file, or the name of one in ``data/scenes``) or of a model with its defaults.
+    """The problem of a scene (a TOML file, or the name of one that comes along) or of a model with its defaults.
 
     Args:
         until: s, end of the run; that of the scene, or 20 s, if None.

@@ -41,9 +41,12 @@ if TYPE_CHECKING:
     from fmu_models.language.contacts import Requirement as Requirement
     from fmu_models.language.declaration import Output as Output
     from fmu_models.language.dry_friction import DryFriction as DryFriction
+    from fmu_models.language.dry_friction import falling as falling
     from fmu_models.language.impacts import Impact as Impact
     from fmu_models.language.impacts import Newton as Newton
     from fmu_models.language.impacts import Poisson as Poisson
+    from fmu_models.language.law_parameter import coefficient as coefficient
+    from fmu_models.language.law_parameter import declared as declared
     from fmu_models.language.laws.arctan import Arctan as Arctan
     from fmu_models.language.laws.conti import Conti as Conti
     from fmu_models.language.laws.conti_viscous import ContiViscous as ContiViscous

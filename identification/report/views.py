@@ -6,6 +6,7 @@ from io import StringIO
 from typing import TYPE_CHECKING
 
 from fmu_models.base.shown import draw, tell
+from identification.fit.inverse import InverseRun
 from identification.fit.result import FrictionFit
 from identification.inference.comparison import LawComparison
 from identification.model_check.families import FamilyComparison
@@ -14,6 +15,8 @@ from identification.model_check.table import comparison_report
 from identification.report.family_figure import draw_diagram, draw_portrait
 from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import draw_fit
+from identification.report.machine_figures import draw_effort
+from identification.report.machine_tables import inverse_report
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +47,16 @@ def _(laws: LawComparison, axes: Axes) -> None:
     axes.barh(names, [one.bic - laws.best.bic for one in laws.scores], color="0.6", edgecolor="black")
     axes.invert_yaxis()
     axes.set_xlabel("BIC behind that of the first law (above 10: very strong)")
+
+
+@draw.register(InverseRun)
+def _(run: InverseRun, axes: Axes) -> None:
+    draw_effort(axes, run)
+
+
+@tell.register(InverseRun)
+def _(run: InverseRun) -> str:
+    return _text(inverse_report(run.result))
 
 
 @tell.register(FrictionFit)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -25,10 +26,20 @@ from fmu_models import (
 from fmu_models.base.shown import Tabular
 from fmu_models.maps import henon
 from fmu_models.oscillators import block_on_belt, planar_hopf
-from identification import compare_families, compare_laws, design, fit_free_decay, fit_friction
+from identification import (
+    compare_families,
+    compare_laws,
+    design,
+    fit_free_decay,
+    fit_friction,
+    inverse_dynamics,
+    read_recipe,
+    slip_statistics,
+)
 from rig_io import emulate, standard_set
 
 LINES, WIDTH = 10, 130
+MACHINES = Path(__file__).parents[2] / "data" / "machines"
 
 
 @pytest.fixture(autouse=True)
@@ -74,6 +85,8 @@ def found() -> dict[str, object]:
         "family": family,
         "portrait": family.members[0],
         "laws": compare_laws(logs, ("Conti", "Coulomb")),
+        "inverse": inverse_dynamics(read_recipe("axis"), MACHINES / "axis.csv"),
+        "slips": slip_statistics(read_recipe("slider"), MACHINES / "slider.csv", {"stiffness": 50.0})[0],
         "design": design(fit, speeds=[0.5], loads=[4.905]),
     }
 
@@ -103,6 +116,8 @@ def test_frames_hold_the_numbers(found, run):
     assert (fit.frame.loc["p", "low"], fit.frame.loc["p", "high"]) == fit.interval("p")
     assert found["laws"].frame.loc["Conti", "bic"] == found["laws"].best.bic
     assert list(found["family"].frame.index) == [one.log for one in found["family"].members]
+    assert found["inverse"].frame.loc["M", "value"] == found["inverse"].result["M"]
+    assert found["slips"].frame.loc["period", "value"] == found["slips"].period.value
     assert np.array_equal(found["log"].frame["laser"], found["log"].column("laser"))
     sensitivity = found["sensitivity"]
     assert np.array_equal(sensitivity.frame["d omega/d mu_s0"], sensitivity.of("omega")[:, 0])
@@ -124,7 +139,7 @@ def test_without_xarray_the_error_says_how_to_get_it(run, monkeypatch):
 
 
 def test_plots_are_drawn_in_the_axes_given_or_in_new_ones(found, run):
-    for value in (run, found["fit"], found["family"], found["portrait"], found["laws"]):
+    for value in (run, found["fit"], found["family"], found["portrait"], found["laws"], found["inverse"]):
         axes = Figure().subplots()
         assert value.plot(ax=axes) is axes and axes.has_data()
         assert axes.get_xlabel()

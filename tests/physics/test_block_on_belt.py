@@ -74,17 +74,19 @@ def test_the_whole_cycle_against_another_integrator(block):
         x, v = state
         return [v, (-K * x - C * v + N * mu(v - V)) / M]
 
-    def caught_up(_, state):
-        return state[1] - V
+    class CaughtUp:
+        terminal, direction = True, 1.0
 
-    caught_up.terminal, caught_up.direction = True, 1.0
+        def __call__(self, _, state):
+            return state[1] - V
+
     tear = (N * MU_S - C * V) / K  # where the block leaves the belt
     time, x = 0.0, 0.0
     for release, stick in zip(run.events[0::2], run.events[1::2], strict=False):
         time += (tear - x) / V
         assert release.time == pytest.approx(time, rel=PEER)
         found = solve_ivp(
-            slipping, (0.0, 2.0), [tear, V], "DOP853", events=caught_up, rtol=1e-13, atol=1e-15, first_step=1e-6
+            slipping, (0.0, 2.0), [tear, V], "DOP853", events=CaughtUp(), rtol=1e-13, atol=1e-15, first_step=1e-6
         )
         time, x = time + found.t_events[0][-1], found.y_events[0][-1][0]
         assert stick.time == pytest.approx(time, rel=PEER)

@@ -76,7 +76,7 @@ def test_a_fit_goes_on_in_lmfit(estimator: str, rigid: Pool) -> None:
         assert result.params[q.name].value == pytest.approx(q.value, rel=1e-4)
         assert result.params[q.name].stderr == pytest.approx(q.standard_deviation)
     assert "mu_s" in lmfit.fit_report(result) and result.covar.shape == (result.nvarys,) * 2
-    again = minimizer.minimize(method="least_squares")
+    again: Any = minimizer.minimize(method="least_squares")
     assert again.params["p"].value == pytest.approx(fit["p"].value, rel=1e-4)
     with pytest.raises(StickslipError, match="Fit the logs again"):
         FrictionFit.from_json(fit.to_json()).to_lmfit()

@@ -19,6 +19,7 @@ from scipy.optimize import brentq, root
 
 from fmu_models.analyses.maps import Iteration, PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from fmu_models.language.maps import Map
 
 # a point that moves by more than this share of the box in one step of the parameter may be of another branch
@@ -28,7 +29,7 @@ SHORTEST = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Bifurcation:
+class Bifurcation(Shown):
     """A value of a parameter, and the motion there.
 
     Attributes:

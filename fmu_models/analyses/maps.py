@@ -23,6 +23,7 @@ from fmu_models.analyses.crossings import Crossings, find_crossings
 from fmu_models.analyses.newton import newton
 from fmu_models.analyses.stability import Stability
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_values
 
@@ -35,7 +36,7 @@ SAME = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Iteration:
+class Iteration(Shown):
     """A map with numbers for its parameters, so that it can be iterated.
 
     Attributes:
@@ -113,7 +114,7 @@ class Iteration:
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicMotion:
+class PeriodicMotion(Shown):
     """A fixed point or a cycle of points.
 
     Attributes:

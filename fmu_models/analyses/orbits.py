@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.newton import newton
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
@@ -28,7 +29,7 @@ STEPS, HALVINGS = 30, 3
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Shown):
     """A periodic motion.
 
     Attributes:
@@ -80,7 +81,7 @@ def orbit_at(
     residual = float(np.abs(found.end - begin).max())
     return Orbit(
         period,
-        dict(zip(found.states, begin, strict=True)),
+        dict(zip(found.states, begin.tolist(), strict=True)),
         found.by_start,
         multipliers,
         residual,

@@ -40,9 +40,15 @@ Contacts = Annotated[
 ]
 
 
-def app(help_text: str) -> typer.Typer:
-    """A group of commands in the common style."""
-    return typer.Typer(help=help_text, no_args_is_help=True, rich_markup_mode="rich", add_completion=False)
+def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = False) -> typer.Typer:
+    """A group of commands in the common style; ``completion`` adds the options that set it up in a shell."""
+    return typer.Typer(
+        help=help_text,
+        no_args_is_help=no_args_is_help,
+        rich_markup_mode="rich",
+        add_completion=completion,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
 
 
 def console() -> Console:

@@ -19,13 +19,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.scene.compute import Comparison, Row
+    from fmu_models.scene.compute import Comparison
+    from fmu_models.scene.kinds.kind import Row
     from fmu_models.scene.scene import Scene
 
-app = console.app("Scenes: list, show, run.")
 
-
-@app.command()
 def scene(
     path: Annotated[
         str | None, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a scene. [default: list them]")

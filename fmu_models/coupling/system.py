@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from fmu_models.coupling.wiring import Connection, Misfit, Wire, split, wires
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
@@ -18,7 +19,7 @@ SOLVERS = (*EXCHANGE, *EXCHANGE_BY_STEPS)
 
 
 @dataclass(frozen=True)
-class Unit:
+class Unit(Shown):
     """One FMU of a system, with values by name in its own units of measure."""
 
     fmu: Fmu
@@ -28,7 +29,7 @@ class Unit:
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledSystem:
+class CoupledSystem(Shown):
     """Units by name and what connects them.
 
     Attributes:

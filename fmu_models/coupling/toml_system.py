@@ -12,9 +12,10 @@ start = { theta = 0.1 }
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import named_file
 from fmu_models.base.toml_document import Document, read_document
 from fmu_models.codegen.package import built
 from fmu_models.coupling import ssp
@@ -26,15 +27,13 @@ NUMBERS = {"step": "s", "tolerance": "1", "start_time": "s", "stop_time": "s"}
 VALUES = ("parameters", "start", "inputs")
 
 
-def read(path: str | os.PathLike[str]) -> CoupledSystem:
+def read_system(path: str | os.PathLike[str]) -> CoupledSystem:
     """The system in a TOML, .ssd or .ssp file.
 
     Raises:
         StickslipError: no such file, not readable, or a system that does not fit together; says where.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise StickslipError(f"There is no file '{path}'.")
+    path = named_file(path, shipped.files("systems"), "system")
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)
     document = read_document(path)
@@ -67,7 +66,8 @@ def _unit(document: Document, name: str) -> Unit:
     if contacts is not None and kind == "fmu":
         raise document.fault("contacts are chosen from a model; an FMU is as it is.", *place, "contacts")
     try:
-        fmu = Fmu.open(document.path.parent / source if kind == "fmu" else built(source, contacts=contacts))
+        folder = document.path.parent
+        fmu = Fmu.open(folder / source if kind == "fmu" else built(source, contacts=contacts, beside=folder))
     except StickslipError as error:
         raise document.fault(f"unit '{name}': {error}", *place, kind) from error
     return Unit(fmu, **{key: document.numbers(*place, key) for key in VALUES})

@@ -78,7 +78,7 @@ class Runs:
 
 def whole_model(scene: Scene) -> Fmu:
     """The FMU of the model with all its contacts, parameters and outputs, under the laws of the scene."""
-    return Fmu.open(built(scene.model, laws=scene.laws))
+    return Fmu.open(built(scene.model, laws=scene.laws, beside=scene.folder))
 
 
 def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
@@ -127,7 +127,8 @@ def _muting(scene: Scene) -> dict[str, float] | None:
 
     if scene.contacts is None:
         return {}
-    whole, kept = variant(scene.model), variant(scene.model, scene.contacts)
+    whole = variant(scene.model, beside=scene.folder)
+    kept = variant(whole, scene.contacts)
     shared = {p.name for p in kept.parameters}
     muted: dict[str, float] = {}
     for contact in whole.contacts:

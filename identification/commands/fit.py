@@ -1,51 +1,34 @@
-"""Commands that fit friction laws, compare the fitted model with measurements, and show the whole road once."""
+"""Command that fits a friction law."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
-from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.files import refuse_existing
+from identification.commands.fits import FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
+from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from identification.fit.result import FrictionFit
-    from identification.measurement.free_decay import FreeDecay
     from identification.measurement.pooling import Pool
-    from identification.model_check.families import FamilyComparison
-    from rig_io.logs.log import RigLog
-
-app = console.app("Friction: fit laws.")
 
 RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 
-Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOGS...", help="CSV logs, or the folder of a data package with its logs.")
-]
-Repairs = Annotated[
-    str | None,
-    typer.Option("--repair", metavar="NAME,...", help="Mend logs: sort (rows by time), duplicates (keep the first)."),
-]
-FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
 
-
-@app.command()
 def fit(
     logs: Logs,
     estimator: Annotated[
         str, typer.Option(help="shooting, whole-cycle, lugre, weak-form or savitzky-golay.")
     ] = "shooting",
-    law: Annotated[str, typer.Option(help="Friction law.")] = "Conti",
+    law: Annotated[str, typer.Option(help="Friction law: Conti, Stribeck, ...; or your own, my_law.py.")] = "Conti",
     settings: Settings = None,
     repair: Repairs = None,
+    reader: ReaderOption = None,
     free: Annotated[
         list[str] | None,
         typer.Option(
@@ -81,8 +64,8 @@ def fit(
 
         constants = console.assignments(settings, "rig constant")
         ratios = {name: constants.pop(name) for name in RATIOS if name in constants}
-        read = read_logs(logs, constants, repair)
-        decay = _decay(read, constants, ratios)
+        read = read_logs(logs, constants, repair, reader)
+        decay = decay_of(read, constants, ratios)
         advance(begun)
         ready, found = fit_logs(
             read,
@@ -97,7 +80,7 @@ def fit(
         advance(0.98)
         files, interrupted = _kept(found, ready, result, figure, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
-    console.say(json, content, lambda out: _print_fit(decay, found, files, out))
+    console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
 
@@ -120,212 +103,3 @@ def _kept(
         except KeyboardInterrupt:
             interrupted = True
     return files, interrupted
-
-
-@app.command()
-def demo(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="New folder for everything made.")],
-    seed: Annotated[int, typer.Option(help="Of the emulated bench.", min=0)] = 1,
-    json: Json = False,
-) -> None:
-    """The whole road once: emulate a rig, fit its friction, compare with it, report, export the fitted model.
-
-    Example: stickslip demo first_look
-    """
-    from fmu_models.codegen.package import export_built
-    from identification.fit.samples import samples_by_disc
-    from identification.fitted_model.model import fmu_parameters
-    from identification.model_check.families import compare
-    from identification.report.page import Findings, write_report
-    from rig_io.bench.emulator import emulate_set, standard_set
-    from rig_io.packages.datapackage import read_package
-
-    refuse_existing(folder)
-    targets = {
-        "logs": folder / "logs",
-        "fit": folder / "fit.json",
-        "friction": folder / "friction.png",
-        "family": folder / "family.png",
-        "report": folder / "report.html",
-        "fmu": folder / "disc_rig_fitted.fmu",
-    }
-    with console.progress("demo") as advance:
-        emulate_set(targets["logs"], standard_set(), seed)
-        advance(0.3)
-        logs = read_package(targets["logs"])
-        decay = _decay(logs)
-        ready, found = fit_logs(logs, decay)
-        write_text(targets["fit"], found.to_json(), False)
-        advance(0.5)
-        draw_friction(found, ready, targets["friction"], False)
-        families = compare(found, logs)
-        draw_families(families, targets["family"], False)
-        advance(0.7)
-        write_report(Findings(found, logs, families, decay, samples_by_disc(found, ready)), targets["report"])
-        advance(0.9)
-        export_built("disc_rig", targets["fmu"], contacts=found.contacts, values=fmu_parameters(found))
-    truth = next(log for log in logs if log.kind != "free-decay").experiment.emulation
-    content = {
-        "files": {name: str(path) for name, path in targets.items()},
-        "fit": found.to_dict(),
-        "truth": dict(truth),
-        "families": [one.to_dict() for one in families],
-    }
-
-    def show(out: Console) -> None:
-        _print_fit(decay, found, [], out)
-        print_comparison(families, [], out)
-        out.print("\nLook at")
-        out.print(f"  {targets['friction']}   friction against slip speed, with the fitted law")
-        out.print(f"  {targets['family']}     measured and modelled phase portraits, stick, and where it ends")
-        out.print(f"  {targets['report']}    all of it on one page, for a browser")
-        out.print(f"  {targets['fmu']}  the fitted rig for other tools")
-        out.print(f"  {targets['logs']}/datapackage.json  what the logs hold, and the truth behind them")
-
-    console.say(json, content, show)
-
-
-def read_logs(paths: Sequence[Path], constants: dict[str, float], repair: str | None = None) -> list[RigLog]:
-    """Logs from files and folders; ``constants`` of the rig replace those stated with the logs.
-
-    repair: names of `rig_io.logs.log.read_log` between commas. What was mended is said on standard error.
-
-    Raises:
-        StickslipError: as in `rig_io.logs.log.read_log`, or an unknown constant.
-    """
-    import warnings
-    from dataclasses import replace
-
-    from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
-    from rig_io.packages.datapackage import read_log, read_package
-
-    for name in constants:
-        if name not in (*RIG_UNITS, "N"):
-            known = ", ".join((*RIG_UNITS, "N"))
-            raise StickslipError(f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc).")
-    # tables of one driving disc call its normal force N
-    forces = dict.fromkeys(("N0", "N1"), constants["N"]) if "N" in constants else {}
-    stated = {**forces, **{name: value for name, value in constants.items() if name != "N"}}
-    given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
-    mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
-    logs: list[RigLog] = []
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
-        for path in paths:
-            if path.is_dir() or path.suffix == ".json":
-                logs += read_package(path, repair=mend)
-            elif given and not (path.parent / "datapackage.json").exists():
-                logs.append(read_log(path, rig=RigConstants(**given), repair=mend))
-            else:
-                logs.append(read_log(path, repair=mend))
-    for warning in said:
-        console.warn(str(warning.message))
-    return [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
-
-
-def _decay(
-    logs: Sequence[RigLog], constants: Collection[str] = (), ratios: Mapping[str, float] = MappingProxyType({})
-) -> FreeDecay | None:
-    """The free decay, if there is one among the logs, with ratios in place of its own.
-
-    Raises:
-        StickslipError: a ratio is set and there is no free decay, or a constant that the decay takes the place of.
-    """
-    from identification.measurement.free_decay import fit_free_decay
-
-    decays = [log for log in logs if log.kind == "free-decay"]
-    if not decays:
-        if ratios:
-            name = next(iter(ratios))
-            raise StickslipError(f"{name} is known from a free decay, and none is among the logs. Set {name[0]} and J.")
-        return None
-    for name in ("k", "c"):
-        if name in constants:
-            raise StickslipError(
-                f"{name}/J is known from the free decay '{decays[0].name}', so that {name} is not used. Set {name}/J."
-            )
-    return fit_free_decay(decays[0]).with_ratios(ratios)
-
-
-def fit_logs(
-    logs: Sequence[RigLog], decay: FreeDecay | None, *, allow_no_stick: bool = False, **options: Any
-) -> tuple[Pool, FrictionFit]:
-    """What was made ready for the fit, and the fit.
-
-    options: of `identification.fit.fit_friction`.
-    """
-    from identification.fit.fit import fit_friction
-    from identification.measurement.pooling import pool
-
-    ready = pool(logs, free_decay=decay, allow_no_stick=allow_no_stick)
-    return ready, fit_friction(ready, **options)
-
-
-def draw_friction(found: FrictionFit, ready: Pool, path: Path, overwrite: bool) -> None:
-    """Write the figure of a fit."""
-    from fmu_models.report.figures import save_figure
-    from identification.fit.samples import samples_by_disc
-    from identification.report.friction_figure import friction_figure
-
-    save_figure(friction_figure(found, samples_by_disc(found, ready)), path, overwrite=overwrite)
-
-
-def draw_families(families: Sequence[FamilyComparison], path: Path, overwrite: bool) -> tuple[Path, ...]:
-    """Write a figure for each family; those after the first have the names of their discs added to theirs."""
-    from fmu_models.report.figures import save_figure
-    from identification.report.family_figure import family_figure
-
-    written = family_paths(path, families)
-    for family, target in zip(families, written, strict=True):
-        save_figure(family_figure(family), target, overwrite=overwrite)
-    return written
-
-
-def family_paths(path: Path, families: Sequence[FamilyComparison]) -> tuple[Path, ...]:
-    """The file of each family's figure."""
-    discs = ("-".join(family.members[0].drive_speeds) for family in families)
-    return tuple(path.with_stem(f"{path.stem}-{names}") if i else path for i, names in enumerate(discs))
-
-
-def write_text(path: Path, text: str, overwrite: bool) -> None:
-    """Write a text file whole."""
-    with write_whole(path, overwrite=overwrite) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
-
-
-def read_fit(path: Path) -> FrictionFit:
-    """A result of 'stickslip fit'.
-
-    Raises:
-        StickslipError: it cannot be read, or is none.
-    """
-    from identification.fit.result import FrictionFit
-
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise StickslipError(
-            f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."
-        ) from error
-    return FrictionFit.from_json(text)
-
-
-def _print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
-    from identification.report.fit_summary import fit_summary
-
-    out.print(fit_summary(found, decay))
-    print_files(files, out)
-
-
-def print_comparison(families: Sequence[FamilyComparison], files: Sequence[str], out: Console) -> None:
-    """Families, and the files written."""
-    from identification.model_check.table import comparison_report
-
-    out.print(comparison_report(families))
-    print_files(files, out)
-
-
-def print_files(files: Sequence[str], out: Console) -> None:
-    """The files written."""
-    for path in files:
-        out.print(f"written: {path}")

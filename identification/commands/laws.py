@@ -1,28 +1,21 @@
-"""Commands that say which law the logs ask for, and which experiment would tell its parameters apart."""
+"""Command that says which law the logs ask for."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
-from fmu_models.base.errors import StickslipError
-from fmu_models.base.terminal_table import terminal
-from identification.commands.fit import Logs, read_fit, read_logs
+from identification.commands.logs import Logs, ReaderOption, read_logs
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from identification.inference.comparison import LawComparison
-    from identification.next_step.design import Design
-
-app = console.app("Which friction law, and which experiment next.")
 
 
-@app.command()
 def laws(
     logs: Logs,
     estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
@@ -30,6 +23,7 @@ def laws(
         bool, typer.Option("--contact", help="Rigid contact against bristles (LuGre) too, over whole cycles.")
     ] = False,
     settings: Settings = None,
+    reader: ReaderOption = None,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     json: Json = False,
 ) -> None:
@@ -38,13 +32,13 @@ def laws(
     Example: stickslip laws data/rigs/paper_rubber
     """
     from identification.measurement.pooling import pool
-    from identification.next_step.laws import compare_contacts, compare_on
+    from identification.next_step.laws import compare_contacts, compare_laws
 
     with console.progress("comparing laws") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"))
+        read = read_logs(logs, console.assignments(settings, "rig constant"), reader=reader)
         ready = pool(read, allow_no_stick=allow_no_stick)
         share = 0.1 if contact else 1.0
-        found = compare_on(ready, estimator=estimator, progress=lambda done: advance(share * done))
+        found = compare_laws(ready, estimator=estimator, progress=lambda done: advance(share * done))
         contacts = None
         if contact:
             contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))
@@ -57,38 +51,6 @@ def laws(
     console.say(json, {**found.to_dict(), "contacts": contacts.to_dict() if contacts else None}, show)
 
 
-@app.command()
-def design(
-    fitted: Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")],
-    speeds: Annotated[str | None, typer.Option(help="Drive speeds to try, rad/s, separated by commas.")] = None,
-    loads: Annotated[str | None, typer.Option(help="Normal forces to try, N, separated by commas.")] = None,
-    duration: Annotated[float, typer.Option(help="Of the log to come, s.")] = 20.0,
-    json: Json = False,
-) -> None:
-    """Name the drive speed and load whose log would tell the fitted parameters apart best.
-
-    Example: stickslip design fit.json
-    """
-    from identification.next_step.design import design as designed
-
-    fit = read_fit(fitted)
-    asked = {"speeds": _numbers(speeds, "--speeds"), "loads": _numbers(loads, "--loads")}
-    with console.progress("simulating candidates") as advance:
-        found = designed(fit, **asked, duration=duration, progress=advance)
-    console.say(json, found.to_dict(), lambda out: _print_design(found, out))
-
-
-def _numbers(text: str | None, option: str) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise StickslipError(
-            f"{option} takes numbers separated by commas, such as 0.2,0.41; found '{text}'."
-        ) from error
-
-
 def print_laws(found: LawComparison, out: Console) -> None:
     """The laws as a table, and what decides."""
     from identification.report.law_table import LEGEND, law_table
@@ -98,14 +60,3 @@ def print_laws(found: LawComparison, out: Console) -> None:
     out.print(found.verdict)
     for warning in found.warnings:
         out.print(f"Warning: {warning}", style="bold")
-
-
-def _print_design(found: Design, out: Console) -> None:
-    from identification.report.tables import design_table
-
-    out.print(terminal(design_table(found)))
-    refused = [one for one in found.candidates if one.refused is not None]
-    for reason in dict.fromkeys(one.refused for one in refused):
-        where = ", ".join(f"{one.drive_speed:.2g} rad/s {one.load:.2g} N" for one in refused if one.refused == reason)
-        out.print(f"Refused ({reason}): {where}.")
-    out.print(found.advice)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -147,6 +148,24 @@ def law_problems(prepared: Prepared, model: Model) -> dict[str, InverseProblem]:
     return problems
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ForceLaw(FittableLaw):
+    """A law of friction force. coefficients: the law that it is of; scale: N or N m, force of a coefficient of 1;
+    factor: (m,) of its parameters over those of the coefficients."""
+
+    coefficients: FittableLaw
+    scale: float
+    factor: np.ndarray
+
+    def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        """First guess, as in `FittableLaw`; mu: rough forces (n,)."""
+        return self.factor * self.coefficients.start(v, mu / self.scale)
+
+    def warnings(self, q: np.ndarray) -> tuple[str, ...]:
+        """Those of the coefficients: they compare parameters of one kind, whatever its unit."""
+        return self.coefficients.warnings(q)
+
+
 def force_law(law: FittableLaw, scale: float, prepared: Prepared) -> FittableLaw:
     """A law of friction coefficients as one of friction force. scale: N or N m, force of a coefficient of 1."""
     factor = np.array([scale if p.name.startswith(COEFFICIENT) else 1.0 for p in law.parameters])
@@ -161,13 +180,12 @@ def force_law(law: FittableLaw, scale: float, prepared: Prepared) -> FittableLaw
         )
         for p, by in zip(law.parameters, factor, strict=True)
     )
-    return replace(
-        law,
-        parameters=parameters,
-        value=lambda v, q: scale * law.value(v, q / factor),
-        gradient=lambda v, q: scale * law.gradient(v, q / factor) / factor.reshape(shape),
-        start=lambda v, force: factor * law.start(v, force / scale),
-    )
+    made: dict[str, Any] = {
+        "parameters": parameters,
+        "value": lambda v, q: scale * law.value(v, q / factor),
+        "gradient": lambda v, q: scale * law.gradient(v, q / factor) / factor.reshape(shape),
+    }
+    return ForceLaw(**vars(law) | made, coefficients=law, scale=scale, factor=factor)
 
 
 def _force_name(name: str) -> str:

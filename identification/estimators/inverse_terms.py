@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.laws import LAWS
+from identification.laws import slip_laws
 from identification.measurement.recipe import EFFORT, VELOCITY, Recipe, Speed, speed
 from identification.measurement.signals import GRAVITY, Prepared
 
@@ -100,7 +100,11 @@ KINDS: Mapping[str, Kind] = {
 # a friction law that is no function of slip speed alone, as the terms that it is the sum of, by their parameters
 BY_DIRECTION = "Coulomb+viscous by direction"
 DIRECTIONS: Mapping[str, str] = {"F_c+": "coulomb+", "F_c-": "coulomb-", "F_v+": "viscous+", "F_v-": "viscous-"}
-COMPARABLE = (*LAWS, BY_DIRECTION)
+
+
+def comparable() -> tuple[str, ...]:
+    """Names of the laws that a recipe may compare."""
+    return (*slip_laws(), BY_DIRECTION)
 
 
 @dataclass(frozen=True)
@@ -189,8 +193,8 @@ def _friction(recipe: Recipe) -> tuple[tuple[str, ...], float | None]:
     table = document.table("friction")
     laws = document.names("compare", "friction") or ()
     for law in laws:
-        if law not in COMPARABLE:
-            hint = nearest(law, COMPARABLE)
+        if law not in comparable():
+            hint = nearest(law, comparable())
             raise document.fault(f"there is no friction law '{law}'.{hint}", "friction", "compare")
     if len(laws) == 1:
         raise document.fault("'compare' needs two laws or more.", "friction", "compare")

@@ -15,12 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification import laws
 from identification.estimators import shooting, whole_cycle
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import solve
-from identification.laws import FittableLaw
+from identification.laws import FittableLaw, find_law
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
@@ -48,8 +47,8 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             "The estimator 'lugre' is of one driving disc: with two, the force in stick on one is not known apart from "
             "that of the other. Fit two discs by slip shooting, which micro-slip hardly touches."
         )
-    conti = options.bounded(laws.find_law("Conti"))
-    if law.name not in (conti.name, laws.LUGRE.name):
+    conti = options.bounded(find_law("Conti"))
+    if law.reference not in (conti.reference, find_law("LuGre").reference):
         raise StickslipError(
             f"The estimator 'lugre' has bristles before Conti's law, not before '{law.name}'. Leave --law out, or take "
             "slip shooting."
@@ -93,7 +92,7 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estima
 
 def _problem(slips: ShootingProblem, x: np.ndarray, stiffness: float, options: Options) -> ShootingProblem:
     damping = DAMPING * float(np.sqrt(stiffness * slips.ready.values.J)) / slips.ready.values.R
-    law = options.bounded(laws.LUGRE)
+    law = options.bounded(find_law("LuGre"))
     q = options.given.put(law.names, np.array([*x[:3], stiffness, damping]))
     return whole_cycle.cycle_problem(slips, x, law, q, options)
 

@@ -203,9 +203,8 @@ class ShootingProblem(FrictionProblem):
         values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
         start = {"theta": float(theta), "omega": float(omega)}
         for one in laws_of(self.law, contacts):
-            q, N = x[one.place], rig.forces[one.force]
-            law = {f"{name}{one.disc}": value for name, value in one.law.simulated(q, N).items()}
-            values |= law | {f"N{one.disc}": N}
+            law = {f"{name}{one.disc}": float(value) for name, value in zip(one.law.names, x[one.place], strict=True)}
+            values |= law | {f"N{one.disc}": rig.forces[one.force]}
             if f"sigma0{one.disc}" in law:
                 start[f"z{one.disc}"] = segment.bristles
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
@@ -294,7 +293,7 @@ class ShootingProblem(FrictionProblem):
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        columns = by[:, :inner] @ chain(self.law, x, known, names, motion.by[:inner], self.contacts(segment))
+        columns = by[:, :inner] @ chain(self.law, known, names, motion.by[:inner], self.contacts(segment))
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
@@ -314,9 +313,7 @@ def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) 
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
     moved |= {one: (one,) for one in ("k", "c", "R", "r")}
     for one in laws_of(law, contacts):
-        simulated = tuple(f"{name}{one.disc}" for name in one.law.simulated(np.ones(len(one.law.parameters)), 1.0))
-        moved[f"N{one.suffix}"] = (f"N{one.disc}", *simulated)
-        moved |= {f"{parameter.name}{one.suffix}": simulated for parameter in one.law.parameters}
+        moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
     # what the laser alone has, or the disc that is away, moves nothing
@@ -325,7 +322,6 @@ def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) 
 
 def chain(
     law: FittableLaw,
-    x: np.ndarray,
     known: Mapping[str, float],
     names: Sequence[str],
     parameters: Sequence[str],
@@ -337,13 +333,7 @@ def chain(
     by["J"] |= {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
     by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
     for part in laws_of(law, contacts):
-        # the law's parameters in the model are linear in q, and in N where they are forces
-        q, N, single = x[part.place], rig.forces[part.force], part.law
-        now, more = single.simulated(q, N), single.simulated(q, N + 1.0)
-        by[f"N{part.suffix}"] = {f"N{part.disc}": 1.0} | {f"{name}{part.disc}": more[name] - now[name] for name in now}
-        for place, parameter in enumerate(single.parameters):
-            unit = single.simulated(np.eye(len(q))[place], N)
-            by[f"{parameter.name}{part.suffix}"] = {f"{name}{part.disc}": value for name, value in unit.items()}
+        by |= {f"{name}{part.suffix}": {f"{name}{part.disc}": 1.0} for name in ("N", *part.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None:
         by[law.changeover] = {law.changeover: 1.0}
     return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
@@ -372,7 +362,7 @@ def shooting_problem(
     names = [unknown.name for unknown in every]
     runs = {}
     for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
-        laws = None if law.model is None else dict.fromkeys(contacts, law.model)
+        laws = dict.fromkeys(contacts, law.reference)
         model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
         runs[contacts] = Runs(Fmu.open(built(model, contacts=contacts, laws=laws)), directions(law, names, contacts))
     freed = {unknown.name for unknown in others}

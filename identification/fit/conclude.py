@@ -14,6 +14,7 @@ import numpy as np
 
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
+from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, infer
@@ -106,6 +107,7 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
     )
 
@@ -261,7 +263,7 @@ def _sensors(ready: Pool) -> dict[str, float]:
 def _warnings(
     law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
-    warnings = list(law.warnings(found.values))
+    warnings = list(law.warnings(found.values[: len(law.parameters)]))
     if not found.converged:
         warnings.append(f"The search did not converge: {found.message}. The values are its last ones.")
     for parameter in parameters:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
+from fmu_models.base.shown import Pictured
 from identification.estimators.inverse_dynamics import PARTS, InverseProblem, inverse_problem, law_problems, regressors
 from identification.estimators.inverse_terms import KINDS, Term, check_terms, read_model
 from identification.inference.choice import coloured_covariance
-from identification.inference.comparison import Comparing, LawComparison, compare_laws
+from identification.inference.comparison import Comparing, LawComparison, compare_problems
 from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import Solution, among, searched, solve
 from identification.inference.uncertainty import LAG_RULE, autocorrelation, inflation, plain_covariance
@@ -23,6 +24,7 @@ from identification.measurement.signals import Prepared, prepare
 from rig_io.readers import read_table
 
 if TYPE_CHECKING:
+    import pandas
     from lmfit import Minimizer, Parameters
 
 POOR = 0.8  # of the variance: a model that explains less does not describe the machine
@@ -88,7 +90,7 @@ class InverseResult:
 
 
 @dataclass(frozen=True, eq=False)
-class InverseRun:
+class InverseRun(Pictured):
     """A result with the signals behind it, for figures; residual: (k,) N or N m, measured less modelled effort, not
     weighted."""
 
@@ -97,6 +99,24 @@ class InverseRun:
     problem: InverseProblem
     solved: Solved
     residual: np.ndarray
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each parameter: value, unit, its standard deviation, and that as if residuals were white."""
+        import pandas
+
+        names = ("value", "unit", "standard_deviation", "white_deviation")
+        rows = [{name: getattr(one, name) for name in names} for one in self.result.estimates]
+        return pandas.DataFrame(rows, index=pandas.Index([one.name for one in self.result.estimates], name="parameter"))
+
+    def _heading(self) -> str:
+        score = self.result.score
+        return f"InverseRun: {self.result.title}, relative error {100 * score.relative_error:.2f} %"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {
+            one.name: f"{value_with_sd(one.value, one.standard_deviation)} {one.unit}" for one in self.result.estimates
+        }
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:
         """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`."""
@@ -205,7 +225,7 @@ def _laws(problems: dict[str, InverseProblem], log: str) -> LawComparison:
     solutions = {name: solve(problem) for name, problem in problems.items()}
     warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
     asked = Comparing("hac", PARTS, warnings)
-    return compare_laws(problems, [log], solutions=solutions, asked=asked)
+    return compare_problems(problems, [log], solutions=solutions, asked=asked)
 
 
 def _meaning(problem: InverseProblem, found: Solution) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     Raises:
         StickslipError: no slip of the logs holds a window.
     """
-    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
+    law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
         return {ready.contacts[0]: friction_samples(ready)}
     from identification.estimators.two_discs import joint_rows

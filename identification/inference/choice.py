@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from identification.inference.bootstrap import LEAST, bootstrap
 from identification.inference.bound import cramer_rao
 from identification.inference.identifiability import Collinearity, collinearity
@@ -24,7 +25,7 @@ BETTER = 1e-6  # relative fall of the sum of squares, met by a profile, that is 
 
 
 @dataclass(frozen=True)
-class Inference:
+class Inference(Shown):
     """What is asked for. covariance: "jackknife" over clusters, "hac" (Newey-West) or "bootstrap" of clusters with
     ``draws`` full refits from ``seed``; profile: whether to profile each parameter's likelihood; level: of intervals.
 

@@ -17,15 +17,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured, Shown
 from identification.inference.choice import coloured_covariance
 from identification.inference.problem import Problem, Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness
+
+if TYPE_CHECKING:
+    import pandas
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 SURE = 2.0  # standard errors of a difference in held-out prediction
@@ -35,7 +39,7 @@ FEWEST = 4  # clusters, of which halves can be made
 
 
 @dataclass(frozen=True)
-class LawScore:
+class LawScore(Shown):
     """How well one law does.
 
     values, deviations (standard; NaN where the data do not determine a parameter), units: of all unknowns; rms: root
@@ -60,7 +64,7 @@ class LawScore:
 
 
 @dataclass(frozen=True)
-class LawComparison:
+class LawComparison(Pictured):
     """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; warnings: what speaks
     against even the first law; verdict: what decides, and how sure it is."""
 
@@ -69,6 +73,22 @@ class LawComparison:
     effective: float
     warnings: tuple[str, ...]
     verdict: str
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each law, best first: criteria, error of held-out logs, by how many standard errors it is worse."""
+        import pandas
+
+        names = ("bic", "aicc", "aic", "held_out", "worse")
+        rows = [{name: getattr(one, name) for name in names} for one in self.scores]
+        return pandas.DataFrame(rows, index=pandas.Index([one.law for one in self.scores], name="law"))
+
+    def _heading(self) -> str:
+        return f"LawComparison: {self.verdict}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        least = self.best.bic
+        return {one.law: f"BIC {one.bic - least:+.1f}, held out {one.held_out:.3g}" for one in self.scores}
 
     @property
     def best(self) -> LawScore:
@@ -124,7 +144,7 @@ class _Candidate:
 DEFAULT = Comparing()
 
 
-def compare_laws(
+def compare_problems(
     problems: Mapping[str, Problem],
     logs: Sequence[str],
     *,

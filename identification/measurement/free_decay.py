@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from identification.inference.uncertainty import newey_west
 from rig_io.logs.log import RigLog
 
@@ -26,7 +27,7 @@ FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would 
 
 
 @dataclass(frozen=True)
-class FreeDecay:
+class FreeDecay(Shown):
     """What a free decay tells.
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included).

@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
@@ -54,7 +55,7 @@ class RigValues:
 
 
 @dataclass(frozen=True, eq=False)
-class Pool:
+class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
     time."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import nearest
 from fmu_models.base.files import named_file
 from fmu_models.base.toml_document import Document, read_document
@@ -114,7 +115,7 @@ class Recipe:
 
 
 def read_recipe(path: str | os.PathLike[str]) -> Recipe:
-    """Read a recipe: a TOML file, or the name of one in ``data/recipes``.
+    """Read a recipe: a TOML file, or the name of one that comes along.
 
     Raises:
         StickslipError: no such file, or what is wrong in it, with its line.
@@ -137,8 +138,8 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
 
 
 def recipes() -> list[Path]:
-    """The recipes that come along, in ``data/recipes`` beside the packages."""
-    return sorted((Path(__file__).parents[2] / "data" / "recipes").glob(f"*{SUFFIX}"))
+    """The recipes that come along."""
+    return shipped.files("recipes", SUFFIX)
 
 
 def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:

@@ -19,20 +19,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown, Tabular
 from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST
 from identification.inference.problem import determines
-from identification.laws import LAWS, FittableLaw, find_law
+from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooling import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
+
+if TYPE_CHECKING:
+    import pandas
 
 SPEEDS = 10  # candidates, from half the lowest drive speed of the logs to twice the highest
 LOADS = (0.5, 1.0, 2.0)  # of the normal force of the fit
@@ -43,7 +47,7 @@ OBSERVED = 12.0  # natural periods of the simulated motion that are looked at
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Shown):
     """An experiment. kind: "stick-slip" or "steady sliding"; drive_speed: rad/s; load: N; deviations: of each
     parameter, with this log beside those fitted; gain: share by which they fall, geometric mean, 0 to 1; index:
     collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one."""
@@ -59,7 +63,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Tabular):
     """Candidates, the best first, those refused last; what is known now: deviations and collinearity index predicted
     for the fitted logs; duration: s, of each candidate; advice: what to do."""
 
@@ -68,6 +72,20 @@ class Design:
     index: float
     duration: float
     advice: str
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each candidate, best first; "sd ..." are the deviations with it."""
+        import pandas
+
+        names = ("kind", "drive_speed", "load", "gain", "index", "greatest_slip", "refused")
+        return pandas.DataFrame(
+            {name: getattr(one, name) for name in names} | {f"sd {name}": sd for name, sd in one.deviations.items()}
+            for one in self.candidates
+        )
+
+    def _heading(self) -> str:
+        return f"Design: {self.advice}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only."""
@@ -89,12 +107,12 @@ def design(
         StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model
             does not stick and slip at any of the fitted drive speeds.
     """
-    if fit.law not in LAWS:
+    law, rig = find_law(fit.law_reference), fitted_rig(fit)
+    if not law.sticks:
         raise StickslipError(
-            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do "
-            "shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
+            f"A design needs a law of slip speed alone ({', '.join(slip_laws())}), not '{fit.law}': what its bristles "
+            "do shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
         )
-    law, rig = find_law(fit.law), fitted_rig(fit)
     if len(fit.contacts) > 1:
         raise StickslipError(
             "A design is for one driving disc; this fit is of two. Fit the logs of each disc by itself."
@@ -147,8 +165,7 @@ class _Experiments:
 
         self.fit, self.law, self.rig, self.disc = fit, law, fitted_rig(fit), fit.contacts[0][-1]
         self.model = fitted_model(fit)
-        self.named = tuple(law.simulated(fit.law_values, self.rig.N))
-        by = (*(f"{name}{self.disc}" for name in self.named), *STARTS)
+        by = (*(f"{name}{self.disc}" for name in law.names), *STARTS)
         self.run = SensitiveRun(self.model.fmu, by=by, recorded=STARTS)
         self.kept: dict[tuple[float, float], _Seen] = {}
 
@@ -197,10 +214,8 @@ class _Experiments:
             inputs={f"w{self.disc}": w},
         )
         slope = self.rig.R * seen.derivative[:, 0]
-        by_fmu, by_start = slope[:, : len(self.named)], slope[:, len(self.named) :]
-        unit = np.eye(len(self.law.parameters))
-        move = np.array([[self.law.simulated(row, N)[name] for row in unit] for name in self.named])
-        columns = by_fmu @ move
+        count = len(self.law.parameters)
+        columns, by_start = slope[:, :count], slope[:, count:]
         free = columns - by_start @ np.linalg.lstsq(by_start, columns, rcond=None)[0]
         return free.T @ free
 

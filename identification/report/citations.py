@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmu_models.codegen.package import version
+from fmu_models.base.version import version
 from identification.fit.result import FrictionFit
 
 RIG = (

@@ -57,9 +57,9 @@ def family_figure(family: FamilyComparison) -> Figure:
         row, column = divmod(number, columns)
         axes = figure.add_subplot(grid[2 * row, column], sharex=first, sharey=first)
         first = first or axes
-        _portrait(axes, one, labelled=column == 0)
+        draw_portrait(axes, one, labelled=column == 0)
         _strip(figure.add_subplot(grid[2 * row + 1, column]), one, contacts, labelled=column == 0)
-    _diagram(figure.add_subplot(grid[2 * rows, :]), family, contacts)
+    draw_diagram(figure.add_subplot(grid[2 * rows, :]), family, contacts)
     figure.legend(handles=_key(members), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
     return figure
 
@@ -83,7 +83,8 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
     return shown
 
 
-def _portrait(axes: Axes, one: PortraitComparison, *, labelled: bool) -> None:
+def draw_portrait(axes: Axes, one: PortraitComparison, *, labelled: bool = True) -> None:
+    """The measured cycle and the model's in the phase plane."""
     closed = np.append(np.arange(PHASES), 0)
     rest = {"marker": "o", "markersize": 13, "color": MEASURED["color"], "linestyle": "none"}
     for motion, style, point in ((one.measured, MEASURED, rest), (one.model, MODEL, REST)):
@@ -128,7 +129,7 @@ def _bars(strip: np.ndarray) -> list[tuple[float, float]]:
     return [(float(first) / PHASES, float(last - first) / PHASES) for first, last in shown]
 
 
-def _diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) -> None:
+def draw_diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) -> None:
     """Share of stick over the drive speed, with bracket and prediction of every bifurcation."""
     for contact, mark in zip(contacts, MARKS, strict=False):
         speeds = [one.drive_speeds[family.varied] for one in family.members]

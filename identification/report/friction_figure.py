@@ -93,13 +93,32 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     above.set_title(f"{values}\n± one standard deviation, noise and rig constants together", fontsize="medium")
 
 
+def draw_fit(axes: Axes, fit: FrictionFit) -> None:
+    """The fitted law of each disc over slip speed, and the means that the estimator used, with 95 % intervals."""
+    reach = 1.05 * max((one.slip for one in fit.bins), default=1.0)
+    speed = np.linspace(0.0, reach, 300)
+    for number, contact in enumerate(fit.contacts):
+        colour = COLOURS[number]
+        means = [one for one in fit.bins if one.contact == contact]
+        error = [1.96 * (one.standard_error or 0.0) for one in means]
+        style = {"fmt": MARKS[number], "color": colour, "markersize": 4, "markerfacecolor": "white", "capsize": 3}
+        axes.plot(speed, fitted_law(fit, contact)(speed), color=colour, label=f"{fit.law} law, {contact}")
+        axes.errorbar(
+            [m.slip for m in means], [m.coefficient for m in means], yerr=error, label="measured means", **style
+        )
+    axes.set_xlabel("slip speed |r w - R th'| (m/s)")
+    axes.set_ylabel("friction coefficient F/N (1)")
+    axes.legend(fontsize="small", frameon=False)
+    axes.grid(alpha=0.25)
+
+
 def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndarray]:
     """The fitted friction coefficient on a disc as a function of slip speed (n,), m/s.
 
     Raises:
         StickslipError: the fit is of an unknown law.
     """
-    law = find_law(fit.law)
+    law = find_law(fit.law_reference)
     values = np.array([fit[name].value for name in _names(fit, contact)])
     return lambda slip: law.value(np.abs(slip), values)
 
@@ -107,4 +126,4 @@ def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndar
 def _names(fit: FrictionFit, contact: str) -> list[str]:
     """The fit's names of the parameters of one disc."""
     number = "" if len(fit.contacts) == 1 else contact[-1]
-    return [f"{name}{number}" for name in find_law(fit.law).names]
+    return [f"{name}{number}" for name in find_law(fit.law_reference).names]

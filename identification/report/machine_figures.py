@@ -29,18 +29,16 @@ def inverse_figure(run: InverseRun) -> Figure:
     from matplotlib.figure import Figure
 
     result, prepared = run.result, run.prepared
-    unit, effort, time = prepared.effort_unit, prepared.effort, prepared.time
-    model = effort - run.residual
+    unit, time = prepared.effort_unit, prepared.time
     figure = Figure(figsize=(11.0, 5.5), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1), width_ratios=(1.5, 1))
     above = figure.add_subplot(grid[0, 0])
     below = figure.add_subplot(grid[1, 0], sharex=above)
     speeds = figure.add_subplot(grid[:, 1])
-    above.plot(time, effort, color=BLUE, linewidth=1.6, label="measured")
-    above.plot(time, model, color="black", linewidth=0.9, linestyle="--", label="model")
+    draw_effort(above, run)
+    above.set_xlabel("")  # as below
     below.plot(time, run.residual, color=RED, linewidth=0.8)
     below.axhline(0.0, color="black", linewidth=0.8)
-    above.set_ylabel(f"effort ({unit})")
     below.set_ylabel(f"residual ({unit})")
     below.set_xlabel("time (s)")
     figure.legend(
@@ -53,6 +51,15 @@ def inverse_figure(run: InverseRun) -> Figure:
         axes.grid(alpha=0.25)
     figure.suptitle(result.title)
     return figure
+
+
+def draw_effort(axes: Axes, run: InverseRun) -> None:
+    """Effort in time, measured and of the model."""
+    effort, time = run.prepared.effort, run.prepared.time
+    axes.plot(time, effort, color=BLUE, linewidth=1.6, label="measured")
+    axes.plot(time, effort - run.residual, color="black", linewidth=0.9, linestyle="--", label="model")
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(f"effort ({run.prepared.effort_unit})")
 
 
 def _friction(axes: Axes, run: InverseRun) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
 from fmu_models.base.html_table import html
+from fmu_models.base.shown import Shown
 from fmu_models.base.table import Table
-from fmu_models.codegen.package import version
+from fmu_models.base.version import version
 from fmu_models.report.inline_svg import inline_svg
 from identification.model_check.portraits import MEANING
 from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
@@ -42,7 +44,7 @@ class Drawing:
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Findings(Shown):
     """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
     residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and
     why."""
@@ -67,8 +69,8 @@ class Findings:
         }
 
 
-def write_report(findings: Findings, path: Path, *, overwrite: bool = False) -> Path:
-    """Write the page.
+def write_report(findings: Findings, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    """Write the page of what ``findings`` gathered.
 
     Raises:
         StickslipError: ``path`` exists and ``overwrite`` is false, or cannot be written.
@@ -76,7 +78,7 @@ def write_report(findings: Findings, path: Path, *, overwrite: bool = False) -> 
     text = page(findings)
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
-    return path
+    return Path(path)
 
 
 def page(findings: Findings) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.fit import SENSORS, estimator_named
+from identification.fit.fit import SENSORS
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
 from identification.laws import find_law
@@ -25,8 +26,8 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     """
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
     options = Options(nuisance=nuisance, given=fit.given)
-    law = options.bounded(sought_law(find_law(fit.law), ready.contacts, ready.arrangement))
-    made = estimator_named(fit.estimator).estimate(ready, law, options)
+    law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
+    made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
     return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
 
 

@@ -11,16 +11,20 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Tabular
 from identification.inference.uncertainty import lag_count
 from identification.measurement.recipe import FRICTION, TIME, Recipe
 from identification.measurement.signals import GRAVITY, prepare
 from identification.slips.events import SlipEvents, find_slips
 from rig_io.readers import read_table
+
+if TYPE_CHECKING:
+    import pandas
 
 UNITS = {"mass": "kg", "stiffness": "N/m", "speed": "m/s", "damping": "N s/m", "smoothing": "s"}
 SETTINGS = (*UNITS, "share")
@@ -42,7 +46,7 @@ class Statistic:
 
 
 @dataclass(frozen=True)
-class SlipStatistics:
+class SlipStatistics(Tabular):
     """Statistics of a log. period_variation: standard deviation over mean; loading_expected: k V/(m g), None where a
     constant is unknown; verdicts: in words."""
 
@@ -64,6 +68,21 @@ class SlipStatistics:
     loading_expected: float | None
     known: dict[str, float]
     verdicts: tuple[str, ...]
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each statistic: its value, its 95 % interval, and the standard deviation of single values."""
+        import pandas
+
+        names = ("peak", "after", "drop", "period", "slip_time")
+        return pandas.DataFrame([vars(getattr(self, name)) for name in names], index=pandas.Index(names, name="of"))
+
+    def _heading(self) -> str:
+        return f"SlipStatistics: {self.title}, {self.events} slips in {self.duration:.4g} s"
+
+    def _contents(self) -> Mapping[str, Any]:
+        found = {name: getattr(self, name) for name in ("peak", "after", "drop", "period", "slip_time")}
+        return {name: f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})" for name, one in found.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values."""

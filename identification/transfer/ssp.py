@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
-from fmu_models.codegen.package import version
+from fmu_models.base.version import version
 from fmu_models.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
 from identification.fitted_model.model import FittedModel
 from identification.transfer.values import HandedValue

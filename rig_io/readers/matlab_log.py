@@ -14,9 +14,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import IsolatedFailure, Limits, isolated
 from rig_io.logs.mat_file import Array, Damaged, arrays
-from rig_io.logs.table import Table, content
-
-SUFFIXES = (".mat",)
+from rig_io.logs.table import Reader, Table, content
 
 HEADER = 128  # bytes of version 5 before the first variable; the last four are version and byte order
 VERSIONS = (b"\x00\x01IM", b"\x01\x00MI")
@@ -123,3 +121,6 @@ def _check_columns(path: Path, columns: Mapping[str, np.ndarray], left_out: Mapp
             f"'{path}' holds vectors of different lengths: {found}. Save only vectors of one recording, with one value "
             "per sample."
         )
+
+
+READER = Reader((".mat",), read)

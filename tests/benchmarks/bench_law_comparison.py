@@ -43,7 +43,7 @@ CASES = (
     Case("paper/rubber, micro-slip 5e4", "paper/rubber", stiffness=5e4),
     Case("liner/rubber, micro-slip 5e4", "liner/rubber", stiffness=5e4),
     Case("paper/rubber, exponential", "paper/rubber", law="exponential_stribeck v_s0=0.04"),
-    Case("paper/rubber, with viscous friction", "paper/rubber", law="conti_viscous viscous0=1.0"),
+    Case("paper/rubber, with viscous friction", "paper/rubber", law="conti_viscous mu_v0=0.2"),
 )
 TESTS = ("speeds", "course", "pre-sliding", "other")
 
@@ -62,14 +62,14 @@ def logs(case: Case, seed: int) -> list[RigLog]:
 
 def _scene(case: Case) -> Scene:
     """The rig with one disc under the law of the case."""
-    pair, (law, value) = material(case.pair), case.law.split()
+    pair, (law, value) = material(case.pair).values, case.law.split()
     name, number = value.split("=")
     text = f"""title = "{case.name}"
 model = "disc_rig"
 contacts = ["disc0"]
 stop_time = 25
 laws = {{ disc0 = "{law}" }}
-parameters = {{ mu_s0 = {pair.mu_s}, mu_k0 = {pair.mu_k}{f", p0 = {pair.p}" if "conti" in law else ""} }}
+parameters = {{ mu_s0 = {pair["mu_s"]}, mu_k0 = {pair["mu_k"]}{f", p0 = {pair['p']}" if "conti" in law else ""} }}
 free = {{ {name} = {number} }}
 drives = {{ w0 = 0.41 }}
 compute = {{ kind = "trajectory" }}

@@ -12,11 +12,11 @@ from models import Models
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.commands.models import app
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
-from fmu_models.coupling.toml_system import read
+from fmu_models.coupling.toml_system import read_system
 from fmu_models.coupling.wiring import Connection, conversion
+from identification.commands.application import app
 
 LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'
 UNITS = '[units.a]\nfmu = "mass3.0.fmu"\nstart = { x = 1.0 }\n[units.b]\nfmu = "mass3.0.fmu"\n'
@@ -37,7 +37,7 @@ def scene(folder: Path, text: str) -> Path:
 
 
 def test_a_scene_is_read(folder):
-    system = read(scene(folder, LINKS + "stop_time = 2.0\ntolerance = 1e-10\n" + UNITS))
+    system = read_system(scene(folder, LINKS + "stop_time = 2.0\ntolerance = 1e-10\n" + UNITS))
     assert [str(c) for c in system.connections] == ["a.place -> b.other", "b.place -> a.other"]
     assert couple(system).time[-1] == 2.0
 
@@ -80,7 +80,7 @@ def test_a_scene_is_read(folder):
 )
 def test_what_is_wrong_in_a_scene_is_named(folder, text, said):
     with pytest.raises(StickslipError, match=said):
-        read(scene(folder, text))
+        read_system(scene(folder, text))
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def packed(folder: Path, target: Path, description: str, **others: str) -> Path:
 
 
 def test_ssp_is_read_with_parameters_inline_and_from_files(folder, tmp_path):
-    system = read(packed(folder, tmp_path / "masses.ssp", structure()))
+    system = read_system(packed(folder, tmp_path / "masses.ssp", structure()))
     assert system.units["a"].start == {"x": 1.0}
     assert system.units["b"].parameters == {"k": 6.0}
     assert [(w.factor, w.offset) for w in system.wires] == [(1.0, 0.0), (0.5, 0.25)]
@@ -205,7 +205,7 @@ def test_ssp_is_read_with_parameters_inline_and_from_files(folder, tmp_path):
 def test_ssd_beside_its_fmus_is_read(folder, tmp_path):
     with zipfile.ZipFile(packed(folder, tmp_path / "masses.ssp", structure())) as archive:
         archive.extractall(tmp_path)
-    assert read(tmp_path / "SystemStructure.ssd").units["b"].parameters == {"k": 6.0}
+    assert read_system(tmp_path / "SystemStructure.ssd").units["b"].parameters == {"k": 6.0}
 
 
 @pytest.mark.parametrize(
@@ -225,12 +225,12 @@ def test_ssd_beside_its_fmus_is_read(folder, tmp_path):
 )
 def test_what_is_wrong_in_ssp_is_named(folder, tmp_path, description, said):
     with pytest.raises(StickslipError, match=said):
-        read(packed(folder, tmp_path / "bad.ssp", description))
+        read_system(packed(folder, tmp_path / "bad.ssp", description))
 
 
 def test_an_ssp_that_leaves_its_folder_is_refused(folder, tmp_path):
     with pytest.raises(StickslipError, match="outside its folder"):
-        read(packed(folder, tmp_path / "bad.ssp", structure(), **{"../evil.ssv": ""}))
+        read_system(packed(folder, tmp_path / "bad.ssp", structure(), **{"../evil.ssv": ""}))
 
 
 def test_the_command_tells_and_writes(folder, tmp_path):

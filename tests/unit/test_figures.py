@@ -23,7 +23,7 @@ from fmu_models.validation.stress.judge import Cell
 from fmu_models.validation.stress.report import heat_map
 from identification.estimators.savitzky_golay import FrictionSamples
 from identification.fit.result import LogSummary, SpeedBin
-from identification.laws import LAWS
+from identification.laws import find_law
 from identification.report.friction_figure import friction_figure
 
 
@@ -37,7 +37,7 @@ def friction(discs: int = 1) -> Figure:
     logs = (LogSummary("slow", (0.41,), 20, 0.02, 0.1, 20.0), LogSummary("fast", (0.83,), 21, 0.02, 0.2, 20.0))
     bins = (SpeedBin(0.05, 0.52, 0.001, 0.521, 40),)
     slip, log = np.linspace(0.02, 0.2, 60), np.repeat([0, 1], 30)
-    mu = LAWS["Conti"].value(slip, fit.law_values[:3]) + 0.01 * np.sin(40 * slip)
+    mu = find_law("Conti").value(slip, fit.law_values[:3]) + 0.01 * np.sin(40 * slip)
     seen = FrictionSamples(slip, mu, log, log, np.ones(60))
     return friction_figure(replace(fit, parameters=parameters, logs=logs, bins=bins), dict.fromkeys(fit.contacts, seen))
 

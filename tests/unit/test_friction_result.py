@@ -19,11 +19,11 @@ from identification.fit.result import Constant, FittedParameter, FrictionFit, Lo
 from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
-from identification.laws import LAWS
+from identification.laws import find_law
 from identification.measurement.presliding import PreSliding
 from identification.report.friction_figure import friction_figure
 
-CONTI = LAWS["Conti"]
+CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 
 

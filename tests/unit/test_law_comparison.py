@@ -7,7 +7,7 @@ import pytest
 from linear_problem import Curve, linear
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.comparison import compare_laws
+from identification.inference.comparison import compare_problems
 
 
 def polynomials(noise: np.ndarray, curve: float, logs: int = 3) -> dict[str, Curve]:
@@ -30,7 +30,7 @@ def white(seed: int, count: int = 300) -> np.ndarray:
 
 def test_criteria_of_white_residuals_are_the_textbook_ones() -> None:
     problems = polynomials(white(1), 0.0)
-    found = compare_laws(problems, ["a", "b", "c"])
+    found = compare_problems(problems, ["a", "b", "c"])
     # colour is never less than none
     assert found.effective == pytest.approx(300, rel=0.35) and found.effective <= 300
     n = found.effective
@@ -45,18 +45,18 @@ def test_criteria_of_white_residuals_are_the_textbook_ones() -> None:
 
 
 def test_the_true_degree_comes_first_in_nine_of_ten() -> None:
-    lines = [compare_laws(polynomials(white(seed), 0.0), "abc").best.law for seed in range(30)]
-    curves = [compare_laws(polynomials(white(seed), 0.6), "abc") for seed in range(30)]
+    lines = [compare_problems(polynomials(white(seed), 0.0), "abc").best.law for seed in range(30)]
+    curves = [compare_problems(polynomials(white(seed), 0.6), "abc") for seed in range(30)]
     assert lines.count("line") >= 27
     assert [one.best.law for one in curves].count("parabola") == 30
     assert all(one.verdict.endswith("Sure.") for one in curves)
-    (nested,) = {compare_laws(polynomials(white(2), 0.0), "abc").verdict.split(". ")[-1]}
+    (nested,) = {compare_problems(polynomials(white(2), 0.0), "abc").verdict.split(". ")[-1]}
     assert "what parabola has more gains nothing" in nested
 
 
 def test_held_out_logs_are_predicted_by_the_others() -> None:
     problems = polynomials(white(3), 0.6)
-    found = compare_laws(problems, "abc")
+    found = compare_problems(problems, "abc")
     line, total = problems["line"], 0.0
     for number in range(3):
         fitted, held = line.log != number, line.log == number
@@ -75,22 +75,22 @@ def test_coloured_residuals_count_less() -> None:
     # values of a cluster that share most of their noise: ten say little more than one
     rng = np.random.default_rng(4)
     noise = np.repeat(rng.standard_normal(60), 10) + 0.2 * rng.standard_normal(600)
-    found = compare_laws(polynomials(noise, 0.0), "abc")
+    found = compare_problems(polynomials(noise, 0.0), "abc")
     assert found.effective < 350
     assert found.residuals == 600
 
 
 def test_one_log_alone_is_split_in_halves() -> None:
-    assert compare_laws(polynomials(white(5), 0.6, logs=1), "a").best.law == "parabola"
+    assert compare_problems(polynomials(white(5), 0.6, logs=1), "a").best.law == "parabola"
 
 
 def test_what_cannot_be_compared() -> None:
     problems = polynomials(white(6), 0.0)
     with pytest.raises(StickslipError, match="two laws or more"):
-        compare_laws({"line": problems["line"]}, "abc")
+        compare_problems({"line": problems["line"]}, "abc")
     other = polynomials(white(6, 200), 0.0)["line"]
     with pytest.raises(StickslipError, match=r"different numbers of residuals \(200, 300\)"):
-        compare_laws({"line": problems["line"], "other": other}, "abc")
+        compare_problems({"line": problems["line"], "other": other}, "abc")
     short = polynomials(white(7, 20), 0.0, logs=1)
     with pytest.raises(StickslipError, match="2 slips, too few"):
-        compare_laws(short, "a")
+        compare_problems(short, "a")

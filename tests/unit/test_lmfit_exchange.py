@@ -11,7 +11,8 @@ from linear_problem import Curve, line, linear
 from machine_log import log_of, recipe_of
 
 from fmu_models.base.errors import StickslipError
-from identification.fit.fit import ESTIMATORS, fit_friction
+from identification.estimators import ESTIMATORS
+from identification.fit.fit import fit_friction
 from identification.fit.inverse import inverse_dynamics
 from identification.fit.result import FrictionFit
 from identification.inference.lmfit_exchange import Solved, given
@@ -46,7 +47,7 @@ def asked(*said: tuple[str, float, bool, float, float]) -> lmfit.Parameters:
     return parameters
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("estimator", ESTIMATORS.members())
 def test_a_parameter_that_is_held_stays_and_bounds_are_kept(estimator: str, request) -> None:
     ready = request.getfixturevalue("elastic" if estimator == "lugre" else "rigid")
     free = fit_friction(ready, estimator=estimator)
@@ -75,7 +76,7 @@ def test_a_fit_goes_on_in_lmfit(estimator: str, rigid: Pool) -> None:
         assert result.params[q.name].value == pytest.approx(q.value, rel=1e-4)
         assert result.params[q.name].stderr == pytest.approx(q.standard_deviation)
     assert "mu_s" in lmfit.fit_report(result) and result.covar.shape == (result.nvarys,) * 2
-    again = minimizer.minimize(method="least_squares")
+    again: Any = minimizer.minimize(method="least_squares")
     assert again.params["p"].value == pytest.approx(fit["p"].value, rel=1e-4)
     with pytest.raises(StickslipError, match="Fit the logs again"):
         FrictionFit.from_json(fit.to_json()).to_lmfit()

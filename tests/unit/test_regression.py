@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from fmu_models.base.errors import StickslipError
 from identification.estimators.regression import Regression, RegressionProblem
 from identification.inference.problem import solve
-from identification.laws.conti import LAW as CONTI
+from identification.laws import find_law
+
+CONTI = find_law("Conti")
 
 
 def points(slip: np.ndarray, measured: np.ndarray) -> RegressionProblem:

@@ -11,19 +11,19 @@ import pytest
 from scipy.optimize import least_squares
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators import shooting
+from identification.estimators import ESTIMATORS, shooting
 from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ShootingProblem, Start, noise
 from identification.fit.conclude import conclude
-from identification.fit.fit import estimator_named, fit_friction
+from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
 from identification.inference.problem import solve
-from identification.laws import LAWS
+from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import Quantity, RigLog
 
-CONTI = LAWS["Conti"]
+CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 
 
@@ -43,7 +43,7 @@ def problem_of(
     ready: Pool, law: str = "Conti", q: np.ndarray = TRUTH, nuisance: tuple[str, ...] = ()
 ) -> ShootingProblem:
     segments, known = shooting.slip_shooting(ready)
-    return shooting.shooting_problem(ready, LAWS[law], segments, q, Options(nuisance), known)
+    return shooting.shooting_problem(ready, find_law(law), segments, q, Options(nuisance), known)
 
 
 def exact(problem: ShootingProblem, x: np.ndarray) -> ShootingProblem:
@@ -132,7 +132,7 @@ def test_projection_equals_the_joint_solve_with_starts_as_unknowns(ready: Pool) 
 
 
 def test_shooting_finds_the_truth_and_says_how_well(ready: Pool) -> None:
-    made = estimator_named("shooting").estimate(ready, CONTI, Options())
+    made = ESTIMATORS.load("shooting").estimate(ready, CONTI, Options())
     found = conclude(ready, made.estimator, made.problem, made.solution, CONTI, Inference())
     assert found.estimator == "shooting" and made.warnings == ()
     assert [q.name for q in found.nuisance] == ["gain", "delay"]
@@ -148,7 +148,7 @@ def test_shooting_finds_the_truth_and_says_how_well(ready: Pool) -> None:
 
 
 def test_ends_of_arcs_are_those_of_the_solved_motion(ready: Pool) -> None:
-    made = estimator_named("shooting").estimate(ready, CONTI, Options())
+    made = ESTIMATORS.load("shooting").estimate(ready, CONTI, Options())
     slip = made.solution.evaluation.slip
     assert slip.min() > 0.009
     # the first and last sample of a segment lie within a sample's change of slip speed of the threshold

@@ -16,7 +16,7 @@ from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
-from fmu_models.coupling.toml_system import read as read_system
+from fmu_models.coupling.toml_system import read_system
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.start_values import copy_with_start_values, library_starts
 from fmu_models.scene.read import read_scene

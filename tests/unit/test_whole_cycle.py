@@ -13,11 +13,11 @@ from identification.estimators import lugre, shooting, whole_cycle
 from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ShootingProblem, Start
 from identification.fit.fit import fit_friction
-from identification.laws import LAWS, LUGRE
+from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 
-CONTI = LAWS["Conti"]
+CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 BRISTLES = np.array([0.65, 0.35, 15.0, 2e4, 100.0])
 
@@ -74,7 +74,7 @@ def test_gradient_reaches_through_stick_and_release(rigid: Pool) -> None:
 
 def test_gradient_of_bristles(elastic: Pool) -> None:
     slips, x = shot(elastic)
-    problem = whole_cycle.cycle_problem(slips, x, LUGRE, BRISTLES, Options())
+    problem = whole_cycle.cycle_problem(slips, x, find_law("LuGre"), BRISTLES, Options())
     problem = replace(problem, segments=problem.segments[:2], starts=problem.starts[:2])
     check_gradient(problem, {"mu_s": 1e-6, "mu_k": 1e-6, "p": 1e-4, "sigma0": 1.0, "sigma1": 0.01}, 3e-6)
 
@@ -135,6 +135,6 @@ def test_an_interrupted_stage_leaves_the_one_before(rigid: Pool) -> None:
 
 def test_laws_that_bristles_do_not_fit_are_refused(rigid: Pool) -> None:
     with pytest.raises(StickslipError, match="bristles before Conti's law, not before 'Coulomb'"):
-        lugre.estimate(rigid, LAWS["Coulomb"], Options())
+        lugre.estimate(rigid, find_law("Coulomb"), Options())
     with pytest.raises(StickslipError, match="fitted by the estimator 'lugre'"):
         fit_friction(rigid, law="LuGre")

@@ -1,0 +1,81 @@
+"""Non-smooth oscillators: declared in Python, run by a compiled engine, exported as FMUs; and the FMUs of anybody.
+
+from fmu_models import load, simulate
+
+rig = load("disc_rig", contacts=["disc0"])
+run = simulate(rig, 25.0, inputs={"w0": 0.41}, start={"theta": 0.1})
+run.plot("theta")
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fmu_models.base.exports import exports
+
+if TYPE_CHECKING:
+    __version__: str
+
+    from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
+    from fmu_models.analyses.crossings import find_crossings as find_crossings
+    from fmu_models.analyses.cycles import last_cycle as last_cycle
+    from fmu_models.analyses.lyapunov import lyapunov_exponents as lyapunov_exponents
+    from fmu_models.analyses.maps import Iteration as Iteration
+    from fmu_models.analyses.maps import find_periodic as find_periodic
+    from fmu_models.analyses.orbits import Orbit as Orbit
+    from fmu_models.analyses.orbits import find_orbit as find_orbit
+    from fmu_models.analyses.return_map import ReturnMap as ReturnMap
+    from fmu_models.base.errors import StickslipError as StickslipError
+    from fmu_models.codegen.package import export as export
+    from fmu_models.coupling.run import couple as couple
+    from fmu_models.coupling.system import CoupledSystem as CoupledSystem
+    from fmu_models.coupling.toml_system import read_system as read_system
+    from fmu_models.fmu.fmu import Fmu as Fmu
+    from fmu_models.fmu.load import load as load
+    from fmu_models.importer.driver import Driver as Driver
+    from fmu_models.importer.driver import simulate_any as simulate_any
+    from fmu_models.language.automaton import Automaton as Automaton
+    from fmu_models.language.automaton import Reset as Reset
+    from fmu_models.language.automaton import Switch as Switch
+    from fmu_models.language.contacts import Friction as Friction
+    from fmu_models.language.contacts import Requirement as Requirement
+    from fmu_models.language.declaration import Output as Output
+    from fmu_models.language.dry_friction import DryFriction as DryFriction
+    from fmu_models.language.dry_friction import falling as falling
+    from fmu_models.language.impacts import Impact as Impact
+    from fmu_models.language.impacts import Newton as Newton
+    from fmu_models.language.impacts import Poisson as Poisson
+    from fmu_models.language.law_parameter import coefficient as coefficient
+    from fmu_models.language.law_parameter import declared as declared
+    from fmu_models.language.laws.arctan import Arctan as Arctan
+    from fmu_models.language.laws.conti import Conti as Conti
+    from fmu_models.language.laws.conti_viscous import ContiViscous as ContiViscous
+    from fmu_models.language.laws.coulomb import Coulomb as Coulomb
+    from fmu_models.language.laws.exponential_stribeck import ExponentialStribeck as ExponentialStribeck
+    from fmu_models.language.laws.kelvin_voigt import KelvinVoigt as KelvinVoigt
+    from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh as LankaraniNikravesh
+    from fmu_models.language.laws.lugre import LuGre as LuGre
+    from fmu_models.language.laws.stribeck_cubic import StribeckCubic as StribeckCubic
+    from fmu_models.language.laws.tanh import Tanh as Tanh
+    from fmu_models.language.maps import Map as Map
+    from fmu_models.language.mechanism import Mechanism as Mechanism
+    from fmu_models.language.quantities import Coordinate as Coordinate
+    from fmu_models.language.quantities import Input as Input
+    from fmu_models.language.quantities import Parameter as Parameter
+    from fmu_models.language.quantities import State as State
+    from fmu_models.language.smoothing import Smoothed as Smoothed
+    from fmu_models.language.stops import Stop as Stop
+    from fmu_models.scene.read import read_scene as read_scene
+    from fmu_models.scene.scene import Scene as Scene
+    from fmu_models.simulation.accuracy import simulate_with_error as simulate_with_error
+    from fmu_models.simulation.results import read_trajectory as read_trajectory
+    from fmu_models.simulation.results import write_trajectory as write_trajectory
+    from fmu_models.simulation.run import simulate as simulate
+    from fmu_models.simulation.sections import Section as Section
+    from fmu_models.simulation.sensitivity import SensitiveRun as SensitiveRun
+    from fmu_models.simulation.sensitivity import Sensitivity as Sensitivity
+    from fmu_models.simulation.signal import Signal as Signal
+    from fmu_models.simulation.trajectory import Event as Event
+    from fmu_models.simulation.trajectory import Trajectory as Trajectory
+else:
+    __getattr__, __dir__ = exports(__name__)

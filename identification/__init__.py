@@ -1,0 +1,44 @@
+"""Friction laws from logs of a rig: fitted, compared, judged, handed on.
+
+from identification import compare_families, fit_friction
+from rig_io import read_package
+
+logs = read_package("data/rigs/paper_rubber")
+fit = fit_friction(logs)
+print(fit.summary())
+compare_families(fit, logs)[0].plot()
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fmu_models.base.exports import exports
+
+if TYPE_CHECKING:
+    __version__: str
+
+    from identification.estimators.base import Options as Options
+    from identification.fit.fit import fit_friction as fit_friction
+    from identification.fit.inverse import inverse_dynamics as inverse_dynamics
+    from identification.fit.result import FrictionFit as FrictionFit
+    from identification.fit.result import read_fit as read_fit
+    from identification.inference.choice import Inference as Inference
+    from identification.inference.comparison import LawComparison as LawComparison
+    from identification.measurement.free_decay import FreeDecay as FreeDecay
+    from identification.measurement.free_decay import fit_free_decay as fit_free_decay
+    from identification.measurement.pooling import Pool as Pool
+    from identification.measurement.pooling import pool as pool
+    from identification.measurement.recipe import read_recipe as read_recipe
+    from identification.model_check.families import FamilyComparison as FamilyComparison
+    from identification.model_check.families import compare_families as compare_families
+    from identification.model_check.portraits import PortraitComparison as PortraitComparison
+    from identification.next_step.design import Design as Design
+    from identification.next_step.design import design as design
+    from identification.next_step.laws import compare_contacts as compare_contacts
+    from identification.next_step.laws import compare_laws as compare_laws
+    from identification.report.findings import findings as findings
+    from identification.report.page import write_report as write_report
+    from identification.slips.statistics import slip_statistics as slip_statistics
+else:
+    __getattr__, __dir__ = exports(__name__)

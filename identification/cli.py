@@ -1,25 +1,63 @@
-"""The command `stickslip`: the commands of every package, which is imported when one of its commands is called."""
+"""The command `stickslip`: one file per command, which imports what it needs when it is called."""
 
 from __future__ import annotations
 
-from fmu_models.base import console
-from fmu_models.commands import bench as bench_commands
-from fmu_models.commands import maps as map_commands
-from fmu_models.commands import models as model_commands
-from fmu_models.commands import scene as scene_commands
-from fmu_models.commands import stress as stress_commands
-from identification.commands import apply as handover_commands
-from identification.commands import compare as comparison_commands
-from identification.commands import fit as friction_commands
-from identification.commands import laws as structure_commands
-from identification.commands import machines as machine_commands
-from rig_io.commands import emulate as rig_commands
+from typing import Annotated
 
-app = console.app("Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig.")
-MODELS = (model_commands, scene_commands, bench_commands, stress_commands, map_commands)
-FRICTION = (friction_commands, structure_commands, comparison_commands, handover_commands, machine_commands)
-for part in (*MODELS, rig_commands, *FRICTION):
-    app.registered_commands += part.app.registered_commands
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.version import version
+from fmu_models.commands.bench import bench
+from fmu_models.commands.couple import couple
+from fmu_models.commands.data import app as data_commands
+from fmu_models.commands.export import export
+from fmu_models.commands.inspect import inspect
+from fmu_models.commands.map import show_map
+from fmu_models.commands.maps import maps
+from fmu_models.commands.models import models
+from fmu_models.commands.new import app as new_commands
+from fmu_models.commands.scene import scene
+from fmu_models.commands.show import show
+from fmu_models.commands.simulate import simulate
+from fmu_models.commands.stress import stress
+from identification.commands.apply import apply
+from identification.commands.compare import compare
+from identification.commands.demo import demo
+from identification.commands.design import design
+from identification.commands.fit import fit
+from identification.commands.inverse import inverse
+from identification.commands.laws import laws
+from identification.commands.report import report
+from identification.commands.slips import slips
+from rig_io.commands.emulate import emulate
+
+HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
+app = console.app(HELP, completion=True)
+MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
+FRICTION = (emulate, fit, demo, laws, design, compare, report, apply, inverse, slips)
+for command in MODELS:
+    app.command()(command)
+app.command("map")(show_map)
+app.add_typer(new_commands, name="new")
+app.add_typer(data_commands, name="data")
+for command in FRICTION:
+    app.command()(command)
+
+
+def _say_version(asked: bool) -> None:
+    if asked:
+        print(f"stickslip {version()}")
+        raise typer.Exit
+
+
+@app.callback(help=HELP)
+def options(
+    asked: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """What is asked of the suite as a whole."""
 
 
 def main() -> None:

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq, root
 
-from fmu_models.analyses.maps import Iteration, PeriodicMotion, Vector, find_periodic, motion_at, newton
+from fmu_models.analyses.maps import Iteration, PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from fmu_models.language.maps import Map
 
 # a point that moves by more than this share of the box in one step of the parameter may be of another branch
@@ -28,7 +29,7 @@ SHORTEST = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Bifurcation:
+class Bifurcation(Shown):
     """A value of a parameter, and the motion there.
 
     Attributes:
@@ -117,7 +118,7 @@ class _Branch:
 
     def corrected(self, value: float, guess: Vector) -> Vector | None:
         """The motion at a value near a guess; None if there is none, or one of a shorter period."""
-        found = newton(self.at(value), guess[None])
+        found = find_cycles(self.at(value), guess[None])
         if not len(found) or not self.near(found[0], guess, NEAR):
             return None
         return None if self.repeats(found[0], 1e-6) else found[0]
@@ -164,7 +165,7 @@ class _Branch:
 
         def points(value: float) -> tuple[Vector, bool]:
             guess = first + (value - low) / (high - low) * turn
-            found = newton(self.at(value), guess[None])
+            found = find_cycles(self.at(value), guess[None])
             return (found[0], True) if len(found) else (guess, False)
 
         place = brentq(lambda value: self.test(kind, value, points(value)[0]), low, high, xtol=1e-15)

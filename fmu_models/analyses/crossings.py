@@ -25,6 +25,7 @@ from scipy.differentiate import derivative
 from scipy.optimize import brentq, minimize_scalar
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 
 Function = Callable[[float], float]
 
@@ -39,7 +40,7 @@ STRETCH = 1e-6
 
 
 @dataclass(frozen=True)
-class FixedPoint:
+class FixedPoint(Shown):
     """A crossing of the diagonal by a continuous piece.
 
     Attributes:
@@ -59,7 +60,7 @@ class FixedPoint:
 
 
 @dataclass(frozen=True)
-class Jump:
+class Jump(Shown):
     """A discontinuity.
 
     Attributes:
@@ -78,7 +79,7 @@ class Jump:
 
 
 @dataclass(frozen=True)
-class Crossings:
+class Crossings(Shown):
     """What was found, each from left to right.
 
     Attributes:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Event, Trajectory
@@ -22,7 +23,7 @@ CLOSED = 1e-7  # of the size of each state, up to which a motion counts as close
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class Cycle(Shown):
     """One period of a motion.
 
     Attributes:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.maps import Iteration
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 
 Vector = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ FAR = 1e12
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents:
+class Exponents(Shown):
     """Lyapunov exponents and how well they are known.
 
     Attributes:

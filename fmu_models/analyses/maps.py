@@ -20,14 +20,15 @@ import sympy
 from numpy.typing import NDArray
 
 from fmu_models.analyses.crossings import Crossings, find_crossings
+from fmu_models.analyses.newton import newton
 from fmu_models.analyses.stability import Stability
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_values
 
 Vector = NDArray[np.float64]
 
-NEWTON_STEPS = 40
 # relative size of a step, and of a miss, at which Newton's method has arrived
 SETTLED = 1e-9
 # motions nearer to each other than this share of the box are one
@@ -35,7 +36,7 @@ SAME = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Iteration:
+class Iteration(Shown):
     """A map with numbers for its parameters, so that it can be iterated.
 
     Attributes:
@@ -113,7 +114,7 @@ class Iteration:
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicMotion:
+class PeriodicMotion(Shown):
     """A fixed point or a cycle of points.
 
     Attributes:
@@ -167,7 +168,7 @@ def find_periodic(
             guesses = np.concatenate([np.moveaxis(cycles, 0, 1), guesses])
     motions: list[Vector] = []
     size = bounds[:, 1] - bounds[:, 0]
-    found = newton(iteration, guesses)
+    found = find_cycles(iteration, guesses)
     _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
     for points in found[np.sort(distinct)]:
         inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
@@ -188,27 +189,22 @@ def motion_at(iteration: Iteration, points: Vector) -> PeriodicMotion:
     return PeriodicMotion(points, Stability.of(monodromy))
 
 
-def newton(iteration: Iteration, guesses: Vector) -> Vector:
+def find_cycles(iteration: Iteration, guesses: Vector) -> Vector:
     """(m, period, n) cycles that Newton's method comes to from guesses (.., period, n); those it loses are left out."""
-    points = guesses[np.isfinite(guesses).all(axis=(1, 2))]
-    _, period, n = points.shape
-    step = np.zeros_like(points)
-    done = False
-    with np.errstate(all="ignore"):
-        for _ in range(NEWTON_STEPS):
-            step = _newton_step(iteration, points)
-            points = points - step
-            sound = np.isfinite(points).all(axis=(1, 2)) & (np.abs(points).max(axis=(1, 2)) < 1e12)
-            points, step = points[sound], step[sound]
-            if done or not len(points):
-                break
-            # the step after one this small brings the points to rounding
-            done = bool((np.abs(step).max(axis=(1, 2)) < SETTLED * (1.0 + np.abs(points).max(axis=(1, 2)))).all())
+    _, period, n = guesses.shape
+
+    def equations(flat: Vector) -> tuple[Vector, Vector]:
+        points = flat.reshape(-1, period, n)
         miss = iteration.difference(iteration.lifted(points) - np.roll(points, -1, axis=1))
-        scale = 1.0 + np.abs(points).max(axis=(1, 2))
-        settled = np.abs(step).max(axis=(1, 2), initial=0.0) < SETTLED * scale
-        exact = np.abs(miss).max(axis=(1, 2), initial=0.0) < SETTLED * scale
-    return iteration.wrapped(points[settled & exact]).reshape(-1, period, n)
+        jacobians = iteration.jacobian(points)
+        matrix = np.zeros((len(points), period, n, period, n))
+        for i in range(period):
+            matrix[:, i, :, i, :] += jacobians[:, i]
+            matrix[:, i, :, (i + 1) % period, :] -= np.eye(n)
+        return miss.reshape(flat.shape), matrix.reshape(*flat.shape, period * n)
+
+    found = newton(equations, guesses.reshape(-1, period * n), accuracy=SETTLED, until_settled=True)
+    return iteration.wrapped(found.points[found.converged].reshape(-1, period, n))
 
 
 def find_iterate_crossings(iteration: Iteration, period: int = 1, *, box: Any = None, **search: Any) -> Crossings:
@@ -240,24 +236,6 @@ def find_iterate_crossings(iteration: Iteration, period: int = 1, *, box: Any = 
     return find_crossings(
         lambda x: float(points(x)[-1]), float(bounds[0, 0]), float(bounds[0, 1]), slope=slope, **search
     )
-
-
-def _newton_step(iteration: Iteration, points: Vector) -> Vector:
-    """(m, period, n) correction of the points; nan where the derivative is singular."""
-    m, period, n = points.shape
-    miss = iteration.difference(iteration.lifted(points) - np.roll(points, -1, axis=1))
-    jacobians = iteration.jacobian(points)
-    matrix = np.zeros((m, period, n, period, n))
-    for i in range(period):
-        matrix[:, i, :, i, :] += jacobians[:, i]
-        matrix[:, i, :, (i + 1) % period, :] -= np.eye(n)
-    matrix = matrix.reshape(m, period * n, period * n)
-    singular = ~(np.abs(np.linalg.det(matrix)) > 0.0)
-    matrix[singular] = np.eye(period * n)
-    step = np.reshape(np.linalg.solve(matrix, miss.reshape(m, period * n, 1)), points.shape).astype(float)
-    # what is already exact stays, also where the derivative is singular: a double root
-    step[singular & (np.abs(miss).max(axis=(1, 2)) > 0.0)] = np.nan
-    return step
 
 
 def _guesses(iteration: Iteration, period: int, bounds: Vector, starts: int) -> Vector:

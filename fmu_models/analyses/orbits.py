@@ -18,16 +18,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.analyses.newton import newton
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.tangent import flow_derivative
 
-STEPS = 30
+STEPS, HALVINGS = 30, 3
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Shown):
     """A periodic motion.
 
     Attributes:
@@ -74,7 +76,9 @@ def orbit_at(
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     begin = np.array([start.get(name, _start(fmu, name)) for name in found.states])
     residual = float(np.abs(found.end - begin).max())
-    return Orbit(period, dict(zip(found.states, begin, strict=True)), found.by_start, multipliers, residual, autonomous)
+    return Orbit(
+        period, dict(zip(found.states, begin.tolist(), strict=True)), found.by_start, multipliers, residual, autonomous
+    )
 
 
 def find_orbit(
@@ -99,31 +103,39 @@ def find_orbit(
     Raises:
         StickslipError: Newton's method does not converge; says how far it came.
     """
-    states = fmu.states
-    x = np.array([guess.get(name, _start(fmu, name)) for name in states])
-    gap = np.inf
-    for _ in range(STEPS):
+    states, gap = fmu.states, np.inf
+    guessed = [guess.get(name, _start(fmu, name)) for name in states]
+
+    def equations(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        nonlocal gap
+        x, time = points[0, : len(states)], float(points[0, -1]) if autonomous else period
+        if time <= 0.0:
+            return np.full_like(points, np.nan), np.full((1, len(points[0]), len(points[0])), np.nan)
         begin = dict(zip(states, x.tolist(), strict=True))
-        found = flow_derivative(fmu, start_time + period, start_time=start_time, start=begin, **run)
-        gap = float(np.abs(found.end - x).max())
-        if gap <= accuracy * max(1e-3, float(np.abs(x).max())):
-            return orbit_at(fmu, period, begin, start_time=start_time, autonomous=autonomous, **run)
+        found = flow_derivative(fmu, start_time + time, start_time=start_time, start=begin, **run)
         matrix, miss = found.by_start - np.eye(len(x)), found.end - x
+        gap = float(np.abs(miss).max())
         if autonomous:
-            f = _rates(fmu, period, begin, start_time, **run)
+            f = _rates(fmu, time, begin, start_time, **run)
             matrix, miss = np.block([[matrix, f[1][:, None]], [f[0], 0.0]]), np.append(miss, 0.0)
-        try:
-            step = np.linalg.solve(matrix, miss)
-        except np.linalg.LinAlgError:
-            break
-        x = x - step[: len(x)]
-        period -= float(step[len(x) :].sum())  # empty if the period is given
-        if not (np.isfinite(x).all() and 0.0 < period < np.inf):
-            break
-    raise StickslipError(
-        f"No motion of period {period:g} s was found from that guess: after {STEPS} steps at most it still misses its "
-        f"start by {gap:.2g}. Start nearer, for example from a long run, or check the period."
+        return miss[None], matrix[None]
+
+    search = newton(
+        equations,
+        np.array([[*guessed, period] if autonomous else guessed]),
+        accuracy=accuracy,
+        steps=STEPS,
+        halvings=HALVINGS,
+        scale=lambda points: np.maximum(1e-3, np.abs(points[:, : len(states)]).max(axis=1)),
     )
+    if not search.converged.any():
+        raise StickslipError(
+            f"No motion of period {period:g} s was found from that guess: after {STEPS} steps at most it still misses "
+            f"its start by {gap:.2g}. Start nearer, for example from a long run, or check the period."
+        )
+    start = dict(zip(states, search.points[0].tolist(), strict=False))
+    period = float(search.points[0, -1]) if autonomous else period
+    return orbit_at(fmu, period, start, start_time=start_time, autonomous=autonomous, **run)
 
 
 def _rates(fmu: Fmu, period: float, begin: Mapping[str, float], start_time: float, **run: Any) -> NDArray[np.float64]:

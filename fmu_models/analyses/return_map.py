@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import check_names
 from fmu_models.simulation.sections import Crossing, Follower, Section
@@ -26,7 +27,7 @@ from fmu_models.simulation.tangent import flow_derivative
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
 
 
-class ReturnMap:
+class ReturnMap(Shown):
     """A function of the value of one state, nan where the motion does not return in time.
 
     Attributes:
@@ -67,6 +68,9 @@ class ReturnMap:
         self._accept = accept
         self._run = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {}), "tolerance": tolerance}
         self._follower = Follower(fmu, section, **self._run)
+
+    def _contents(self) -> dict[str, object]:
+        return {"model": self.fmu.description.modelName, "state": self.state, "section": self.section, "cap": self.cap}
 
     def __call__(self, x: float) -> float:
         """The value of the state at the return, in its unit; nan if there is none within the cap.

@@ -21,6 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.shown import Shown
+
 # distance from the unit circle, from zero and from the real line that counts as none
 ON_CIRCLE = 1e-7
 DEGENERATE = 1e-12
@@ -45,7 +47,7 @@ def eigenvalue_class(eigenvalue: complex) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Stability:
+class Stability(Shown):
     """Eigenvalues at a fixed point.
 
     Attributes:

@@ -13,14 +13,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.pace import Pace, spoken
+from fmu_models.base.table import Cell
+from fmu_models.base.table import table as made_table
+from fmu_models.base.terminal_table import terminal
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+    from rich.console import Console, ConsoleOptions, RenderResult
     from rich.text import Text
 
 # work shorter than this passes without a progress bar, s
 PATIENCE = 2.0
+LINE_EVERY = 10.0  # s between lines of progress where there is no terminal
 INTERRUPTED = 130  # exit code: 128 and the number of the signal
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -34,9 +38,15 @@ Contacts = Annotated[
 ]
 
 
-def app(help_text: str) -> typer.Typer:
-    """A group of commands in the common style."""
-    return typer.Typer(help=help_text, no_args_is_help=True, rich_markup_mode="rich", add_completion=False)
+def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = False) -> typer.Typer:
+    """A group of commands in the common style; ``completion`` adds the options that set it up in a shell."""
+    return typer.Typer(
+        help=help_text,
+        no_args_is_help=no_args_is_help,
+        rich_markup_mode="rich",
+        add_completion=completion,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
 
 
 def console() -> Console:
@@ -44,7 +54,7 @@ def console() -> Console:
     from rich.console import Console
 
     made = Console(highlight=False)
-    if not made.is_terminal:
+    if not made.is_terminal and "COLUMNS" not in os.environ:
         made.width = 120  # a file or a pipe has no width of its own
     return made
 
@@ -57,15 +67,19 @@ def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None])
         show(console())
 
 
-def table(*columns: str, title: str | None = None) -> Table:
-    """A plain table; columns named with a leading '>' are aligned right."""
-    from rich import box
-    from rich.table import Table
+class table:
+    """Rows given one by one, shown as a `fmu_models.base.table.Table`; columns named with a leading '>' are numbers."""
 
-    made = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
-    for column in columns:
-        made.add_column(column.lstrip(">"), justify="right" if column.startswith(">") else "left", overflow="fold")
-    return made
+    def __init__(self, *columns: str, title: str | None = None) -> None:
+        self.columns, self.title, self.rows = columns, title or "", []
+
+    def add_row(self, *cells: str | Text) -> None:
+        """A row of as many cells as there are columns."""
+        pairs = zip(self.columns, cells, strict=True)
+        self.rows.append([Cell(str(cell), "number" if name.startswith(">") else "text") for name, cell in pairs])
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        yield terminal(made_table(self.title, [name.lstrip(">") for name in self.columns], self.rows))
 
 
 def plain(text: str, style: str = "") -> Text:
@@ -77,29 +91,52 @@ def plain(text: str, style: str = "") -> Text:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Yield a function to call with the fraction done; a bar appears once the work has taken two seconds."""
+    """Yield a function to call with the fraction done. On a terminal a bar appears once the work has taken two seconds;
+    elsewhere there is a line on standard error every ten seconds."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    task = bar.add_task(label, total=1.0)
-    begin = time.monotonic()
-    started = False
+    out = Console(stderr=True)
+    pace, begin = Pace(), time.monotonic()
+    with _bar(label, out) if out.is_terminal else _lines(label) as show:
 
-    def advance(fraction: float) -> None:
-        nonlocal started
-        if not started and time.monotonic() - begin > PATIENCE:
+        def advance(fraction: float) -> None:
+            elapsed = time.monotonic() - begin
+            left = pace.remaining(elapsed, fraction)
+            show(elapsed, fraction, "" if left is None else f"about {spoken(left)} left")
+
+        yield advance
+
+
+@contextmanager
+def _bar(label: str, out: Console) -> Iterator[Callable[[float, float, str], None]]:
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[left]}"))
+    bar = Progress(*columns, console=out, transient=True)
+    task = bar.add_task(label, total=1.0, left="")
+
+    def show(elapsed: float, fraction: float, left: str) -> None:
+        if elapsed > PATIENCE:
             bar.start()
-            started = True
-        if started:
-            bar.update(task, completed=fraction)
+            bar.update(task, completed=fraction, left=left)
 
     try:
-        yield advance
+        yield show
     finally:
-        if started:
-            bar.stop()
+        bar.stop()
+
+
+@contextmanager
+def _lines(label: str) -> Iterator[Callable[[float, float, str], None]]:
+    due = LINE_EVERY
+
+    def show(elapsed: float, fraction: float, left: str) -> None:
+        nonlocal due
+        if elapsed >= due:
+            due = elapsed + LINE_EVERY
+            _complain(", ".join(part for part in (f"{label}: {fraction:.0%}", left) if part))
+
+    yield show
 
 
 @contextmanager

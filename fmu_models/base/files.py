@@ -8,7 +8,22 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError, nearest
+
+OVERWRITE = "Choose another name, or have it replaced: --overwrite (in Python overwrite=True)."
+
+
+def existing(path: str | os.PathLike[str], what: str = "file", advice: str = "") -> Path:
+    """The path, if something is there.
+
+    Raises:
+        StickslipError: nothing is; ``what`` is the word for it, ``advice`` on how to get one, with a space before it.
+    """
+    given = Path(path)
+    if not given.exists():
+        raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or advice}")
+    return given
 
 
 def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -> Path:
@@ -24,7 +39,7 @@ def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -
     stem = given.stem if given.suffix in {file.suffix for file in by_name.values()} else str(given)
     if given.parent == Path() and stem in by_name:
         return by_name[stem]
-    raise StickslipError(f"There is no {what} '{path}'.{nearest(stem, by_name)}")
+    raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or nearest(stem, by_name)}")
 
 
 def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = False) -> None:
@@ -35,7 +50,7 @@ def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = Fal
     """
     for path in paths:
         if path is not None and not overwrite and Path(path).exists():
-            raise StickslipError(f"'{path}' exists already. Choose another name, or allow it to be overwritten.")
+            raise StickslipError(f"'{path}' exists already. {OVERWRITE}")
 
 
 @contextmanager

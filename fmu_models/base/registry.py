@@ -17,20 +17,23 @@ import os
 import re
 import sys
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 from dataclasses import dataclass
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from fmu_models.base.errors import StickslipError, nearest
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
 Reference = str | os.PathLike[str]
 
+OURS = "stickslip"  # the origin of members of our folders
 _NOT_USERS = {"fmu_models", "rig_io", "identification", *sys.stdlib_module_names}
 _FILE = re.compile(r"(?P<file>.+\.py)(:(?P<attribute>\w+))?")
 _MODULE = re.compile(r"(?P<module>[\w.]+):(?P<attribute>\w+)")
@@ -62,18 +65,18 @@ class Registry(Generic[T]):
 
     def names(self) -> list[str]:
         """Names of our own and of those that installed packages offer; imports none."""
-        return sorted({*self.members(), *(point.name for point in metadata.entry_points(group=self.group))})
+        return sorted({*self.members(), *(point.name for point in _entry_points(self.group))})
 
     def origin(self, reference: Reference) -> str:
-        """Where a member comes from: "stickslip", the installed package with its version, or what the user named.
+        """Where a member comes from: `OURS`, the installed package with its version, or what the user named.
 
         Raises:
             StickslipError: there is none of that name.
         """
-        name = str(reference)
+        name = os.fspath(reference)
         if name in self.members():
-            return "stickslip"
-        if _FILE.fullmatch(name) or _MODULE.fullmatch(name):
+            return OURS
+        if is_place(name):
             return name
         package = self._entry_point(name).dist
         return f"{package.name} {package.version}" if package else self._entry_point(name).value
@@ -99,17 +102,27 @@ class Registry(Generic[T]):
         point = self._entry_point(name, folder)
         return self._taken(_import(point.module, folder, self.kind), point.attr or None, point.module)
 
+    def running(self, reference: Reference, beside: Path | None = None) -> AbstractContextManager[None]:
+        """A context in which a member may be called: what the user's raises is told with its own line, as by `load`."""
+        name, folder = os.fspath(reference), Path(beside or "").absolute()
+        if name in self.members():
+            return nullcontext()
+        if found := _FILE.fullmatch(name):
+            return code_of_user((folder / found["file"]).parent)
+        module = name if is_place(name) else self._entry_point(name).module
+        return code_of_user(folder, module.partition(":")[0].partition(".")[0])
+
     @property
     def _modules(self) -> dict[str, str]:
         return _members(self.package, self.attribute, self.separator)
 
-    def _entry_point(self, name: str, folder: Path | None = None) -> metadata.EntryPoint:
+    def _entry_point(self, name: str, folder: Path | None = None) -> EntryPoint:
         """The entry point of that name.
 
         Raises:
             StickslipError: there is none, or more than one.
         """
-        found = metadata.entry_points(group=self.group, name=name)
+        found = [point for point in _entry_points(self.group) if point.name == name]
         if not found:
             file = f"{name}.py"
             if folder and (folder / file).is_file():
@@ -118,7 +131,7 @@ class Registry(Generic[T]):
         if len(values := {point.value for point in found}) > 1:
             places = " and ".join(sorted(values))
             raise StickslipError(f"Two packages offer a {self.kind} '{name}': {places}. Name it by one of these.")
-        return next(iter(found))
+        return found[0]
 
     def _taken(self, module: ModuleType, attribute: str | None, place: str) -> T:
         """A member from its module.
@@ -146,6 +159,19 @@ class Registry(Generic[T]):
     def _fits(self, value: object) -> bool:
         # by name: a value can only be of a class whose module is imported, and listing must not import it
         return any(f"{kind.__module__}.{kind.__qualname__}" in self.types for kind in type(value).__mro__)
+
+
+def is_place(reference: Reference) -> bool:
+    """Whether a reference is a file or a module, not the name of a member."""
+    return bool(_FILE.fullmatch(os.fspath(reference)) or _MODULE.fullmatch(os.fspath(reference)))
+
+
+def moved(reference: str, beside: Path, to: Path) -> str:
+    """A reference that was relative to one folder, for another."""
+    found = _FILE.fullmatch(reference)
+    if not found or Path(found["file"]).is_absolute() or beside.absolute() == to.absolute():
+        return reference
+    return os.path.relpath(beside / reference, to)
 
 
 @contextmanager
@@ -245,6 +271,13 @@ def _shown(file: str) -> str:
 
 def _short(name: str) -> str:
     return name.rpartition(".")[2]
+
+
+def _entry_points(group: str) -> Sequence[EntryPoint]:
+    """What installed packages offer, as it is now."""
+    from importlib import metadata  # takes a tenth of the start of a command that needs none
+
+    return tuple(metadata.entry_points(group=group))
 
 
 @cache

@@ -37,18 +37,21 @@ class Document:
         """Line of a key, or of the nearest table around it; from 1."""
         for length in range(len(place), 0, -1):
             if found := self._lines.get(place[:length]):
-                rest = place[length:]
-                return self._inside(found, str(rest[0])) if rest and isinstance(rest[0], str) else found
+                for part in place[length:]:
+                    found = self._inside(found, part)
+                return found
         return None
 
-    def _inside(self, begin: int, word: str) -> int:
-        """Line of a word in a value that begins in a line: values may take several."""
-        pattern = re.compile(rf"\b{re.escape(word)}\b")
+    def _inside(self, begin: int, part: str | int) -> int:
+        """Line of a word, or of a table by its number, in a value that begins in a line: values may take several."""
+        pattern = re.compile(rf"\b{re.escape(part)}\b" if isinstance(part, str) else r"\{")
+        before = part if isinstance(part, int) else 0
         for number, text in enumerate(self._text.splitlines()[begin - 1 :], begin):
-            if pattern.search(text):
-                return number
             if number > begin and (_HEADER.match(text) or _KEY.match(text)):
                 break
+            before -= len(pattern.findall(text))
+            if before < 0:
+                return number
         return begin
 
     def fault(self, message: str, *place: str | int) -> StickslipError:
@@ -65,7 +68,9 @@ class Document:
         choices = list(known)
         for key in self.table(*place):
             if key not in choices:
-                where = f"in [{'.'.join(str(p) for p in place)}]" if place else "at the top of the file"
+                where = (
+                    f"in [{'.'.join(p for p in place if isinstance(p, str))}]" if place else "at the top of the file"
+                )
                 raise self.fault(f"'{key}' is not a key {where}.{nearest(key, choices)}", *place, key)
 
     def table(self, *place: str | int) -> dict[str, Any]:
@@ -77,7 +82,17 @@ class Document:
             raise self.fault(f"'{place[-1]}' must be a table of names and values, found {found!r}.", *place)
         return found
 
-    def text(self, key: str, *place: str, default: str | None = None) -> str:
+    def entries(self, key: str) -> list[dict[str, Any]]:
+        """The tables of a list, none if it is left out."""
+        found = self.data.get(key, [])
+        if not isinstance(found, list):
+            raise self.fault(f"'{key}' must be tables, each written as [[{key}]], in double brackets.", key)
+        for i, entry in enumerate(found):
+            if not isinstance(entry, dict):
+                raise self.fault(f"'{key}' must be tables, {{ name = value }}; number {i + 1} is {entry!r}.", key, i)
+        return found
+
+    def text(self, key: str, *place: str | int, default: str | None = None) -> str:
         """A text."""
         found = self.table(*place).get(key, default)
         if found is None:
@@ -111,6 +126,14 @@ class Document:
         if isinstance(found, bool) or not isinstance(found, int) or found < least:
             raise self.fault(f"'{key}' must be a whole number from {least} on, found {found!r}.", *place, key)
         return found
+
+    def numbers(self, *place: str | int) -> dict[str, float]:
+        """A table of numbers without units."""
+        table = self.table(*place)
+        for name, found in table.items():
+            if isinstance(found, str):
+                raise self.fault(f"'{name}' must be a finite number, found {found!r}.", *place, name)
+        return {name: self.value(found, "1", *place, name) for name, found in table.items()}
 
     def value(self, raw: Any, unit: str, *place: str | int) -> float:
         """A number, or a text of number and unit, in ``unit``.

@@ -18,33 +18,46 @@ import shutil
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.version import version
+from fmu_models.language.laws import LAWS
+from fmu_models.language.laws import load as load_law
+from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import HybridSystem
 
+    Model = str | os.PathLike[str] | Mechanism
+
 FMI_VERSIONS = ("2.0", "3.0")
 
 
 def export(
-    mechanism: Mechanism,
+    model: Model,
     path: str | os.PathLike[str],
     *,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write ``mechanism`` as an FMU with Model Exchange and Co-Simulation.
+    """Write a model as an FMU with Model Exchange and Co-Simulation.
 
     Args:
+        model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module. The FMU comes
+            from the user's cache if it was built before.
         path: ends in ".fmu".
+        contacts: names of those to keep; all if None.
+        laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
         fmi_version: "2.0" or "3.0".
 
@@ -52,13 +65,19 @@ def export(
         ``path``.
 
     Raises:
-        StickslipError: unknown version, ``path`` exists and ``overwrite`` is false or cannot be written, a value that
-            the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
+            written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
+    if not values and isinstance(model, str | os.PathLike):
+        kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
+        with write_whole(path, overwrite=overwrite) as temporary:
+            shutil.copyfile(kept, temporary)
+        return path
     from fmu_models.lowering.lower import lower
 
-    return write(_with_values(lower(mechanism), values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
+    system = lower(variant(model, contacts, laws))
+    return write(_with_values(system, values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
@@ -81,73 +100,83 @@ def write(
     return path
 
 
-def variant(model_name: str, contacts: Sequence[str] | None = None, laws: Mapping[str, str] | None = None) -> Mechanism:
-    """An oscillator with some of its contacts only, or with other laws.
+def variant(
+    model: Model,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
+    *,
+    beside: Path | None = None,
+) -> Mechanism:
+    """A model with some of its contacts only, or with other laws.
 
     Args:
-        model_name: as in ``fmu_models.oscillators.names()``.
-        contacts: names of those to keep; all if None.
-        laws: per contact the name of a law in ``language/laws`` to build around its own, such as "lugre".
+        model: a declaration, or what ``fmu_models.oscillators.load`` takes: a name, a file or a module.
+        contacts, laws: as for ``export``.
+        beside: folder that relative paths start from; the working folder if None.
 
     Raises:
         StickslipError: unknown model, contact or law.
     """
-    from fmu_models import oscillators
-
-    mechanism = oscillators.load(model_name)
+    mechanism = MODELS.load(model, beside) if isinstance(model, str | os.PathLike) else model
     if contacts is not None:
         mechanism = mechanism.restricted_to(contacts)
-    return mechanism.with_law(**_laws(mechanism, laws)) if laws else mechanism
+    with ExitStack() as users:
+        for law in (laws or {}).values():
+            users.enter_context(LAWS.running(law, beside))
+        others = _laws(mechanism, laws or {}, beside)
+        return mechanism.with_law(**others) if others else mechanism
 
 
 def built(
-    model_name: str,
+    model: Model,
     *,
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     fmi_version: str = "3.0",
+    beside: Path | None = None,
 ) -> Path:
-    """The FMU of a ``variant``, from the user's cache if it was built before (then without any symbolic work).
+    """The FMU of a ``variant``, from the user's cache if it was built before; of our own without any symbolic work.
 
     Raises:
         StickslipError: as for ``variant`` and ``export``.
     """
-    checked(f"{model_name}.fmu", fmi_version, overwrite=True)
+    checked("model.fmu", fmi_version, overwrite=True)
+    if not kept_by_name(model, laws):
+        from fmu_models.lowering.lower import lower
+
+        return built_of(lower(variant(model, contacts, laws, beside=beside)), fmi_version)
     options = (
-        model_name,
+        str(model),
         "all" if contacts is None else ",".join(sorted(contacts)),
         *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
         fmi_version,
     )
-    kept = kept_folder(*options) / f"{Path(model_name).name}.fmu"
+    kept = kept_folder(*options) / f"{model}.fmu"
     if not kept.is_file():
-        export(variant(model_name, contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
+        export(variant(str(model), contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
     return kept
 
 
-def export_built(
-    model_name: str,
-    path: str | os.PathLike[str],
-    *,
-    contacts: Sequence[str] | None = None,
-    laws: Mapping[str, str] | None = None,
-    values: Mapping[str, float] | None = None,
-    fmi_version: str = "3.0",
-    overwrite: bool = False,
-) -> Path:
-    """Write the FMU of a ``variant`` to ``path``, from the cache if possible (``values`` as for ``export``).
+def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
+    """The FMU of a lowered system, from the user's cache if one with the same sources was built before.
 
     Raises:
-        StickslipError: as for ``variant`` and ``export``.
+        StickslipError: unknown version, or the compiler fails.
     """
-    path = checked(path, fmi_version, overwrite)
-    if values:
-        mechanism = variant(model_name, contacts, laws)
-        return export(mechanism, path, values=values, fmi_version=fmi_version, overwrite=overwrite)
-    kept = built(model_name, contacts=contacts, laws=laws, fmi_version=fmi_version)
-    with write_whole(path, overwrite=overwrite) as temporary:
-        shutil.copyfile(kept, temporary)
-    return path
+    checked("model.fmu", fmi_version, overwrite=True)
+    texts = _texts(system, fmi_version)
+    kept = kept_folder("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
+    file = kept / f"{system.name}.fmu"
+    if not file.is_file():
+        write(system, file, fmi_version=fmi_version, overwrite=True)
+    return file
+
+
+def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
+    """Whether what is made of a model may be kept under its name and those of its laws: ours, whose sources the cache
+    knows."""
+    own = isinstance(model, str) and model in MODELS.members()
+    return own and all(law in LAWS.members() for law in (laws or {}).values())
 
 
 def kept_folder(*options: str) -> Path:
@@ -170,21 +199,13 @@ def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> 
     return path
 
 
-def _laws(mechanism: Mechanism, laws: Mapping[str, str]) -> dict[str, Any]:
-    """Law objects by contact, each around the law the contact has; its parameters end like the contact's name."""
-    import importlib
-    import pkgutil
-
-    from fmu_models.language import laws as package
-
-    known = [module.name for module in pkgutil.iter_modules(package.__path__)]
+def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) -> dict[str, Any]:
+    """Law objects by contact, where it has another, around the law it has; parameters end like the contact's name."""
     found = {}
     for contact, name in laws.items():
-        own = mechanism.law_of(contact)
-        if name not in known:
-            raise StickslipError(f"There is no law '{name}'.{nearest(name, known)}")
-        module = importlib.import_module(f"{package.__name__}.{name}")
-        (law,) = (v for key, v in vars(module).items() if key.lower() == name.replace("_", ""))
+        own, law = mechanism.law_of(contact), load_law(name, beside)
+        if type(own) is law:
+            continue
         if not hasattr(law, "around"):
             raise StickslipError(f"The law '{name}' cannot be built around another. Declare it in the model instead.")
         digits = re.search(r"\d*$", contact)
@@ -203,6 +224,18 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
 
 def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
     """Contents of the archive by name."""
+    files: dict[str, bytes | str] = {**_texts(system, fmi_version)}
+    fmi3_platform, fmi2_platform, _, suffix = this_platform()
+    platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
+    c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+        binary = compile_shared(c_files, Path(folder) / "library").read_bytes()
+    files[f"binaries/{platform}/{system.name}{suffix}"] = binary
+    return files
+
+
+def _texts(system: HybridSystem, fmi_version: str) -> dict[str, str]:
+    """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.model_description import Description, model_description, render
 
@@ -212,16 +245,11 @@ def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
-    fmi3_platform, fmi2_platform, _, suffix = this_platform()
-    platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
-        binary = compile_shared(c_files, Path(folder) / "library").read_bytes()
-    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
+    files = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
     files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool)
     files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
-    files[f"binaries/{platform}/{system.name}{suffix}"] = binary
     return files
 
 
@@ -240,14 +268,6 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
         f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
         f"const double model_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
     )
-
-
-def version() -> str:
-    """Version of this suite."""
-    try:
-        return metadata.version("stickslip")
-    except metadata.PackageNotFoundError:
-        return "(from source)"
 
 
 def _sources_digest() -> str:

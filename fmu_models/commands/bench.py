@@ -11,12 +11,9 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing
 
-app = console.app("Comparisons of methods.")
-
 DEFAULT = ["discontinuous_support_table_1"]
 
 
-@app.command()
 def bench(
     scenes: Annotated[
         list[str] | None,

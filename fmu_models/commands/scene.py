@@ -12,18 +12,18 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.table import number, table
+from fmu_models.base.terminal_table import terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.scene.compute import Comparison, Row
+    from fmu_models.scene.compute import Comparison
+    from fmu_models.scene.kinds.kind import Row
     from fmu_models.scene.scene import Scene
 
-app = console.app("Scenes: list, show, run.")
 
-
-@app.command()
 def scene(
     path: Annotated[
         str | None, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a scene. [default: list them]")
@@ -154,12 +154,10 @@ def _print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row.values))
     over = scene.compute.over
     title = f"{scene.compute.kind}{f' over {over}' if over else ''}"
-    made = console.table(
-        "result", *(f">{'' if row.at is None else f'{over} = {row.at:g}'}" for row in rows), title=title
-    )
-    for name in names:
-        made.add_row(name, *(f"{row.values[name]:.10g}" if name in row.values else "" for row in rows))
-    out.print(made)
+    heads = ("result", *("" if row.at is None else f"{over} = {row.at:g}" for row in rows))
+    values = ([name, *(number(row.values.get(name), ".10g") for row in rows)] for name in names)
+    made = table(title, heads, values)
+    out.print(terminal(made.turned() if len(rows) > len(names) else made))
 
 
 def _print_comparisons(comparisons: tuple[Comparison, ...], out: Console) -> None:
@@ -210,8 +208,11 @@ def _draw(scene: Scene, fmu: Fmu, rows: tuple[Row, ...], path: Path, overwrite: 
     from fmu_models.report.scene_figure import draw
 
     over = scene.compute.over
+    unit = f" {fmu.variables[over].unit}" if over in fmu.variables and fmu.variables[over].unit else ""
     panels = [
-        (scene.name if row.at is None else f"{over} = {row.at:g}", row.trajectory) for row in rows if row.trajectory
+        (scene.name if row.at is None else f"{over} = {row.at:g}{unit}", row.trajectory)
+        for row in rows
+        if row.trajectory
     ]
     axes = (fmu.states[0], fmu.states[len(fmu.states) // 2])
     draw(scene.title, panels, axes, path, points=scene.compute.kind == "strobe", overwrite=overwrite)

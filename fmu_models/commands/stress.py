@@ -17,10 +17,7 @@ if TYPE_CHECKING:
     from fmu_models.validation.stress.cases import Case
     from fmu_models.validation.stress.judge import Cell
 
-app = console.app("Stress: models at their extremes.")
 
-
-@app.command()
 def stress(
     models: Annotated[
         list[str] | None, typer.Argument(metavar="[MODEL]...", help="Names of models. [default: all]")
@@ -87,9 +84,6 @@ def _cases(models: list[str], pattern: str | None, until: float | None, quick: b
     from fmu_models import oscillators
     from fmu_models.validation.stress.workers import cases_of
 
-    for name in models:
-        if name not in oscillators.names():
-            raise StickslipError(f"No oscillator is called '{name}'.{nearest(name, oscillators.names())}")
     if not models:
         models = _one_per_kind() if quick else oscillators.names()
     found = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]

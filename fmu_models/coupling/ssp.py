@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.coupling.system import CoupledSystem, Unit, opened
+from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection, conversion, unit_of
 from fmu_models.fmu import archive
 from fmu_models.fmu.fmu import Fmu
@@ -98,7 +98,11 @@ def _system(path: Path, folder: Path, description: Path) -> CoupledSystem:
             raise StickslipError(f"{where} is there twice; which one is meant cannot be told.")
         if component.get("type", "") not in FMU:
             raise StickslipError(f"{where} is of type {component.get('type')}; FMUs are read.")
-        fmus[name] = opened(where, _inside(folder, component.get("source", ""), where))
+        file = _inside(folder, component.get("source", ""), where)
+        try:
+            fmus[name] = Fmu.open(file)
+        except StickslipError as error:
+            raise StickslipError(f"{where}: {error}") from error
         bindings[name] = list(_bound(component, folder, where))
     for value in _bound(top, folder, f"'{path}': system '{top.get('name')}'"):
         unit = max((u for u in fmus if value.name.startswith(f"{u}.")), key=len, default=None)

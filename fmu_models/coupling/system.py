@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.coupling.wiring import Connection, Wire, split, wires
+from fmu_models.base.shown import Shown
+from fmu_models.coupling.wiring import Connection, Misfit, Wire, split, wires
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
 
@@ -19,7 +19,7 @@ SOLVERS = (*EXCHANGE, *EXCHANGE_BY_STEPS)
 
 
 @dataclass(frozen=True)
-class Unit:
+class Unit(Shown):
     """One FMU of a system, with values by name in its own units of measure."""
 
     fmu: Fmu
@@ -29,7 +29,7 @@ class Unit:
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledSystem:
+class CoupledSystem(Shown):
     """Units by name and what connects them.
 
     Attributes:
@@ -42,7 +42,7 @@ class CoupledSystem:
         outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
 
     Raises:
-        StickslipError: a name, value or connection that does not fit; names the place.
+        Misfit: a name, value or connection that does not fit.
     """
 
     name: str
@@ -59,17 +59,18 @@ class CoupledSystem:
 
     def __post_init__(self) -> None:
         if not self.units:
-            raise StickslipError(f"The system '{self.name}' has no units. Name at least one FMU.")
+            raise Misfit(f"The system '{self.name}' has no units. Name at least one FMU.", "units")
         if self.solver not in SOLVERS:
-            raise StickslipError(f"There is no solver '{self.solver}'.{nearest(self.solver, SOLVERS)}")
+            raise Misfit(f"There is no solver '{self.solver}'.{nearest(self.solver, SOLVERS)}", "solver")
         if self.step is not None and not (math.isfinite(self.step) and self.step > 0):
-            raise StickslipError(f"The step must be a positive number of seconds, found {self.step:g}.")
+            raise Misfit(f"The step must be a positive number of seconds, found {self.step:g}.", "step")
         if not (math.isfinite(self.start_time) and math.isfinite(self.stop_time) and self.stop_time > self.start_time):
-            raise StickslipError(
-                f"The run must end after it starts, found start {self.start_time:g} s and stop {self.stop_time:g} s."
+            raise Misfit(
+                f"The run must end after it starts, found start {self.start_time:g} s and stop {self.stop_time:g} s.",
+                "stop_time",
             )
         if self.tolerance is not None and not (1e-14 <= self.tolerance <= 0.1):
-            raise StickslipError(f"The tolerance must lie between 1e-14 and 0.1, found {self.tolerance:g}.")
+            raise Misfit(f"The tolerance must lie between 1e-14 and 0.1, found {self.tolerance:g}.", "tolerance")
         object.__setattr__(self, "wires", wires(self.fmus, self.connections))
         fed = {wire.target for wire in self.wires}
         for name, unit in self.units.items():
@@ -77,16 +78,20 @@ class CoupledSystem:
                 request.start_values(unit.fmu, unit.parameters, unit.start)
                 request.table(unit.fmu, unit.inputs, 0.0, 1.0)
             except StickslipError as error:
-                raise StickslipError(f"Unit '{name}': {error}") from error
+                raise Misfit(f"Unit '{name}': {error}", "units", name) from error
             for variable in unit.inputs:
                 if (name, variable) in fed:
-                    raise StickslipError(
-                        f"Unit '{name}': the input '{variable}' is given a value, but is fed by a connection."
+                    raise Misfit(
+                        f"Unit '{name}': the input '{variable}' is given a value, but is fed by a connection.",
+                        *("units", name, "inputs", variable),
                     )
         for output in self.outputs:
-            unit, variable = split(self.fmus, output, "outputs")
-            if not request.is_number(self.fmus[unit], variable):
-                raise StickslipError(f"outputs: '{output}' cannot be recorded: it is no single number.")
+            try:
+                unit, variable = split(self.fmus, output, "outputs")
+                if not request.is_number(self.fmus[unit], variable):
+                    raise StickslipError(f"outputs: '{output}' cannot be recorded: it is no single number.")
+            except StickslipError as error:
+                raise Misfit(str(error), "outputs", output) from error
 
     def changed(self, **settings: Any) -> CoupledSystem:
         """The same system with other settings; errors as for a new one."""
@@ -102,10 +107,3 @@ class CoupledSystem:
     def exchanges_models(self) -> bool:
         """Whether every unit has Model Exchange, so that all can be integrated as one."""
         return all(unit.fmu.description.modelExchange is not None for unit in self.units.values())
-
-
-def opened(where: str, file: Path, open_file: Callable[[Path], Fmu] = Fmu.open) -> Fmu:
-    try:
-        return open_file(file)
-    except StickslipError as error:
-        raise StickslipError(f"{where}: {error}") from error

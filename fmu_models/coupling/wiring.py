@@ -22,6 +22,14 @@ WHOLE = "a whole number"
 KINDS = {"Real": "a real number", "Boolean": "a boolean", "Enumeration": "an enumeration"}
 
 
+class Misfit(StickslipError):
+    """What does not fit in a system; ``place``: where, by names of attributes and units and numbers of connections."""
+
+    def __init__(self, text: str, *place: str | int) -> None:
+        super().__init__(text)
+        self.place = place
+
+
 @dataclass(frozen=True)
 class Connection:
     """As somebody wrote it: ``source`` and ``target`` are "unit.variable"; factor and offset if it has its own."""
@@ -53,23 +61,23 @@ def wires(fmus: Mapping[str, Fmu], connections: Sequence[Connection]) -> tuple[W
     """The connections between these units, checked.
 
     Raises:
-        StickslipError: no such unit or variable, one that is no output or no input, types or units of measure that do
+        Misfit: no such unit or variable, one that is no output or no input, types or units of measure that do
             not fit, an input that is fed twice; names the connection.
     """
-    made: list[Wire] = []
-    fed: dict[tuple[str, str], Connection] = {}
-    for connection in connections:
-        source = _end(fmus, connection, connection.source, ("output",))
-        target = _end(fmus, connection, connection.target, ("input",))
-        if target in fed:
-            raise StickslipError(
-                f"Connection '{connection}': '{connection.target}' is fed by '{fed[target].source}' already. "
-                "An input has one source; leave one of the two out."
-            )
-        fed[target] = connection
-        factor, offset = _conversion(fmus, connection, source, target)
-        made.append(Wire(source, target, factor, offset))
-    return tuple(made)
+    made: dict[tuple[str, str], Wire] = {}
+    for i, connection in enumerate(connections):
+        try:
+            source = _end(fmus, connection, connection.source, ("output",))
+            target = _end(fmus, connection, connection.target, ("input",))
+            if target in made:
+                raise StickslipError(
+                    f"Connection '{connection}': '{connection.target}' is fed by '{'.'.join(made[target].source)}' "
+                    "already. An input has one source; leave one of the two out."
+                )
+            made[target] = Wire(source, target, *_conversion(fmus, connection, source, target))
+        except StickslipError as error:
+            raise Misfit(str(error), "connections", i) from error
+    return tuple(made.values())
 
 
 def split(fmus: Mapping[str, Fmu], name: str, where: str) -> tuple[str, str]:

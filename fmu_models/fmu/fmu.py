@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import existing
+from fmu_models.base.shown import Shown
 from fmu_models.codegen import contact_states
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Fmu:
+class Fmu(Shown):
     """An opened FMU. Its files stay unpacked in a temporary folder until the object is collected.
 
     Attributes:
@@ -45,9 +47,9 @@ class Fmu:
             StickslipError: no such file, not an FMU, of another FMI version, an archive that is unsafe to unpack, or
                 a description that does not say what is meant.
         """
-        path = Path(path)
+        path = existing(path, advice=" Export a model first: stickslip export MODEL")
         if not path.is_file():
-            raise StickslipError(f"There is no file '{path}'. Export a model first: stickslip export MODEL")
+            raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = Path(tempfile.mkdtemp(prefix="stickslip-fmu-"))
         try:
             archive.unpack(path, folder)
@@ -71,6 +73,14 @@ class Fmu:
     def __reduce__(self) -> tuple[object, ...]:
         # another process reads the same folder; it stays with the object that unpacked it
         return Fmu.unpacked, (self.path, self.folder)
+
+    def _heading(self) -> str:
+        made = self.description.generationTool or "an unknown tool"
+        return f"FMU '{self.description.modelName}', FMI {self.description.fmiVersion}, by {made}"
+
+    def _contents(self) -> dict[str, object]:
+        kinds = ("states", "inputs", "outputs", "contacts", "parameters")
+        return {"file": self.path, **{kind: getattr(self, kind) for kind in kinds}}
 
     @property
     def fmi(self) -> int:

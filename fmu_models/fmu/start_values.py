@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
@@ -21,8 +21,8 @@ from xml.sax.saxutils import quoteattr
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
+from fmu_models.base.processes import IsolatedFailure, Limits, isolated
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.fmu.library import LIBRARIES, library, this_folder
 
 if TYPE_CHECKING:
@@ -208,12 +208,11 @@ def _check_library(fmu: Fmu, values: Mapping[str, float]) -> None:
             )
 
 
-def library_starts(path: str, names: list[str], progress: Callable[[float], None] | None = None) -> Any:
+def library_starts(path: str, names: list[str]) -> Any:
     """Values of parameters as the library has them after instantiation; None if there is none for this machine."""
     from fmpy import fmi2, fmi3
     from fmpy.fmi1 import FMICallException
 
-    del progress
     fmu = Fmu.open(path)
     description = fmu.description
     exchange = description.coSimulation is None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
@@ -49,7 +50,7 @@ def simulate_any(
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class Sweep(Shown):
     """Runs of a sweep: per variable (runs, times), and why runs ended early, by the number of the run."""
 
     time: NDArray[np.float64]
@@ -62,7 +63,7 @@ class Sweep:
         return self.values[name]
 
 
-class Driver:
+class Driver(Shown):
     """An FMU that is loaded once and run many times.
 
     Args:
@@ -130,6 +131,9 @@ class Driver:
 
     def _load(self) -> instance.Instance:
         return instance.Instance(self.fmu, co_simulation=self.method == "co-simulation")
+
+    def _contents(self) -> dict[str, object]:
+        return {"model": self.fmu.description.modelName, "method": self.method, "tolerance": self.tolerance}
 
     def __enter__(self) -> Driver:
         return self

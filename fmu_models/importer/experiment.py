@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import IsolatedFailure, Limits, isolated
 from fmu_models.fmu import library
-from fmu_models.fmu.isolation import IsolatedFailure, Limits, isolated
 from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
@@ -74,6 +74,14 @@ class Experiment:
         return NATIVE_TOLERANCE if self.is_native(fmu) else MASTER_TOLERANCE
 
 
+_ADVICE = {
+    "time": " Allow it more, or ask for a shorter run.",
+    "memory": " Allow it more, or mend the FMU.",
+    "killed": "",
+    "own": " The fault is in the FMU's library; report it to its author.",
+}
+
+
 def perform(
     fmu: Fmu,
     experiment: Experiment,
@@ -98,7 +106,8 @@ def perform(
         try:
             trajectory = isolated(function, fmu, experiment, limits=limits, progress=progress)
         except IsolatedFailure as failure:
-            raise IsolatedFailure(f"{fmu.description.modelName}: {failure}") from failure
+            text = f"{fmu.description.modelName}: {failure}{_ADVICE[failure.cause]}"
+            raise IsolatedFailure(text, failure.cause, failure.code) from failure
     return Recording(trajectory, _descriptions(fmu, trajectory), _provenance(fmu, experiment, trajectory))
 
 

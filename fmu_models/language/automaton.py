@@ -18,6 +18,7 @@ from typing import NoReturn
 import sympy
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_names, quantity_names, stranger
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 from fmu_models.language.declaration import Output, quantities_of_type
@@ -28,7 +29,7 @@ _SIDES = {"+": 1, "-": 2, "both": 3}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Switch:
+class Switch(Shown):
     """A switching function.
 
     Attributes:
@@ -57,7 +58,7 @@ class Switch:
 
 
 @dataclass(frozen=True, eq=False)
-class Reset:
+class Reset(Shown):
     """States that jump where a switching function falls to zero.
 
     Attributes:
@@ -84,7 +85,7 @@ class Reset:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Automaton:
+class Automaton(Shown):
     """A declared system without a body; see the module for its equation.
 
     Attributes:
@@ -114,6 +115,13 @@ class Automaton:
         object.__setattr__(self, "flows", {x: sympy.sympify(e) for x, e in self.flows.items()})
         _check(self)
         check_expression_units(self.name, self.states, _expected_units(self))
+
+    def _heading(self) -> str:
+        return f"Automaton '{self.name}': {self.title}"
+
+    def _contents(self) -> dict[str, object]:
+        parts = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **parts}
 
     @property
     def contacts(self) -> tuple[Switch, ...]:

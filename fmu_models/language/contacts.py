@@ -11,18 +11,21 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import sympy
 
+from fmu_models.base.shown import Shown
 from fmu_models.language.quantities import InternalState, Quantity
 
 
 class Requirement(NamedTuple):
     """Something the parameters must satisfy: ``expression`` >= 0, or > 0 if ``strict``.
 
-    ``sentence`` is what the user reads if they do not.
+    ``sentence`` is what the user reads if they do not; ``warning`` what a fit says that found such values of a law,
+    with {names} of its parameters and {law}.
     """
 
     expression: sympy.Expr
     sentence: str
     strict: bool = False
+    warning: str = ""
 
 
 class Law(Protocol):
@@ -60,7 +63,7 @@ class ContactSymbol(Quantity):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Friction:
+class Friction(Shown):
     """A contact with a friction law.
 
     Attributes:

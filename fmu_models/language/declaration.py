@@ -8,6 +8,7 @@ from typing import Protocol, TypeVar
 
 import sympy
 
+from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import Friction, Requirement
 from fmu_models.language.impacts import Impact
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
@@ -18,7 +19,7 @@ Contact = Friction | Stop | Impact
 
 
 @dataclass(frozen=True, eq=False)
-class Output:
+class Output(Shown):
     """A quantity to be shown; its expression may also use accelerations and what contacts show, such as forces."""
 
     name: str

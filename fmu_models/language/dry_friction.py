@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from dataclasses import fields
+from typing import Any, ClassVar, Self
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.quantities import InternalState
+from fmu_models.language.law_parameter import parameters_of
+from fmu_models.language.quantities import InternalState, Parameter
 
 
 class DryFriction(ABC):
     """lambda = -magnitude(|v|) sgn(v) in slip, |lambda| < magnitude(0) in stick."""
 
     sticks: ClassVar[bool] = True
+    label: ClassVar[str] = ""
+    """What people call the law; the name of its class if empty."""
+
+    @classmethod
+    def around(cls, own: Any, suffix: str = "") -> Self:
+        """The law in place of a contact's ``own``: see `parts_around`."""
+        return cls(**parts_around(cls, own, suffix))
 
     @abstractmethod
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
@@ -42,3 +52,51 @@ class DryFriction(ABC):
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
         """None, without internal states."""
         return ()
+
+
+def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
+    """What a class of laws is made of in place of a contact's ``own``, by field: parts of one name stay (the normal
+    force above all), others become parameters ``<name><suffix>`` as declared.
+
+    Raises:
+        StickslipError: a part that ``own`` lacks is not declared.
+    """
+    declared, parts = {one.name: one for one in parameters_of(law)}, {}
+    for one in fields(law):
+        if hasattr(own, one.name):
+            parts[one.name] = getattr(own, one.name)
+        elif one.name in declared:
+            parts[one.name] = _parameter(declared[one.name], suffix)
+        else:
+            raise StickslipError(
+                f"The law '{law.__name__}' has a part '{one.name}' that its contact's own law does not have. Give it "
+                "its unit and meaning: field(metadata=declared(...)); or declare the law in the model."
+            )
+    return parts
+
+
+def _parameter(declared: Any, suffix: str) -> Parameter:
+    return Parameter(
+        f"{declared.name}{suffix}",
+        declared.value,
+        declared.unit,
+        declared.description,
+        positive=declared.minimum > 0,
+        minimum=0.0 if declared.minimum == 0 else None,
+    )
+
+
+def falling(mu_s: sympy.Expr, mu_k: sympy.Expr, name: str) -> Requirement:
+    """Friction falls with the slip speed: with mu_k > mu_s a contact could neither stick nor slip."""
+    return Requirement(
+        mu_s - mu_k,
+        f"{mu_k} exceeds {mu_s}: {name}'s law needs mu_s >= mu_k",
+        warning="mu_s = {mu_s:.4g} is less than mu_k = {mu_k:.4g}: friction rises with slip speed, which the {law} law "
+        "does not mean. A law with a viscous term (Coulomb+viscous) is more likely right; check also the signs of "
+        "angle and drive.",
+    )
+
+
+def braking(mu_v: sympy.Expr) -> Requirement:
+    """Viscous friction drives nothing."""
+    return Requirement(sympy.sympify(mu_v), f"{mu_v} is negative: viscous friction brakes")

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 import sympy
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 from fmu_models.language.quantities import Parameter
 
@@ -43,7 +44,7 @@ class Poisson:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Impact:
+class Impact(Shown):
     """A rigid contact; see the module.
 
     Attributes:

@@ -18,6 +18,7 @@ from typing import Any
 import sympy
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_names, quantity_names
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import quantities_of_type
@@ -30,7 +31,7 @@ _INVERSE_TRIALS = 8
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Map:
+class Map(Shown):
     """A declared map; see the module for its equation.
 
     Attributes:
@@ -54,6 +55,13 @@ class Map:
     inverse: Mapping[State, sympy.Expr] | None = None
     modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)
     requirements: Sequence[Requirement] = ()
+
+    def _heading(self) -> str:
+        return f"Map '{self.name}': {self.title}"
+
+    def _contents(self) -> dict[str, object]:
+        rule = {f"{state.name}(k+1)": value for state, value in self.rule.items()}
+        return {**rule, "parameters": [q.name for q in self.parameters]}
 
     def __post_init__(self) -> None:
         for name in ("states", "requirements"):

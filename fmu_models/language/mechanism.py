@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Friction, Law, Requirement
 from fmu_models.language.declaration import Contact, Output, quantities_of_type
@@ -27,7 +28,7 @@ from fmu_models.language.units import check_units
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Mechanism:
+class Mechanism(Shown):
     """A declared oscillator; see the module for its equation.
 
     Attributes:
@@ -67,6 +68,14 @@ class Mechanism:
         object.__setattr__(self, "applied", {q: sympy.sympify(e) for q, e in self.applied.items()})
         check_mechanism(self)
         check_units(self)
+
+    def _heading(self) -> str:
+        return f"Mechanism '{self.name}': {self.title}"
+
+    def _contents(self) -> dict[str, object]:
+        energies = {name: getattr(self, name) for name in ("kinetic_energy", "potential_energy", "dissipation")}
+        parts = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **parts}
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -10,13 +10,17 @@ model depend on the width, unlike those of the law itself.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, Self
+from dataclasses import dataclass, field
+from math import inf
+from types import SimpleNamespace
+from typing import Any, ClassVar, Self
 
 import sympy
 
 from fmu_models.language.contacts import Law, Requirement
-from fmu_models.language.quantities import InternalState, Parameter
+from fmu_models.language.dry_friction import parts_around
+from fmu_models.language.law_parameter import declared
+from fmu_models.language.quantities import InternalState
 
 
 @dataclass(frozen=True)
@@ -24,15 +28,13 @@ class Smoothed(ABC):
     """A set-valued ``law`` smoothed over the slip speed ``width``, m/s."""
 
     law: Law
-    width: sympy.Expr
+    width: sympy.Expr = field(metadata=declared(1e-4, "m/s", "slip speed that friction is smoothed over", 1e-12, inf))
     sticks: ClassVar[bool] = False
 
     @classmethod
-    def around(cls, law: Law, suffix: str = "", *, width: float = 1e-4) -> Self:
-        """The law smoothed over a parameter ``width<suffix>``."""
-        return cls(
-            law, Parameter(f"width{suffix}", width, "m/s", "slip speed that friction is smoothed over", positive=True)
-        )
+    def around(cls, own: Any, suffix: str = "") -> Self:
+        """A contact's own law smoothed over a parameter ``width<suffix>``."""
+        return cls(**parts_around(cls, SimpleNamespace(law=own), suffix))
 
     @abstractmethod
     def shape(self, ratio: sympy.Expr) -> sympy.Expr:

@@ -19,6 +19,7 @@ from typing import Any, ClassVar, Protocol
 import sympy
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 
 _RELEASES = ("gap", "force")
@@ -45,7 +46,7 @@ class StopLaw(Protocol):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Stop:
+class Stop(Shown):
     """A stop; see the module.
 
     Attributes:

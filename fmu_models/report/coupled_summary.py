@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base import console
+from fmu_models.base.table import number, table
+from fmu_models.base.terminal_table import terminal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,10 +57,11 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
             shift = f" + {wire['offset']:g}" if wire["offset"] else ""
             out.print(console.plain(f"  {wire['to']} = {wire['factor']:g} {wire['from']}{shift}"))
     out.print(console.plain(f"{content['method']}: {content['steps']} steps to t = {content['end_time']:.9g} s"))
-    made = console.table("variable", "unit", "least", "most", "last")
-    for name, row in content["variables"].items():
-        made.add_row(name, row["unit"], *(f"{row[key]:.9g}" for key in ("least", "most", "last")))
-    out.print(made)
+    ends = ("least", "most", "last")
+    rows = (
+        [name, row["unit"], *(number(row[key], ".9g") for key in ends)] for name, row in content["variables"].items()
+    )
+    out.print(terminal(table("", ("variable", "unit", *ends), rows)))
     if content["n_events"]:
         out.print(console.plain(f"{content['n_events']} events, the last of them:"))
         for event in content["events"][-SHOWN_EVENTS:]:

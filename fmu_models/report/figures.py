@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,11 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
 
 if TYPE_CHECKING:
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
+MOST_TICKS = 7  # where those that matplotlib chooses touch
+SPACED = 0.4  # heights of a label between labels side by side
 FORMATS = (".svg", ".png", ".pdf")
 
 
@@ -27,6 +31,34 @@ def check_format(path: str | os.PathLike[str]) -> Path:
     return target
 
 
+def part_ticks(figure: Figure) -> None:
+    """Take fewer ticks where their labels touch one another."""
+    from matplotlib.ticker import AutoLocator, MaxNLocator
+
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        for axis, along in ((axes.xaxis, 0), (axes.yaxis, 1)):
+            for ticks in range(MOST_TICKS, 1, -1):
+                if not isinstance(axis.get_major_locator(), AutoLocator | MaxNLocator) or not _touch(axis, along):
+                    break
+                axis.set_major_locator(MaxNLocator(ticks))
+                figure.draw_without_rendering()
+
+
+def _touch(axis: Axis, along: int) -> bool:
+    """Whether labels of ticks that are shown touch; along: 0 for x, 1 for y."""
+    low, high = sorted(axis.get_view_interval())
+    shown = [
+        label.get_window_extent()
+        for tick in axis.get_major_ticks()
+        for label in (tick.label1, tick.label2)
+        if label.get_visible() and label.get_text() and low <= tick.get_loc() <= high
+    ]
+    spans = sorted((box.x0, box.x1) if along == 0 else (box.y0, box.y1) for box in shown)
+    gap = SPACED * max((box.height for box in shown), default=0.0) if along == 0 else 0.0
+    return any(one[1] + gap > other[0] for one, other in pairwise(spans))
+
+
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
     """Write a figure whole; the format follows the suffix (.svg, .png, .pdf).
 
@@ -34,6 +66,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool
         StickslipError: unknown suffix, the file exists, or its folder cannot be written.
     """
     target = check_format(path)
+    part_ticks(figure)
     with write_whole(target, overwrite=overwrite) as temporary:
         figure.savefig(temporary, format=target.suffix.lower()[1:], dpi=150)
     return target

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from fmu_models.base import console
+from fmu_models.base.table import Cell, Column, table
+from fmu_models.base.terminal_table import terminal
 from fmu_models.fmu.library import platforms, sources, this_folder
 
 if TYPE_CHECKING:
@@ -138,13 +140,19 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
 def _print_variables(variables: list[dict[str, Any]], causality: str, out: Console) -> None:
     if not variables:
         return
-    made = console.table(causality, ">start", "unit", "type", "variability", "description")
-    for v in variables[:LISTED]:
-        start = "" if v["start"] is None else str(v["start"])
-        shape = str(v["shape"]) if v["shape"] else ""
-        cells = (v["name"], start, v["unit"] or "", v["type"] + shape, v["variability"] or "", v["description"] or "")
-        made.add_row(*(console.plain(cell) for cell in cells))
-    out.print(made)
+    rows = [
+        [
+            v["name"],
+            Cell("" if v["start"] is None else str(v["start"]), "number"),
+            v["unit"] or "",
+            v["type"] + (str(v["shape"]) if v["shape"] else ""),
+            v["variability"] or "",
+            v["description"] or "",
+        ]
+        for v in variables[:LISTED]
+    ]
+    columns = (causality, "start", "unit", Column("type", spare=1), Column("variability", spare=2), "description")
+    out.print(terminal(table("", columns, rows)))
     _print_rest(len(variables), out)
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from fmu_models.base.table import Cell, number, table
+from fmu_models.base.terminal_table import terminal
 from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.lowering.lagrange import generalised_forces
@@ -163,8 +165,6 @@ def _coupled(mechanism: Mechanism, system: HybridSystem, forces: Any) -> list[st
 
 def print_sheet(content: dict[str, Any], out: Console) -> None:
     """The page for people."""
-    from fmu_models.base.console import table
-
     out.print(f"[bold]{content['name']}[/bold]  {content['title']}")
     out.print(f"source: {content['source']}\n")
     for line in content["equations"]:
@@ -176,18 +176,16 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
             out.print(f"    {what:22s} {expression}", markup=False)
         out.print(f"    {'states':22s} {', '.join(contact['states'])}", markup=False)
         out.print(f"    {'indicators':22s} {'; '.join(contact['indicators'])}", markup=False)
-    made = table("parameter", ">value", "unit", ">from", ">to", "meaning")
-    for row in content["parameters"]:
-        ends = ["" if row[key] is None else f"{row[key]:g}" for key in ("minimum", "maximum")]
-        made.add_row(row["name"], f"{row['value']:g}", row["unit"], *ends, row["description"])
-    out.print(made)
-    made = table("variable", "kind", ">start", "unit", "meaning")
-    for row in content["inputs"]:
-        made.add_row(row["name"], "input", f"{row['value']:g}", row["unit"], row["description"])
-    for row in content["states"]:
-        made.add_row(row["name"], "state", f"{row['start']:g}", row["unit"], row["description"])
-    for row in content["outputs"]:
-        made.add_row(row["name"], "output", "", row["unit"], row["description"])
-    out.print(made)
+    rows: list[list[str | Cell]] = [
+        [p["name"], *(number(p[key], "g") for key in ("value", "minimum", "maximum")), p["unit"], p["description"]]
+        for p in content["parameters"]
+    ]
+    out.print(terminal(table("", ("parameter", "value", "from", "to", "unit", "meaning"), rows)))
+    rows = [
+        [one["name"], kind, number(one.get("value", one.get("start")), "g"), one["unit"], one["description"]]
+        for kind in ("input", "state", "output")
+        for one in content[f"{kind}s"]
+    ]
+    out.print(terminal(table("", ("variable", "kind", "start", "unit", "meaning"), rows)))
     for sentence in content["requirements"]:
         out.print(f"refused: {sentence}")

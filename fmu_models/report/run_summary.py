@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base import console
+from fmu_models.base.table import Cell, number, table
+from fmu_models.base.terminal_table import terminal
 from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
@@ -114,11 +116,11 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
     head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
     out.print(plain(content["model"] or "", "bold"), end="")
     out.print(plain(head))
-    made = console.table("quantity", ">min", ">max", ">at the end", "unit")
-    for name, row in list(content["ranges"].items())[:LISTED]:
-        numbers = ("not finite" if row[key] is None else f"{row[key]:.6g}" for key in ("min", "max", "end"))
-        made.add_row(plain(name), *numbers, plain(row["unit"]))
-    out.print(made)
+    rows = [
+        [name, *(_number(row[key]) for key in ("min", "max", "end")), row["unit"]]
+        for name, row in list(content["ranges"].items())[:LISTED]
+    ]
+    out.print(terminal(table("", ("quantity", "min", "max", "at the end", "unit"), rows)))
     if len(content["ranges"]) > LISTED:
         out.print(plain(f"  and {len(content['ranges']) - LISTED} more, which --json lists"))
     for name, row in content["contacts"].items():
@@ -134,6 +136,10 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(plain(f"{sum(content['events'].values())} events{f' ({listed})' if listed else ''}"))
     for path in content["files"]:
         out.print(plain(f"written: {path}"))
+
+
+def _number(value: float | None) -> Cell:
+    return Cell("not finite", "number") if value is None else number(value, ".6g")
 
 
 def _print_impacts(impacts: dict[str, Any], out: Console) -> None:

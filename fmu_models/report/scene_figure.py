@@ -34,10 +34,11 @@ def draw(
     """
     if not panels:
         raise StickslipError("There is no motion to draw.")
-    columns = min(3, len(panels))
+    columns = 2 if len(panels) == 4 else min(3, len(panels))
     rows = math.ceil(len(panels) / columns)
     figure = Figure(figsize=(1.0 + 3.6 * columns, 0.8 + 3.0 * rows), layout="constrained")
     figure.suptitle(title)
+    figure.get_layout_engine().set(w_pad=0.1)  # type: ignore[union-attr] # labels of neighbours stay apart
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     x, y = axes
     for i, axis in enumerate(grid.flat):
@@ -48,7 +49,8 @@ def draw(
         style = {"linestyle": "none", "marker": ".", "markersize": 2} if points else {"linewidth": 0.9}
         axis.plot(trajectory[x], trajectory[y], color="black", **style)
         axis.set_title(heading, fontsize="medium")
-        axis.set_xlabel(f"{x} ({trajectory.units[x]})")
-        axis.set_ylabel(f"{y} ({trajectory.units[y]})")
-        axis.label_outer()
+        lowest = i + columns >= len(panels)
+        axis.tick_params(labelbottom=lowest, labelleft=i % columns == 0)
+        axis.set_xlabel(f"{x} ({trajectory.units[x]})" if lowest else "")
+        axis.set_ylabel(f"{y} ({trajectory.units[y]})" if i % columns == 0 else "")
     save_figure(figure, path, overwrite=overwrite)

@@ -1,75 +1,256 @@
-"""A trajectory at one glance: phase portrait and time series; stick and closed rigid contacts marked."""
+"""A trajectory at one glance: every coordinate as a phase portrait and over time, or what is asked for.
+
+Stretches of stick and of contact are shaded; where several contacts have them, a strip below says which.
+"""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import OPEN, STICK
-from fmu_models.report.figures import save_figure
+from fmu_models.codegen.contact_states import AWAY, STICK, TOUCHING, type_name
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.trajectory import Trajectory
 
+MOST = 6  # coordinates, and variables without one, that are drawn unless some are chosen
+COLUMNS, ABREAST = 6, 3  # of the grid; portraits in a row
+WIDTH, SERIES, PORTRAIT, STRIP = 11.0, 1.5, 3.4, 0.25  # inches: of the figure; heights, the last of one contact
+# what is shaded, and how dark; the last hides those before
+SHADES = {"contact": "0.93", "sliding": "0.8", "stick": "0.8"}
 
-def draw(trajectory: Trajectory, fmu: Fmu, path: Path, *, overwrite: bool = False) -> None:
-    """Draw the first coordinate against its velocity, and both over time, with stretches of stick or closure shaded.
+
+@dataclass(frozen=True)
+class Panel:
+    """Variables of one unit over another, or over the time."""
+
+    y: tuple[str, ...]
+    x: str | None = None
+
+
+@dataclass
+class Layout:
+    """Panels on a grid of rows, heights in inches, and ``COLUMNS`` columns."""
+
+    heights: list[float] = field(default_factory=list)
+    cells: list[tuple[Panel, slice, slice]] = field(default_factory=list)
+
+    def series(self, names: Sequence[str], first: int = 0) -> None:
+        """A row for variables over time, from a column on."""
+        self._row(Panel(tuple(names)), SERIES, first)
+
+    def strip(self, contacts: Panel, first: int = 0) -> None:
+        """A row with a line for each contact, from a column on."""
+        self._row(contacts, STRIP * len(contacts.y) + 0.2, first)
+
+    def _row(self, panel: Panel, height: float, first: int) -> None:
+        self.heights.append(height)
+        row = len(self.heights) - 1
+        self.cells.append((panel, slice(row, row + 1), slice(first, COLUMNS)))
+
+    def coordinate(self, q: str, v: str) -> None:
+        """A portrait, and beside it both over time."""
+        row = len(self.heights)
+        self.cells.append((Panel((v,), q), slice(row, row + 2), slice(0, COLUMNS // 3)))
+        self.series([q], COLUMNS // 3)
+        self.series([v], COLUMNS // 3)
+
+    def portraits(self, panels: Sequence[Panel]) -> None:
+        """A row of portraits."""
+        self.heights.append(PORTRAIT)
+        row, width = len(self.heights) - 1, COLUMNS // len(panels)
+        for i, panel in enumerate(panels):
+            self.cells.append((panel, slice(row, row + 1), slice(i * width, (i + 1) * width)))
+
+
+Spells = dict[str, dict[str, NDArray[np.bool_]]]  # by kind of shading and contact: whether it is so, (n,)
+
+
+def trajectory_figure(trajectory: Trajectory, fmu: Fmu, plots: Sequence[str] = ()) -> Figure:
+    """Phase portrait and time series of every coordinate.
+
+    Args:
+        plots: what to draw instead: "x,v" for time series, "x:v" for one variable against another.
 
     Raises:
-        StickslipError: the file exists or cannot be written, or there is no second state.
+        StickslipError: there is no such variable, or nothing to draw.
     """
+    spells = _spells(trajectory, fmu)
+    contacts = sorted({name for of_kind in spells.values() for name in of_kind})
+    strip = Panel(tuple(contacts) if len(contacts) > 1 else ())
+    layout = _chosen(trajectory, plots, strip) if plots else _all(trajectory, fmu, strip)
+    if not layout.cells:
+        raise StickslipError(f"{fmu.path.name} has no state or output to draw. Leave the figure out.")
+    figure = Figure(figsize=(WIDTH, sum(layout.heights) + 1.0), layout="constrained")
+    grid = figure.add_gridspec(len(layout.heights), COLUMNS, height_ratios=layout.heights)
+    series: list[Axes] = []
+    for panel, rows, columns in layout.cells:
+        axes = figure.add_subplot(grid[rows, columns])
+        if panel is strip:
+            _draw_strip(axes, trajectory, spells, contacts)
+        elif panel.x is None:
+            _draw_series(axes, panel, trajectory, spells)
+        else:
+            _draw_portrait(axes, panel, trajectory, spells)
+        if panel.x is None:
+            series.append(axes)
+    for axes in series:
+        axes.set_xlim(trajectory.time[0], trajectory.time[-1])
+        axes.tick_params(labelbottom=axes is series[-1])
+    if series:
+        series[-1].set_xlabel("time (s)")
+        figure.align_ylabels([axes for axes in series if axes.get_ylabel()])
+    _head(figure, fmu, spells, portraits=len(series) < len(layout.cells))
+    return figure
+
+
+def _all(trajectory: Trajectory, fmu: Fmu, strip: Panel) -> Layout:
+    """Every coordinate with its velocity; of other states, two are a plane, more are series."""
     states = [name for name in fmu.states if name in trajectory.values]
-    if len(states) < 2:
-        raise StickslipError(f"A phase portrait needs two states; {fmu.path.name} has {len(states)}. Leave it out.")
-    position, velocity = states[0], _velocity(fmu) if fmu.ours else states[1]
-    figure = Figure(figsize=(11, 4.5), layout="constrained")
-    phase, series = figure.subplots(1, 2, width_ratios=(1, 1.6))
-    phase.plot(trajectory[position], trajectory[velocity], color="black", linewidth=0.8)
-    phase.plot(trajectory[position][0], trajectory[velocity][0], "o", color="black", markersize=4, label="start")
-    phase.set_xlabel(_label(trajectory, position))
-    phase.set_ylabel(_label(trajectory, velocity))
-    phase.legend(loc="lower left", frameon=False)
-    series.plot(trajectory.time, trajectory[position], color="black", linewidth=1.0, label=position)
-    series.set_xlabel("time (s)")
-    series.set_ylabel(_label(trajectory, position))
-    speed = series.twinx()
-    speed.plot(trajectory.time, trajectory[velocity], color="tab:blue", linewidth=0.8, linestyle="--", label=velocity)
-    speed.set_ylabel(_label(trajectory, velocity))
-    low, high = series.get_ylim()
-    for label, color, where in _shaded(trajectory, fmu):
-        series.fill_between(trajectory.time, low, high, where=where, color=color, linewidth=0, label=label)
-    series.set_ylim(low, high)
-    lines = [*series.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
-    labels = [line.get_label() for line in lines]
-    series.legend(lines, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
-    phase.set_title(fmu.description.modelName)
-    save_figure(figure, path, overwrite=overwrite)
+    planes = [pair for pair in _coordinates(fmu) if set(pair) <= set(states)]
+    alone = [name for name in states if not any(name in pair for pair in planes)]
+    if len(alone) == 2:
+        planes.append((alone.pop(0), alone.pop()))
+    if not states:
+        alone = [name for name in fmu.outputs if name in trajectory.values]
+    layout = Layout()
+    for q, v in planes[:MOST]:
+        layout.coordinate(q, v)
+    first = COLUMNS // 3 if planes else 0
+    for name in alone[:MOST]:
+        layout.series([name], first)
+    if strip.y:
+        layout.strip(strip, first)
+    return layout
 
 
-def _velocity(fmu: Fmu) -> str:
-    """The state that alone is the rate of the first one; without such a state the second."""
-    (rate, *_) = fmu.description.derivatives
-    behind = [str(variable.name) for variable in rate.dependencies or ()]
-    return behind[0] if len(behind) == 1 and behind[0] in fmu.states else fmu.states[1]
+def _coordinates(fmu: Fmu) -> Iterator[tuple[str, str]]:
+    """Coordinates with their velocities: states whose rate depends on one other state and on nothing else."""
+    for rate in fmu.description.derivatives:
+        behind = [str(variable.name) for variable in rate.dependencies or ()]
+        state = rate.variable.derivative if rate.variable else None
+        if state is not None and len(behind) == 1 and behind[0] in fmu.states and behind[0] != state.name:
+            yield str(state.name), behind[0]
 
 
-def _shaded(trajectory: Trajectory, fmu: Fmu) -> list[tuple[str, str, NDArray[np.bool_]]]:
-    """Label, colour and place of what is shaded, if it occurs: stick last, since it may hide a closed contact."""
-    if not fmu.ours:
-        return []
-    contacts = [name for name in fmu.contacts if f"{name}_state" in trajectory.values]
-    closed = [trajectory[f"{name}_state"] != OPEN for name in fmu.impacts if name in contacts]
-    sticking = [trajectory[f"{name}_state"] == STICK for name in contacts]
-    kinds = (("closed", "0.94", closed), ("stick", "0.85", sticking))
-    found = [(label, color, np.any(states, axis=0)) for label, color, states in kinds if states]
-    return [(label, color, where) for label, color, where in found if where.any()]
+def _chosen(trajectory: Trajectory, plots: Sequence[str], strip: Panel) -> Layout:
+    """What was asked for: series with a panel for each unit, then portraits side by side."""
+    layout, portraits = Layout(), []
+    for text in plots:
+        x, colon, y = text.partition(":")
+        names = [name.strip() for name in (y if colon else x).split(",")]
+        if not all((x.strip(), *names)) or (colon and (len(names) > 1 or ":" in y)):
+            raise StickslipError(f"A plot is x,v (both over time) or x:v (v over x); found '{text}'.")
+        for name in (x.strip(), *names) if colon else names:
+            trajectory[name]
+        if colon:
+            portraits.append(Panel((names[0],), x.strip()))
+        else:
+            for unit in dict.fromkeys(_unit(trajectory, name) for name in names):
+                layout.series([name for name in names if _unit(trajectory, name) == unit])
+    if layout.cells and strip.y:
+        layout.strip(strip)
+    for i in range(0, len(portraits), ABREAST):
+        layout.portraits(portraits[i : i + ABREAST])
+    return layout
+
+
+def _spells(trajectory: Trajectory, fmu: Fmu) -> Spells:
+    """When contacts stick, slide along a switch or are closed; only what occurs."""
+    found: Spells = {kind: {} for kind in SHADES}
+    for name in fmu.contacts if fmu.ours else ():
+        declared = fmu.variables[f"{name}_state"].declaredType
+        if f"{name}_state" not in trajectory.values or declared is None:
+            continue
+        state = trajectory[f"{name}_state"]
+        kinds = {
+            type_name("friction"): ("stick", state == STICK),
+            type_name("impact_friction"): ("stick", state == STICK),
+            type_name("switch"): ("sliding", state == STICK),
+            type_name("stop"): ("contact", state == TOUCHING),
+            type_name("impact"): ("contact", state != AWAY),
+        }
+        kind, when = kinds[str(declared.name)]
+        if when.any():
+            found[kind][name] = when
+    return {kind: contacts for kind, contacts in found.items() if contacts}
+
+
+def _draw_series(axes: Axes, panel: Panel, trajectory: Trajectory, spells: Spells) -> None:
+    first = panel.y[0]
+    for i, name in enumerate(panel.y):
+        whole = trajectory[name].dtype.kind in "iu"  # the state of a contact
+        style: Any = "steps-post" if whole else "default"
+        color = f"C{i}" if len(panel.y) > 1 else "black"
+        axes.plot(trajectory.time, trajectory[name], color=color, linewidth=0.9, drawstyle=style, label=name)
+        if whole:
+            axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    for kind, contacts in spells.items():
+        for begin, end in _intervals(trajectory.time, np.any(list(contacts.values()), axis=0)):
+            axes.axvspan(begin, end, color=SHADES[kind], linewidth=0, zorder=0)
+    if len(panel.y) > 1:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.3)
+    axes.set_ylabel(_unit(trajectory, first) if len(panel.y) > 1 else _label(trajectory, first))
+
+
+def _draw_portrait(axes: Axes, panel: Panel, trajectory: Trajectory, spells: Spells) -> None:
+    x_name, (y_name,) = str(panel.x), panel.y
+    x, y = trajectory[x_name], trajectory[y_name]
+    axes.plot(x, y, color="black", linewidth=0.9)
+    axes.plot(x[0], y[0], "o", color="black", markersize=4)
+    for kind, contacts in spells.items():
+        when = np.any(list(contacts.values()), axis=0)
+        axes.plot(np.where(when, x, np.nan), np.where(when, y, np.nan), color=SHADES[kind], linewidth=5, zorder=1)
+    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.set_xlabel(_label(trajectory, x_name))
+    axes.set_ylabel(_label(trajectory, y_name))
+
+
+def _draw_strip(axes: Axes, trajectory: Trajectory, spells: Spells, contacts: Sequence[str]) -> None:
+    """One line per contact."""
+    for kind, of_kind in spells.items():
+        for name, when in of_kind.items():
+            spans = [(begin, end - begin) for begin, end in _intervals(trajectory.time, when)]
+            place = len(contacts) - 1 - contacts.index(name)
+            axes.broken_barh(spans, (place - 0.35, 0.7), color=SHADES[kind], edgecolor="0.5", linewidth=0.3)
+    axes.set_yticks(range(len(contacts)), contacts[::-1])
+    axes.set_ylim(-0.6, len(contacts) - 0.4)
+
+
+def _intervals(time: NDArray[np.float64], when: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """Stretches in which something is so, from the first such sample to the first other one, s."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], when.astype(int), [0]])))
+    ends = np.minimum(edges[1::2], len(time) - 1)
+    return [(float(time[begin]), float(time[end])) for begin, end in zip(edges[::2], ends, strict=True)]
+
+
+def _head(figure: Figure, fmu: Fmu, spells: Spells, *, portraits: bool) -> None:
+    """The title, and what the marks mean."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    marks: list[Any] = [Patch(facecolor=SHADES[kind], edgecolor="0.5", linewidth=0.3, label=kind) for kind in spells]
+    if portraits:
+        marks.insert(0, Line2D([], [], marker="o", linestyle="", color="black", markersize=4, label="start"))
+    if marks:
+        figure.legend(handles=marks, loc="outside upper right", ncols=len(marks), frameon=False)
+    figure.suptitle(str(fmu.description.modelName), x=0.02, ha="left")
+
+
+def _unit(trajectory: Trajectory, name: str) -> str:
+    return "s" if name == "time" else trajectory.units[name]
 
 
 def _label(trajectory: Trajectory, name: str) -> str:
-    return f"{name} ({trajectory.units[name]})"
+    unit = _unit(trajectory, name)
+    return f"{name} ({unit})" if unit != "1" else name

@@ -2,11 +2,11 @@
 
     title = "Disc rig, class a"                 what it is
     source = "..."                              where it comes from
-    model = "disc_rig"                          as 'stickslip models' lists them
+    model = "disc_rig"                          as 'stickslip models' lists them; or "my_model.py" beside the scene
     contacts = ["disc0"]                        those in use; all if left out
     outputs = ["F0", "energy"]                  those to show; if left out those the model declares, without the derived
     stop_time = "25 s"
-    [laws]         disc0 = "lugre"              another law for a contact
+    [laws]         disc0 = "lugre"              another law for a contact; or "my_law.py" beside the scene
     [parameters]   N0 = "8 N"                   fixed: constants of the code, as all parameters that are named nowhere;
                                                 an input here is held at its value and is a constant, too
     [free]         mu_s0 = 0.65                 stay parameters of the FMU, with this start value
@@ -29,10 +29,10 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
+from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.scene import Compute, Drive, Reference, Scene
 
 if TYPE_CHECKING:
-    from fmu_models.language.automaton import Automaton
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.language.quantities import Quantity
 
@@ -41,7 +41,6 @@ _KEYS = (
     *("laws", "parameters", "free", "drives", "start", "compute", "reference", "sensors"),
 )
 _COMPUTE = ("kind", "samples", "over", "values", "follow", "period", "forcing", "periods", "autonomous")
-_KINDS = ("trajectory", "cycle", "strobe", "orbit")
 
 
 def checked_scene(document: Document) -> Scene:
@@ -57,7 +56,7 @@ def checked_scene(document: Document) -> Scene:
 class _Check:
     def __init__(self, document: Document) -> None:
         self.doc = document
-        self.full = self._load()
+        self.full: Mechanism = self._load()
         self.kept, self.laws = self._variant()
         parameters: dict[str, Quantity] = {p.name: p for p in self.kept.parameters}
         inputs: dict[str, Quantity] = {u.name: u for u in self.kept.inputs}
@@ -104,15 +103,15 @@ class _Check:
 
     # the model
 
-    def _load(self) -> Mechanism | Automaton:
+    def _load(self) -> Mechanism:
         from fmu_models.codegen.package import variant
 
         try:
-            return variant(self.doc.text("model"))
+            return variant(self.doc.text("model"), beside=self.doc.path.parent)
         except StickslipError as error:
             raise self.doc.fault(str(error), "model") from error
 
-    def _variant(self) -> tuple[Mechanism | Automaton, dict[str, str]]:
+    def _variant(self) -> tuple[Mechanism, dict[str, str]]:
         """The model with the contacts in use and their laws."""
         from fmu_models.codegen.package import variant
 
@@ -131,7 +130,7 @@ class _Check:
         if self.contacts is not None:
             self.contacts = tuple(name for name in known if name in self.contacts)
         try:
-            return variant(self.full.name, self.contacts, laws), laws
+            return variant(self.full, self.contacts, laws, beside=doc.path.parent), laws
         except StickslipError as error:
             raise doc.fault(str(error), *(("laws", next(iter(laws))) if laws else ("contacts",))) from error
 
@@ -267,9 +266,11 @@ class _Check:
         doc = self.doc
         doc.check_keys(_COMPUTE, "compute")
         table = doc.table("compute")
-        kind: Any = doc.text("kind", "compute", default="trajectory")
-        if kind not in _KINDS:
-            raise doc.fault(f"there is nothing to compute called '{kind}'.{nearest(kind, _KINDS)}", "compute", "kind")
+        kind = doc.text("kind", "compute", default="trajectory")
+        try:
+            periodic = KINDS.load(kind, doc.path.parent).periodic
+        except StickslipError as error:
+            raise doc.fault(str(error), "compute", "kind") from error
         over, unit = table.get("over"), "1"
         if over is not None:
             over = doc.text("over", "compute")
@@ -287,7 +288,7 @@ class _Check:
             if forcing not in self.parameters:
                 raise self._stranger("parameter", forcing, self.parameters, "compute", "forcing")
         period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
-        if kind in ("strobe", "orbit") and (period is None) == (forcing is None):
+        if periodic and (period is None) == (forcing is None):
             raise doc.fault(
                 f"a {kind} needs either 'period', s, or 'forcing', the parameter that is the frequency.", "compute"
             )
@@ -308,11 +309,8 @@ class _Check:
 
     def _references(self) -> tuple[Reference, ...]:
         doc = self.doc
-        raw = doc.data.get("reference", [])
-        if not isinstance(raw, list):
-            raise doc.fault("references are written as [[reference]], in double brackets.", "reference")
         found = []
-        for i, table in enumerate(raw):
+        for i, table in enumerate(doc.entries("reference")):
             values = {name: doc.value(value, "1", "reference", i, name) for name, value in table.items()}
             at, tolerance = values.pop("at", None), values.pop("tolerance", 1e-9)
             found.append(Reference(values=values, tolerance=tolerance, at=at))

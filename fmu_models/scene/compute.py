@@ -2,34 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.kinds import KINDS
+from fmu_models.scene.kinds.kind import Row
 from fmu_models.scene.scene import Scene
-from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.trajectory import Trajectory
-
-KEPT = 32  # periods at the end of a strobe, among which different points are counted
-SAME = 1e-6  # of the size of a state, up to which two points of a strobe are one
-
-
-@dataclass(frozen=True, eq=False)
-class Row:
-    """One thing computed: results by name, in the units of the model, and the run if there was one.
-
-    at: value of the swept quantity, None if nothing is swept.
-    """
-
-    at: float | None
-    values: Mapping[str, float]
-    trajectory: Trajectory | None = None
 
 
 @dataclass(frozen=True)
@@ -91,6 +73,7 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
     Raises:
         StickslipError: as for ``simulate`` and ``find_orbit``.
     """
+    kind = KINDS.load(scene.compute.kind, scene.folder)
     over, values = scene.compute.over, scene.compute.values or (None,)
     rows: list[Row] = []
     start: dict[str, float] = {}
@@ -99,7 +82,7 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
         if over is not None and value is not None:
             changed["inputs" if over in scene.drives else "parameters"] = {over: value}
         try:
-            row = _KINDS[scene.compute.kind](scene, fmu, arguments(scene, None, **changed))
+            row = kind.compute(scene, fmu, arguments(scene, None, **changed))
         except StickslipError as error:
             raise StickslipError(f"At {over} = {value:g}: {error}" if over else str(error)) from error
         rows.append(Row(value, row.values, row.trajectory))
@@ -108,84 +91,6 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
         if progress:
             progress((i + 1) / len(values))
     return tuple(rows)
-
-
-def period(scene: Scene, parameters: Mapping[str, float]) -> float:
-    """Period of a strobe or orbit, s; ``parameters`` in place of the scene's."""
-    how = scene.compute
-    if how.forcing is None:
-        return how.periods * float(how.period or math.nan)
-    value = {**scene.parameters, **parameters}[how.forcing]
-    if value <= 0.0:
-        raise StickslipError(f"The forcing has no period: {how.forcing} = {value:g}. Choose a positive frequency.")
-    return how.periods * (2.0 * math.pi if how.angular else 1.0) / value
-
-
-def _trajectory(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
-    times = np.linspace(0.0, run["stop_time"], scene.compute.samples)
-    trajectory = simulate(fmu, **run, output_times=times)
-    values = {name: float(trajectory[name][-1]) for name in (*fmu.states, *fmu.outputs)}
-    for name in (*fmu.states, *fmu.outputs):
-        values |= {f"{name}_min": float(trajectory[name].min()), f"{name}_max": float(trajectory[name].max())}
-    return Row(None, {**values, "events": float(len(trajectory.events))}, trajectory)
-
-
-def _cycle(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
-    from fmu_models.analyses.cycles import last_cycle
-
-    stop_time = run.pop("stop_time")
-    cycle = last_cycle(fmu, stop_time, **run)
-    if cycle is None:
-        row = _trajectory(scene, fmu, {"stop_time": stop_time, **run})
-        return Row(None, {"events": 0.0, **{name: row.values[name] for name in fmu.states}}, row.trajectory)
-    values = {"period": cycle.period, "events": float(len(cycle.events))}
-    for name in fmu.states:
-        values |= {f"{name}_min": cycle.minimum[name], f"{name}_max": cycle.maximum[name]}
-    values |= {f"{name}_stick": share for name, share in cycle.stick.items()}
-    last = np.linspace(cycle.start, cycle.start + cycle.period, scene.compute.samples)
-    return Row(None, values, simulate(fmu, stop_time, output_times=last, **run))
-
-
-def _strobe(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
-    """Once per period; as many whole periods as fit into the run."""
-    length = period(scene, run["parameters"])
-    count = int(run["stop_time"] / length * (1.0 + 1e-12))
-    if count < 2:
-        raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
-    run["stop_time"] = count * length
-    trajectory = simulate(fmu, **run, output_times=length * np.arange(count + 1))
-    last = np.stack([trajectory[name][-min(KEPT, count) :] for name in fmu.states], axis=1)
-    values = {name: float(trajectory[name][-1]) for name in fmu.states}
-    return Row(None, {"period": length, "points": float(_different(last)), **values}, trajectory)
-
-
-def _different(points: np.ndarray) -> int:
-    """How many of the points (n, m) differ."""
-    size = SAME * np.abs(points).max(axis=0)
-    found: list[np.ndarray] = []
-    for point in points:
-        if not any((np.abs(point - other) <= size).all() for other in found):
-            found.append(point)
-    return len(found)
-
-
-def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
-    from fmu_models.analyses.orbits import find_orbit
-
-    how = scene.compute
-    length = period(scene, run["parameters"])
-    guess = {name: float(run["start"].get(name, fmu.variables[name].start or 0.0)) for name in fmu.states}
-    fixed = {name: run[name] for name in ("parameters", "inputs")}
-    orbit = find_orbit(fmu, length, guess, autonomous=how.autonomous, **fixed)
-    values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}
-    for i, multiplier in enumerate(orbit.multipliers, 1):
-        values |= {f"multiplier{i}": float(abs(multiplier)), f"multiplier{i}_real": float(multiplier.real)}
-    times = np.linspace(0.0, orbit.period, how.samples)
-    trajectory = simulate(fmu, orbit.period, start=dict(orbit.start), output_times=times, **fixed)
-    return Row(None, values, trajectory)
-
-
-_KINDS = {"trajectory": _trajectory, "cycle": _cycle, "strobe": _strobe, "orbit": _orbit}
 
 
 def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:

@@ -24,11 +24,11 @@ def left_out(scene: Scene) -> tuple[LeftOut, ...]:
     """What a scene leaves out, by kind."""
     from fmu_models.lowering.lower import lower
 
-    whole = variant(scene.model)
+    declared = whole = variant(scene.model, beside=scene.folder)
     law_contacts = [name for name in scene.laws if scene.contacts is None or name in scene.contacts]
     if law_contacts:
-        whole = variant(scene.model, laws={name: scene.laws[name] for name in law_contacts})
-    mechanism = variant(scene.model, scene.contacts, scene.laws)
+        whole = variant(declared, laws={name: scene.laws[name] for name in law_contacts}, beside=scene.folder)
+    mechanism = variant(declared, scene.contacts, scene.laws, beside=scene.folder)
     system, small = lower(whole), reduced(scene)
     kept = {contact.name for contact in small.contacts}
     gone = [contact for contact in whole.contacts if scene.contacts is not None and contact.name not in scene.contacts]

@@ -8,18 +8,15 @@ from __future__ import annotations
 
 import os
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import isolated
 from fmu_models.codegen.package import built, variant
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments
@@ -81,7 +78,7 @@ class Runs:
 
 def whole_model(scene: Scene) -> Fmu:
     """The FMU of the model with all its contacts, parameters and outputs, under the laws of the scene."""
-    return Fmu.open(built(scene.model, laws=scene.laws))
+    return Fmu.open(built(scene.model, laws=scene.laws, beside=scene.folder))
 
 
 def time_runs(scene: Scene, pairs: int = PAIRS) -> Runs:
@@ -130,7 +127,8 @@ def _muting(scene: Scene) -> dict[str, float] | None:
 
     if scene.contacts is None:
         return {}
-    whole, kept = variant(scene.model), variant(scene.model, scene.contacts)
+    whole = variant(scene.model, beside=scene.folder)
+    kept = variant(whole, scene.contacts)
     shared = {p.name for p in kept.parameters}
     muted: dict[str, float] = {}
     for contact in whole.contacts:
@@ -154,39 +152,24 @@ def time_build(scene: Scene, of_model: bool) -> float:
     with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
         # the compiler's own cache stays: it holds the C library, which is made once per installation
         compiler = os.environ.get("ZIG_GLOBAL_CACHE_DIR", str(cache_folder() / "zig"))
-        return _child(scene, of_model, {"STICKSLIP_CACHE": folder, "ZIG_GLOBAL_CACHE_DIR": compiler})
+        return _first_result(scene, of_model, {"STICKSLIP_CACHE": folder, "ZIG_GLOBAL_CACHE_DIR": compiler})
 
 
 def time_start(scene: Scene, of_model: bool) -> float:
     """Seconds to a first result with an FMU that was built before."""
-    return _child(scene, of_model, {})
+    return _first_result(scene, of_model, {})
 
 
-def _child(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> float:
-    root = str(Path(__file__).parents[2])
-    paths = os.pathsep.join(path for path in (root, os.environ.get("PYTHONPATH", "")) if path)
+def _first_result(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> float:
     begin = time.perf_counter()
-    done = subprocess.run(
-        [sys.executable, "-m", __name__, "model" if of_model else "scene"],
-        input=scene.to_json(),
-        env={**os.environ, **environment, "PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode != 0:
-        raise StickslipError(f"The time could not be measured:\n{done.stderr.strip()}")
+    isolated(_work, scene, of_model, environment)
     return time.perf_counter() - begin
 
 
-def _main() -> None:
-    """The process whose work is timed: the scene comes on standard input."""
-    scene = Scene.from_json(sys.stdin.read())
+def _work(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> None:
+    """What is timed, in a process of its own."""
+    os.environ.update(environment)
     own = arguments(scene)
-    fmu = whole_model(scene) if sys.argv[1] == "model" else Fmu.open(built_scene(scene))
-    run = own if sys.argv[1] == "scene" else _for_model(scene, fmu, own, {})
+    fmu = whole_model(scene) if of_model else Fmu.open(built_scene(scene))
+    run = _for_model(scene, fmu, own, {}) if of_model else own
     simulate(fmu, **run, output_times=[own["stop_time"]])
-
-
-if __name__ == "__main__":
-    _main()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import named_file, write_whole
 from fmu_models.base.toml_document import read_document
-from fmu_models.codegen.package import kept_folder
+from fmu_models.codegen.package import kept_by_name, kept_folder
+from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.scene import Scene
 from fmu_models.toolchain.compiler import digest
 
@@ -16,10 +18,10 @@ SUFFIX = ".toml"
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:
-    """Read a scene; one that was read before needs neither its model nor SymPy.
+    """Read a scene; one of our own models that was read before needs neither its model nor SymPy.
 
     Args:
-        path: of a TOML file, or the name of one in ``data/scenes``.
+        path: of a TOML file, or the name of one that comes along.
 
     Raises:
         StickslipError: no such file, or what is wrong in it, with its line.
@@ -35,13 +37,15 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
     from fmu_models.scene.check import checked_scene
 
     scene = checked_scene(read_document(path))
+    if not kept_by_name(scene.model, scene.laws) or scene.compute.kind not in KINDS.members():
+        return scene
     with write_whole(kept, overwrite=True) as temporary:
         temporary.write_text(scene.to_json(), "utf-8")
     return scene
 
 
 def find(path: str | os.PathLike[str]) -> Path:
-    """The file of a scene that is given by its path, or by the name of one in ``data/scenes``.
+    """The file of a scene that is given by its path, or by the name of one that comes along.
 
     Raises:
         StickslipError: there is none.
@@ -50,9 +54,9 @@ def find(path: str | os.PathLike[str]) -> Path:
 
 
 def files() -> list[Path]:
-    """The scenes that come along, by name: those in ``data/scenes`` beside the packages."""
-    return sorted((Path(__file__).parents[2] / "data" / "scenes").glob(f"*{SUFFIX}"))
+    """The scenes that come along, by name."""
+    return shipped.files("scenes", SUFFIX)
 
 
 def _own_sources() -> list[bytes]:
-    return [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    return [path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py"))]

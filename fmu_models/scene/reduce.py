@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.files import write_whole
-from fmu_models.codegen.package import checked, kept_folder, variant, write
+from fmu_models.codegen.package import built_of, checked, kept_by_name, kept_folder, variant, write
 from fmu_models.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def reduced(scene: Scene) -> HybridSystem:
     from fmu_models.lowering.lower import lower
 
     system = fold(
-        lower(variant(scene.model, scene.contacts, scene.laws)),
+        lower(variant(scene.model, scene.contacts, scene.laws, beside=scene.folder)),
         fixed=scene.fixed,
         values={**scene.free, **{name: drive.values[0] for name, drive in scene.drives.items()}},
         start=scene.start,
@@ -39,12 +39,14 @@ def reduced(scene: Scene) -> HybridSystem:
 
 
 def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
-    """The FMU of a scene, from the user's cache if it was built before (then without any symbolic work).
+    """The FMU of a scene, from the user's cache if it was built before; of our own models without any symbolic work.
 
     Raises:
         StickslipError: unknown version, or the compiler fails.
     """
     checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
+    if not kept_by_name(scene.model, scene.laws):
+        return built_of(reduced(scene), fmi_version)
     kept = kept_folder("scene", _content(scene), fmi_version) / f"{scene.name}.fmu"
     if not kept.is_file():
         write(reduced(scene), kept, fmi_version=fmi_version, overwrite=True)
@@ -70,7 +72,7 @@ def unfolded(scene: Scene) -> Scene:
     """The scene with the inputs that it holds as drives again: for whoever lets them vary."""
     from fmu_models.scene.scene import Drive
 
-    inputs = {u.name for u in variant(scene.model, scene.contacts, scene.laws).inputs}
+    inputs = {u.name for u in variant(scene.model, scene.contacts, scene.laws, beside=scene.folder).inputs}
     held = {name: Drive(times=(0.0,), values=(scene.fixed[name],)) for name in inputs if name in scene.fixed}
     fixed = {name: value for name, value in scene.fixed.items() if name not in held}
     return dataclasses.replace(scene, fixed=fixed, drives={**scene.drives, **held})

@@ -6,13 +6,14 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any
 
-Kind = Literal["trajectory", "cycle", "strobe", "orbit"]
+from fmu_models.base.shown import Shown
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drive:
+class Drive(Shown):
     """An input over time: straight lines between knots. times: (n,) s; values: (n,) in the unit of the input."""
 
     times: tuple[float, ...]
@@ -25,13 +26,13 @@ class Drive:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compute:
+class Compute(Shown):
     """What to compute.
 
     Attributes:
         kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe":
             the states once per period, and how many different ones are left at the end; "orbit": the periodic motion
-            near the start, stable or not, and its multipliers.
+            near the start, stable or not, and its multipliers; or a kind of the user's own, see ``kinds``.
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.
@@ -41,7 +42,7 @@ class Compute:
         autonomous: nothing forces the orbit, ``period`` is a guess.
     """
 
-    kind: Kind = "trajectory"
+    kind: str = "trajectory"
     samples: int = 2001
     over: str | None = None
     values: tuple[float, ...] = ()
@@ -54,7 +55,7 @@ class Compute:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reference:
+class Reference(Shown):
     """Known values of what is computed, by name.
 
     Attributes:
@@ -69,15 +70,15 @@ class Reference:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene:
+class Scene(Shown):
     """A checked scene. All values are in the units of the model.
 
     Attributes:
         name: identifier, also of its FMU; that of the file.
         title, source: for people.
-        model: name of the oscillator.
+        model: name of the oscillator, or the user's own: a file or module, relative to the ``folder`` of the scene.
         contacts: those in use, in the order of the model; None for all.
-        laws: per contact the name of another law.
+        laws: per contact another law: a name, or the user's own as for ``model``.
         fixed: parameters, and inputs held at one value, that become constants of the code; those that the scene does
             not name have their defaults here.
         free: parameters that stay parameters, with their start values.
@@ -112,6 +113,11 @@ class Scene:
     def parameters(self) -> dict[str, float]:
         """Every value that the scene gives to a parameter or to an input it holds, fixed or free."""
         return {**self.fixed, **self.free}
+
+    @property
+    def folder(self) -> Path:
+        """Where the scene stands, which its relative paths start from."""
+        return Path(self.path).parent
 
     def to_json(self) -> str:
         """The scene as text, from which ``from_json`` makes it again."""

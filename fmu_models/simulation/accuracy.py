@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
@@ -35,7 +36,7 @@ COMPANIONS = ("tolerance/10", "tolerance/100", "data up", "data down")
 
 
 @dataclass(frozen=True)
-class ErrorEstimate:
+class ErrorEstimate(Shown):
     """Largest differences between a run and its companions.
 
     Attributes:

@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import write_whole
-from fmu_models.codegen.package import version
+from fmu_models.base.files import existing, write_whole
+from fmu_models.base.shown import Shown
+from fmu_models.base.version import version
 from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ SETTINGS = ("parameters", "start", "inputs")
 
 
 @dataclass(frozen=True)
-class Provenance:
+class Provenance(Shown):
     """Where a trajectory comes from.
 
     Attributes:
@@ -91,7 +92,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(Shown):
     """A trajectory, a description per variable that has one, and where it comes from."""
 
     trajectory: Trajectory
@@ -211,9 +212,7 @@ def read_trajectory(path: str | os.PathLike[str]) -> Recording:
     """
     import h5py
 
-    if not Path(path).is_file():
-        raise StickslipError(f"There is no file '{path}'.")
-    if Path(path).suffix.lower() == ".csv":
+    if existing(path).suffix.lower() == ".csv":
         raise StickslipError(f"'{path}': CSV holds neither events nor origin; write the run as .h5 to read it again.")
     try:
         with h5py.File(path, "r") as file:

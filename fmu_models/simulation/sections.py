@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.run import begin, check_names, check_value, new_instance
@@ -50,7 +51,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Crossing:
+class Crossing(Shown):
     """One of them.
 
     Attributes:
@@ -67,7 +68,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, eq=False)
-class Crossings:
+class Crossings(Shown):
     """All of a motion, in order.
 
     Attributes:

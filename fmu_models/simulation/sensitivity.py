@@ -10,20 +10,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.run import check_names, check_value, checked_times, new_instance
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Event
 
+if TYPE_CHECKING:
+    import pandas
+
 
 @dataclass(frozen=True, eq=False)
-class Sensitivity:
+class Sensitivity(Tabular):
     """A run and its derivatives, at the time of an event those after it.
 
     Attributes:
@@ -49,6 +54,19 @@ class Sensitivity:
     steps: int
     seconds: float
 
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """Values and derivatives as columns of a table indexed by time (s); a derivative is called "d x/d k"."""
+        import pandas
+
+        columns = {name: self[name] for name in self.names}
+        slopes = {f"d {name}/d {by}": self.of(name)[:, i] for name in self.names for i, by in enumerate(self.by)}
+        return pandas.DataFrame(columns | slopes, index=pandas.Index(self.time, name="time"))
+
+    def _heading(self) -> str:
+        found = f"{len(self.time)} times, {len(self.events)} events"
+        return f"Sensitivity of {', '.join(self.names)} to {', '.join(self.by)}: {found}"
+
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """(n,) values of one of ``names``."""
         return self.values[:, self._column(name)]
@@ -63,7 +81,7 @@ class Sensitivity:
         return self.names.index(name)
 
 
-class SensitiveRun:
+class SensitiveRun(Shown):
     """An instance of an FMU of this suite, kept for any number of runs; a context manager.
 
     Args:
@@ -101,6 +119,9 @@ class SensitiveRun:
             raise
         directions = [fmu.variables[name].valueReference for name in self.by]
         self._differentiator = whole_run.Differentiator(self._slave.dll, self._slave.component, directions)
+
+    def _contents(self) -> dict[str, object]:
+        return {"model": self.fmu.description.modelName, "by": self.by, "recorded": self.recorded}
 
     def __enter__(self) -> SensitiveRun:
         return self

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 
 
 @dataclass(frozen=True, eq=False)
-class Signal:
+class Signal(Shown):
     """An input over time: straight lines between knots; two knots at one time are a jump.
 
     Attributes:

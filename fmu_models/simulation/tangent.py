@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import check_names, check_span
 from fmu_models.simulation.sensitivity import SensitiveRun
@@ -15,7 +16,7 @@ from fmu_models.simulation.signal import Signal
 
 
 @dataclass(frozen=True, eq=False)
-class FlowDerivative:
+class FlowDerivative(Shown):
     """Where a motion arrives, and how that depends on where it began.
 
     Attributes:

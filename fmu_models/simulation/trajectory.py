@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
+from fmu_models.base.shown import Shown, Tabular, axes_or_new, span
 from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 # of the largest energy: by so much rounding can make an elastic impact seem to raise it
 ROUNDING = 1e-12
@@ -54,7 +56,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class ForeignEvent:
+class ForeignEvent(Shown):
     """An event of any FMU as the master sees it.
 
     Attributes:
@@ -84,7 +86,7 @@ class ForeignEvent:
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Tabular):
     """Recorded variables over time; ``trajectory["theta"]`` is one of them.
 
     Attributes:
@@ -129,11 +131,50 @@ class Trajectory:
         largest = np.abs(self.values["energy"]).max() if "energy" in self.values else max(works, default=0.0)
         return tuple(event for event in self.impacts if event.work > ROUNDING * largest)
 
+    @property
     def frame(self) -> pandas.DataFrame:
         """The variables as columns of a table indexed by time (s)."""
         import pandas
 
-        return pandas.DataFrame(dict(self.values), index=pandas.Index(self.time, name="time"))
+        made = pandas.DataFrame(dict(self.values), index=pandas.Index(self.time, name="time"))
+        made.attrs["units"] = {"time": "s", **self.units}
+        return made
+
+    def plot(self, *what: str, ax: Axes | None = None) -> Axes:
+        """Draw variables over time, or against each other.
+
+        what: names such as "x", or "x:v" for v over x; by default the states.
+
+        Raises:
+            StickslipError: the trajectory has no such variable.
+        """
+        axes = axes_or_new(ax)
+        shown = what or [name for name in self.values if f"der({name})" in self.values] or list(self.values)
+        labels: dict[str, list[str]] = {"x": [], "y": []}
+        for text in shown:
+            across, colon, up = text.rpartition(":")
+            across = across if colon else "time"
+            axes.plot(self[across], self[up], linewidth=0.9, label=up)
+            labels["x"].append(self._label(across))
+            labels["y"].append(self._label(up))
+        axes.set_xlabel(", ".join(dict.fromkeys(labels["x"])))
+        axes.set_ylabel(", ".join(dict.fromkeys(labels["y"])))
+        if len(shown) > 1:
+            axes.legend(frameon=False)
+        return axes
+
+    def _label(self, name: str) -> str:
+        return f"{name} ({'s' if name == 'time' else self.units[name]})"
+
+    def _heading(self) -> str:
+        span = f" from {self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else ""
+        made = f", {self.method}" if self.method else ""
+        return (
+            f"Trajectory: {len(self.time)} times{span}, {len(self.values)} variables, {len(self.events)} events{made}"
+        )
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {name: span(data, self.units[name]) for name, data in self.values.items()}
 
     def write_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write one row per time under a header ``name [unit]``, 17 significant digits.

@@ -9,8 +9,10 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
+from identification.commands.fits import FitFile
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,14 +20,11 @@ if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
     from identification.transfer.values import HandedValue
 
-app = console.app("Friction: hand fitted parameters on.")
-
 TARGETS = (".fmu", ".toml", ".ssv", ".ssp")
 
 
-@app.command()
 def apply(
-    fitted: Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")],
+    fitted: FitFile,
     source: Annotated[
         Path | None,
         typer.Argument(metavar="[FMU|SCENE]", help="What to copy with fitted values (default: the rig's own FMU)."),
@@ -54,7 +53,7 @@ def apply(
 
     Example: stickslip apply fit.json -o fitted.ssv
     """
-    from identification.commands.fit import read_fit
+    from identification.fit.result import read_fit
     from identification.transfer.values import handed_values
 
     if output is None:
@@ -153,8 +152,8 @@ def _notes(source: Path | None, kind: str) -> list[str]:
 def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
     table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
     for one in values:
-        deviation = "" if one.deviation is None else f"{one.deviation:.2g}"
-        table.add_row(one.target, f"{one.value:.6g}", deviation, one.unit, one.description)
+        numbers = (like_sd(one.value, one.deviation), deviation(one.deviation))
+        table.add_row(one.target, *numbers, one.unit, one.description)
     out.print(table)
     for note in notes:
         out.print(console.plain(note))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fmu_models.base.shown import Shown
+from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Prior, Problem, Progress, Solution
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -57,12 +59,18 @@ class FrictionProblem(Problem):
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(Shown):
     """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
-    estimated along with the law, with what is known of them as priors; progress: see `inference.problem`."""
+    estimated along with the law, with what is known of them as priors; progress: see `inference.problem`; given: bounds
+    and held values of unknowns, and first values of the first search (its result begins those of later stages)."""
 
     nuisance: tuple[str, ...] = ()
     progress: Progress | None = None
+    given: Given = NOTHING
+
+    def bounded(self, law: FittableLaw) -> FittableLaw:
+        """A law with the bounds that are given for its parameters."""
+        return replace(law, parameters=self.given.bounded(law.parameters))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ the valley is straight. The law is linear in mu_s and mu_k, so that the way back
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,18 +99,18 @@ class Charted(Problem):
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Residuals and gradient at y; large residuals where the model refuses the parameters."""
-        at, memory = self.back(x), self._last  # type: ignore[attr-defined]
+        at, last = self.back(x), self._last  # type: ignore[attr-defined]
         try:
             found = self.problem.evaluate(at)
         except StickslipError:
-            if not memory:
+            if not last:
                 raise
-            return replace(memory[0], residual=AWAY * memory[0].residual)
+            return replace(last[0], residual=AWAY * last[0].residual)
         slope = np.eye(len(at))
         for bend in self.bends:
             slope[bend.places, bend.places] = bend.slope(at[bend.places])
-        memory[:] = [replace(found, gradient=found.gradient @ slope)]
-        return memory[0]
+        last[:] = [replace(found, gradient=found.gradient @ slope)]
+        return last[0]
 
     def resampled(self, clusters: np.ndarray) -> Charted:
         """As in `Problem`."""
@@ -138,11 +138,16 @@ def bends_of(
 
 
 def solve_straight(
-    problem: Problem, bends: tuple[Bend, ...], *, progress: Progress | None, tolerance: float
+    problem: Problem,
+    bends: tuple[Bend, ...],
+    *,
+    fixed: Mapping[str, float],
+    progress: Progress | None,
+    tolerance: float,
 ) -> Solution:
-    """`solve` in straight coordinates; the solution in the problem's own."""
-    if not bends:
-        return solve(problem, progress=progress, tolerance=tolerance)
+    """`solve` in straight coordinates; the solution in the problem's own. What is held is straight in these alone."""
+    if not bends or fixed:
+        return solve(problem, fixed=fixed, progress=progress, tolerance=tolerance)
     charted = Charted(problem, bends)
     found = solve(charted, progress=progress, tolerance=tolerance)
     x = charted.back(found.values)

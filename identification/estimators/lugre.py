@@ -3,7 +3,7 @@
     1  law and motion in slip by slip shooting, which micro-slip hardly touches
     2  stiffness of the bristles from the sticks (presliding.py); where these show none, the rigid model over whole
        cycles: if its residuals are the noise, that is the result; otherwise, of a scan, the stiffness that fits best
-    3  one arc per cycle under the LuGre model, as in whole_cycle.py; solve
+    3  one segment per cycle under the LuGre model, as in whole_cycle.py; solve
 
 The runs of the model take time in proportion to the stiffness.
 """
@@ -15,12 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification import laws
 from identification.estimators import shooting, whole_cycle
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.shooting_segments import ArcProblem
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import solve
-from identification.laws import FittableLaw
+from identification.laws import FittableLaw, find_law
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
@@ -48,14 +47,14 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             "The estimator 'lugre' is of one driving disc: with two, the force in stick on one is not known apart from "
             "that of the other. Fit two discs by slip shooting, which micro-slip hardly touches."
         )
-    conti = laws.find_law("Conti")
-    if law.name not in (conti.name, laws.LUGRE.name):
+    conti = options.bounded(find_law("Conti"))
+    if law.reference not in (conti.reference, find_law("LuGre").reference):
         raise StickslipError(
             f"The estimator 'lugre' has bristles before Conti's law, not before '{law.name}'. Leave --law out, or take "
             "slip shooting."
         )
     first = shooting.estimate(ready, conti, options)
-    if not isinstance(first.problem, ArcProblem):
+    if not isinstance(first.problem, ShootingProblem):
         return first
     try:
         return _bristles(first.problem, first.solution.values, options)
@@ -66,7 +65,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         return replace(first, warnings=(said,))
 
 
-def _bristles(slips: ArcProblem, x: np.ndarray, options: Options) -> Estimate:
+def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estimate:
     """Stages 2 and 3. slips: slip shooting under Conti's law, solved at x.
 
     Raises:
@@ -86,22 +85,25 @@ def _bristles(slips: ArcProblem, x: np.ndarray, options: Options) -> Estimate:
             return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, found, (said,))
         problem = min((_problem(slips, x, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
     problem.evaluate(problem.first)
-    found = solve(problem, progress=options.progress, tolerance=shooting.TOLERANCE)
-    return Estimate(ESTIMATOR, laws.LUGRE, problem, found, whole_cycle.excess(found))
+    fixed = options.given.fixed(problem)
+    found = solve(problem, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
+    return Estimate(ESTIMATOR, problem.law, problem, found, whole_cycle.excess(found))
 
 
-def _problem(slips: ArcProblem, x: np.ndarray, stiffness: float, options: Options) -> ArcProblem:
+def _problem(slips: ShootingProblem, x: np.ndarray, stiffness: float, options: Options) -> ShootingProblem:
     damping = DAMPING * float(np.sqrt(stiffness * slips.ready.values.J)) / slips.ready.values.R
-    return whole_cycle.cycle_problem(slips, x, laws.LUGRE, np.array([*x[:3], stiffness, damping]), options)
+    law = options.bounded(find_law("LuGre"))
+    q = options.given.put(law.names, np.array([*x[:3], stiffness, damping]))
+    return whole_cycle.cycle_problem(slips, x, law, q, options)
 
 
-def _sum_of_squares(problem: ArcProblem) -> float:
+def _sum_of_squares(problem: ShootingProblem) -> float:
     """Sum of squares of the first cycle of each log at the first values."""
-    logs = [arc.log for arc in problem.arcs]
+    logs = [segment.log for segment in problem.segments]
     kept = [logs.index(log) for log in dict.fromkeys(logs)]
-    arcs, starts = tuple(problem.arcs[i] for i in kept), tuple(problem.starts[i] for i in kept)
+    segments, starts = tuple(problem.segments[i] for i in kept), tuple(problem.starts[i] for i in kept)
     try:
-        return float(np.sum(replace(problem, arcs=arcs, starts=starts).evaluate(problem.first).residual ** 2))
+        return float(np.sum(replace(problem, segments=segments, starts=starts).evaluate(problem.first).residual ** 2))
     except StickslipError:
         return np.inf
 

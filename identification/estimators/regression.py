@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows
-from identification.inference.problem import Evaluation, Prior, Progress, Solution, Unknown, solve
+from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
+from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
@@ -152,7 +152,7 @@ Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], R
 
 
 def regress(
-    ready: Pool, law: FittableLaw, equations: Equations, window: float, progress: Progress | None = None
+    ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options
 ) -> tuple[RegressionProblem, Solution]:
     """Equations of the pooled slip segments that hold ``window`` natural periods, and their solution.
 
@@ -168,7 +168,9 @@ def regress(
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
     problem = RegressionProblem(law, again({}), ready.priors, again)
     _check_sign(problem.regression)
-    return problem, solve(problem, progress=progress)
+    given = options.given
+    found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
+    return problem, found
 
 
 def _check_sign(regression: Regression) -> None:

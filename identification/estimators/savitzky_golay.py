@@ -59,7 +59,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             "Two driving discs give no friction coefficient at a single sample, only the sum of their forces: fit them "
             "by another estimator, weak-form first."
         )
-    return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options.progress))
+    return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options))
 
 
 def friction_samples(ready: Pool) -> FrictionSamples:

@@ -1,12 +1,12 @@
 """Slip shooting: the motion in each slip as an initial-value problem, all slips under one law.
 
     1  law by the weak form                                             (first values; no guess of the user's)
-    2  arcs = slip segments of the smoothed speed, trimmed; solve       (arcs.py: start states projected out)
-    3  cut the arcs anew where the solved motion passes the threshold of slip speed; solve
+    2  shooting segments = slip segments of the smoothed speed, trimmed; solve (start states projected out)
+    3  cut them anew where the solved motion passes the threshold of slip speed; solve
 
-After 3 no end of an arc is chosen by its own noise, and nothing is trimmed. What happens below the threshold (stick,
+After 3 no end of a segment is chosen by its own noise, and nothing is trimmed. What happens below the threshold (stick,
 micro-slip) does not enter, so that no model of it is needed; multiple shooting: Bock (1983), in Numerical Treatment of
-Inverse Problems in Differential and Integral Equations, 95; one arc per slip, since slips are short.
+Inverse Problems in Differential and Integral Equations, 95; one segment per slip, since slips are short.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import Bend, bends_of, solve_straight
 from identification.estimators.shooting_segments import (
     MARGIN,
-    Arc,
-    ArcProblem,
+    ShootingProblem,
+    ShootingSegment,
     Start,
-    arc_problem,
     drive_signals,
     measured,
     noise,
+    shooting_problem,
 )
 from identification.estimators.two_discs import joint_rows, segments_at
 from identification.inference.problem import Solution
@@ -36,11 +36,11 @@ from identification.laws.law import FittableLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.slip_segments import SlipSegment
 
-SHORTEST = 0.1  # natural periods that an arc must last
+SHORTEST = 0.1  # natural periods that a segment must last
 GUESS = 0.12  # natural periods at the start of a segment from which its first start states are read
-CLEAR = 0.002  # rad that an arc begins off a changeover, so that this one may move
+CLEAR = 0.002  # rad that a segment begins off a changeover, so that this one may move
 HEAD = 10  # samples, the least from which a motion is continued backward
-AHEAD = 0.15  # natural periods by which an arc may grow at either end when it is cut anew
+AHEAD = 0.15  # natural periods by which a segment may grow at either end when it is cut anew
 ROUGH, TOLERANCE = 1e-3, 1e-8  # of the searches of stages 2 and 3
 
 STRUCTURE = (
@@ -81,7 +81,7 @@ def first_values(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         return savitzky_golay.estimate(ready, law, options)
 
 
-def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tuple[ArcProblem, Solution]:
+def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tuple[ShootingProblem, Solution]:
     """Stages 2 and 3. q: (m,) first values of the law's parameters.
 
     Raises:
@@ -90,16 +90,17 @@ def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tup
     """
     if isinstance(law, JointLaw):
         ready = segments_at(ready, law, q)
-    arcs, known = slip_arcs(ready)
-    problem = arc_problem(ready, law, arcs, q, options.nuisance, known)
+    segments, known = slip_shooting(ready)
+    problem = shooting_problem(ready, law, segments, q, options, known)
+    fixed = options.given.fixed(problem)
     try:
         problem.evaluate(problem.first)
     except StickslipError as error:
         raise Unmodelled(f"The model of slip cannot be run with the law found first: {error}") from error
     bends = straight(ready, law, q)
-    found = solve_straight(problem, bends, progress=options.progress, tolerance=ROUGH)
+    found = solve_straight(problem, bends, fixed=fixed, progress=options.progress, tolerance=ROUGH)
     again = recut(problem, found)
-    return again, solve_straight(again, bends, progress=options.progress, tolerance=TOLERANCE)
+    return again, solve_straight(again, bends, fixed=fixed, progress=options.progress, tolerance=TOLERANCE)
 
 
 def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
@@ -110,8 +111,8 @@ def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
     return bends_of(law, ready.contacts, q, rows.speed, rows.place)
 
 
-def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
-    """Arcs on the slip segments of a pool, and whether the noise of their sensors is known.
+def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
+    """Segments on the slip segments of a pool, and whether the noise of their sensors is known.
 
     Raises:
         StickslipError: every segment is too short.
@@ -126,88 +127,92 @@ def slip_arcs(ready: Pool) -> tuple[list[Arc], bool]:
         )
     R = ready.values.R
     sensed = {id(m): (*measured(m, R), *noise(m, R), drive_signals(m)) for m in ready.motions}
-    arcs = []
-    for number, segment in enumerate(kept):
-        shown, laser, deviation, _, drives = sensed[id(segment.motion)]
-        time = segment.motion.time[segment.first : segment.last]
-        arcs.append(
-            Arc(
+    segments = []
+    for number, slip in enumerate(kept):
+        shown, laser, deviation, _, drives = sensed[id(slip.motion)]
+        time = slip.motion.time[slip.first : slip.last]
+        segments.append(
+            ShootingSegment(
                 start_time=float(time[0]) - MARGIN,
                 time=time,
-                measured=shown[segment.first : segment.last],
+                measured=shown[slip.first : slip.last],
                 cluster=np.full(len(time), number),
                 deviation=deviation,
-                log=ready.log_number(segment),
+                log=ready.log_number(slip),
                 drives=drives,
-                sign=segment.sign,
+                sign=slip.sign,
                 laser=laser,
-                guess=_guess(segment, GUESS * ready.natural_period),
+                guess=_guess(slip, GUESS * ready.natural_period),
             )
         )
-    return arcs, all(known for _, _, _, known, _ in sensed.values())
+    return segments, all(known for _, _, _, known, _ in sensed.values())
 
 
-def _guess(segment: SlipSegment, window: float) -> np.ndarray:
+def _guess(slip: SlipSegment, window: float) -> np.ndarray:
     """Angle and speed `MARGIN` before a segment, from a parabola through its first ``window`` seconds."""
-    count = min(max(round(window / segment.motion.step), 5), len(segment.angle))
-    time = segment.motion.step * np.arange(count) + MARGIN
-    curve = np.polynomial.Polynomial.fit(time, segment.angle[:count], 2)
+    count = min(max(round(window / slip.motion.step), 5), len(slip.angle))
+    time = slip.motion.step * np.arange(count) + MARGIN
+    curve = np.polynomial.Polynomial.fit(time, slip.angle[:count], 2)
     return np.array([curve(0.0), curve.deriv()(0.0)])
 
 
-def recut(problem: ArcProblem, found: Solution) -> ArcProblem:
-    """The arcs between the instants at which the solved motion passes the pool's threshold of slip speed. One whose
+def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
+    """The segments between the instants at which the solved motion passes the pool's threshold of slip speed. One whose
     start cannot be found then (a disc may have come to touch just there) stays as it was."""
     ready, x = problem.ready, found.values
     R = ready.values.R
     shown = [measured(motion, R)[0] for motion in ready.motions]
-    arcs: list[Arc] = []
-    before: list[tuple[Arc, Start]] = []
-    for number, arc in enumerate(problem.arcs):
+    segments: list[ShootingSegment] = []
+    before: list[tuple[ShootingSegment, Start]] = []
+    for number, segment in enumerate(problem.segments):
         begin, end, start = _span(problem, number, x)
-        motion = ready.motions[arc.log]
+        motion = ready.motions[segment.log]
         inside = (motion.time >= begin) & (motion.time <= end) & ~motion.filled
         if np.count_nonzero(inside) * motion.step <= SHORTEST * ready.natural_period:
             continue
         time = motion.time[inside]
-        label = np.full(len(time), len(arcs))
+        label = np.full(len(time), len(segments))
         moved = replace(
-            arc, start_time=start[0], time=time, measured=shown[arc.log][inside], cluster=label, guess=start[1]
+            segment, start_time=start[0], time=time, measured=shown[segment.log][inside], cluster=label, guess=start[1]
         )
-        arcs.append(moved)
-        before.append((replace(arc, cluster=np.full(len(arc.time), label[0])), Start(problem.starts[number].at(x))))
-    again = replace(problem, arcs=tuple(arcs), starts=tuple(Start(arc.guess) for arc in arcs), first=x)
-    pairs = zip(again.arcs, again.starts, strict=True)
+        segments.append(moved)
+        before.append(
+            (replace(segment, cluster=np.full(len(segment.time), label[0])), Start(problem.starts[number].at(x)))
+        )
+    again = replace(
+        problem, segments=tuple(segments), starts=tuple(Start(segment.guess) for segment in segments), first=x
+    )
+    pairs = zip(again.segments, again.starts, strict=True)
     kept = [new if again.follows(place, x) else old for place, (new, old) in enumerate(zip(pairs, before, strict=True))]
-    return replace(again, arcs=tuple(arc for arc, _ in kept), starts=tuple(start for _, start in kept))
+    return replace(again, segments=tuple(segment for segment, _ in kept), starts=tuple(start for _, start in kept))
 
 
-def _span(problem: ArcProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:
+def _span(problem: ShootingProblem, number: int, x: np.ndarray) -> tuple[float, float, tuple[float, np.ndarray]]:
     """First and last time of slip above the threshold, and start time and states before them.
 
     Forward the motion is run on; backward, where no run leads, it is continued by the cubic that it follows at its
     start.
     """
-    ready, arc = problem.ready, problem.arcs[number]
-    step = ready.motions[arc.log].step
+    ready, segment = problem.ready, problem.segments[number]
+    step = ready.motions[segment.log].step
     limit, ahead = ready.threshold, AHEAD * ready.natural_period
-    log = ready.motions[arc.log].time
-    late = min(float(arc.time[-1]) + ahead, float(log[-1]))
-    time = np.arange(arc.start_time, late, step)
+    log = ready.motions[segment.log].time
+    late = min(float(segment.time[-1]) + ahead, float(log[-1]))
+    time = np.arange(segment.start_time, late, step)
     motion = problem.run(number, x, time)
-    every, touch = problem.slips(arc, x, motion)
+    every, touch = problem.slips(segment, x, motion)
     slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
-    after = np.flatnonzero((slip < limit) & (time > arc.time[0] + 0.5 * (arc.time[-1] - arc.time[0])))
+    after = np.flatnonzero((slip < limit) & (time > segment.time[0] + 0.5 * (segment.time[-1] - segment.time[0])))
     end = float(time[after[0] - 1]) if len(after) else late
     same = np.all(touch == touch[:, :1], axis=0)  # another disc bends the motion
     head = (time <= time[0] + 0.5 * ahead) & np.logical_and.accumulate(same)
     if np.count_nonzero(head) < HEAD:
-        return float(arc.time[0]), end, (arc.start_time, np.array([motion["theta"][0], motion["omega"][0]]))
+        return float(segment.time[0]), end, (segment.start_time, np.array([motion["theta"][0], motion["omega"][0]]))
     past = time[0] - step * np.arange(round(ahead / step) + 1)[::-1]
     touched = np.sign(every[touch[:, 0], :1]) * every[touch[:, 0]]
     before = np.min([np.polynomial.Polynomial.fit(time[head], one[head], 3)(past) for one in touched], axis=0)
     angle = np.polynomial.Polynomial.fit(time[head], motion["theta"][head], 4)
-    away = np.any(problem.touch(arc, x, angle(past - MARGIN), CLEAR) != touch[:, :1], axis=0)
+    away = np.any(problem.touch(segment, x, angle(past - MARGIN), CLEAR) != touch[:, :1], axis=0)
     low = np.flatnonzero((before < limit) | away)
     begin = max(float(past[min(low[-1] + 1, len(past) - 1)]) if len(low) else float(past[0]), float(log[0]))
     if slip[0] < limit:

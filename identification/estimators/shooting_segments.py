@@ -1,10 +1,10 @@
-"""Arcs: initial-value problems on measured samples, whose start states are projected out.
+"""Shooting segments: initial-value problems on measured samples, whose start states are projected out.
 
-An arc begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
+A segment begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
 seen as the laser sees it:
     y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
 measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
-and what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every arc is found by
+and what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every segment is found by
 Gauss-Newton steps from the last one; with Q R = dr/ds,
     r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
 Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
-from identification.estimators.base import FrictionProblem, FrictionRows
+from identification.estimators.base import FrictionProblem, FrictionRows, Options
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Unknown
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
 
-MARGIN = 0.005  # s by which an arc begins before its first sample, so that the delay may move
+MARGIN = 0.005  # s by which a segment begins before its first sample, so that the delay may move
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
@@ -48,7 +48,7 @@ STARTS = ("theta", "omega")
 
 
 @dataclass(frozen=True, eq=False)
-class Arc:
+class ShootingSegment:
     """One initial-value problem.
 
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
@@ -69,7 +69,7 @@ class Arc:
     guess: np.ndarray
     bristles: float = 0.0
 
-    def of(self, clusters: np.ndarray) -> Arc | None:
+    def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
         rows = [np.flatnonzero(self.cluster == label) for label in clusters]
         labels = np.repeat(np.arange(len(clusters)), [len(part) for part in rows])
@@ -83,7 +83,7 @@ class Arc:
 
 @dataclass(eq=False)
 class Start:
-    """Best start states of an arc: states (2,) at x, and how they follow it, slope (2, m)."""
+    """Best start states of a segment: states (2,) at x, and how they follow it, slope (2, m)."""
 
     states: np.ndarray
     x: np.ndarray | None = None
@@ -116,16 +116,16 @@ class Runs:
 
 
 @dataclass(frozen=True, eq=False)
-class ArcProblem(FrictionProblem):
-    """Arcs of pooled logs under one law.
+class ShootingProblem(FrictionProblem):
+    """Shooting segments of pooled logs under one law.
 
     first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the unknowns
-    move and by `STARTS`; starts: those of the arcs at the last x that was evaluated: a memory that only saves steps.
+    move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves steps.
     """
 
     ready: Pool
     law: FittableLaw
-    arcs: tuple[Arc, ...]
+    segments: tuple[ShootingSegment, ...]
     unknowns: tuple[Unknown, ...]
     held: tuple[Prior, ...]
     first: np.ndarray
@@ -145,25 +145,27 @@ class ArcProblem(FrictionProblem):
             StickslipError: the model cannot be run at x.
         """
         names = [unknown.name for unknown in self.unknowns]
-        parts = [self._projected(number, x, names) for number in range(len(self.arcs))]
+        parts = [self._projected(number, x, names) for number in range(len(self.segments))]
         residual, gradient, slip = (np.concatenate(part) for part in zip(*parts, strict=True))
         return Evaluation(
             residual=residual,
             gradient=gradient,
-            cluster=np.concatenate([arc.cluster for arc in self.arcs]),
-            log=np.repeat([arc.log for arc in self.arcs], [len(arc.time) for arc in self.arcs]),
+            cluster=np.concatenate([segment.cluster for segment in self.segments]),
+            log=np.repeat([segment.log for segment in self.segments], [len(segment.time) for segment in self.segments]),
             slip=slip,
-            eliminated=len(STARTS) * len(self.arcs),
+            eliminated=len(STARTS) * len(self.segments),
         )
 
-    def resampled(self, clusters: np.ndarray) -> ArcProblem:
+    def resampled(self, clusters: np.ndarray) -> ShootingProblem:
         """As in `Problem`."""
-        chosen = [(arc.of(clusters), start) for arc, start in zip(self.arcs, self.starts, strict=True)]
-        kept = [(arc, start) for arc, start in chosen if arc is not None]
-        return replace(self, arcs=tuple(arc for arc, _ in kept), starts=tuple(replace(start) for _, start in kept))
+        chosen = [(segment.of(clusters), start) for segment, start in zip(self.segments, self.starts, strict=True)]
+        kept = [(segment, start) for segment, start in chosen if segment is not None]
+        return replace(
+            self, segments=tuple(segment for segment, _ in kept), starts=tuple(replace(start) for _, start in kept)
+        )
 
     def rows(self, x: np.ndarray) -> FrictionRows:
-        """Friction by inverse dynamics on the slip segments, for the eye: arcs measure none."""
+        """Friction by inverse dynamics on the slip segments, for the eye: segments measure none."""
         if isinstance(self.law, JointLaw):
             return joint_rows(self.ready, self.law, x[: len(self.law.parameters)])
         samples = friction_samples(self.ready)
@@ -180,7 +182,9 @@ class ArcProblem(FrictionProblem):
 
     def rms(self, x: np.ndarray) -> float:
         """Of the measured displacement."""
-        deviations = np.repeat([arc.deviation for arc in self.arcs], [len(arc.time) for arc in self.arcs])
+        deviations = np.repeat(
+            [segment.deviation for segment in self.segments], [len(segment.time) for segment in self.segments]
+        )
         return float(np.sqrt(np.mean((deviations * self.evaluate(x).residual) ** 2)))
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -188,54 +192,53 @@ class ArcProblem(FrictionProblem):
         names = [prior.name for prior in self.held]
         runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
         full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
-        columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.arcs))])
+        columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.segments))])
         return dict(zip(names, columns.T, strict=True))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
-        """The motion of arc ``number`` at x, from its best start states, at times (n,) of the model's clock."""
-        arc = self.arcs[number]
-        rig, contacts = rig_values(self.known(x)), self.contacts(arc)
+        """The motion of segment ``number`` at x, from its best start states, at times (n,) of the model's clock."""
+        segment = self.segments[number]
+        rig, contacts = rig_values(self.known(x)), self.contacts(segment)
         theta, omega = self.starts[number].at(x)
         values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
         start = {"theta": float(theta), "omega": float(omega)}
         for one in laws_of(self.law, contacts):
-            q, N = x[one.place], rig.forces[one.force]
-            law = {f"{name}{one.disc}": value for name, value in one.law.simulated(q, N).items()}
-            values |= law | {f"N{one.disc}": N}
+            law = {f"{name}{one.disc}": float(value) for name, value in zip(one.law.names, x[one.place], strict=True)}
+            values |= law | {f"N{one.disc}": rig.forces[one.force]}
             if f"sigma0{one.disc}" in law:
-                start[f"z{one.disc}"] = arc.bristles
+                start[f"z{one.disc}"] = segment.bristles
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         return self.runs[contacts].run.run(
             time,
-            start_time=arc.start_time,
+            start_time=segment.start_time,
             parameters=values,
             start=start,
-            inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, arc.drives, strict=True)},
+            inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)},
         )
 
     def follows(self, number: int, x: np.ndarray) -> bool:
-        """Whether the start of arc ``number`` can be found at x."""
+        """Whether the start of segment ``number`` can be found at x."""
         try:
             self._projected(number, x, [unknown.name for unknown in self.unknowns])
         except StickslipError:
             return False
         return True
 
-    def contacts(self, arc: Arc) -> tuple[str, ...]:
-        """The driving discs in contact in the log of an arc."""
-        return self.ready.motions[arc.log].log.contacts
+    def contacts(self, segment: ShootingSegment) -> tuple[str, ...]:
+        """The driving discs in contact in the log of a segment."""
+        return self.ready.motions[segment.log].log.contacts
 
-    def slips(self, arc: Arc, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
+    def slips(self, segment: ShootingSegment, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
         known = self.known(x)
-        drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in arc.drives])
+        drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
         slip = known["r"] * drives - known["R"] * motion["omega"]
-        return slip, self.touch(arc, x, motion["theta"])
+        return slip, self.touch(segment, x, motion["theta"])
 
-    def touch(self, arc: Arc, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
-        """Whether each disc in an arc's log touches (n_discs, n) at angles (n,) rad, give or take ``guard`` rad."""
-        return touching(self.law, self.contacts(arc), x[: len(self.law.parameters)], angle, guard)
+    def touch(self, segment: ShootingSegment, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
+        """Whether each disc in a segment's log touches (n_discs, n) at angles (n,) rad, give or take ``guard`` rad."""
+        return touching(self.law, self.contacts(segment), x[: len(self.law.parameters)], angle, guard)
 
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
@@ -245,52 +248,52 @@ class ArcProblem(FrictionProblem):
         return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
 
     def _projected(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one arc."""
-        memory = self.starts[number]
-        before = replace(memory)
+        """Residual (n,), its derivatives (n, len(names)) and slip speeds (n,) m/s of one segment."""
+        last = self.starts[number]
+        before = replace(last)
         try:
             return self._searched(number, x, names)
         except StickslipError:
             # where the disc sticks at once its first speed counts for nothing, and a step of it may lead anywhere
-            memory.states, memory.x, memory.slope = before.states, before.x, before.slope
+            last.states, last.x, last.slope = before.states, before.x, before.slope
             raise
 
     def _searched(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As `_projected`; leaves the last start states behind."""
-        arc, memory = self.arcs[number], self.starts[number]
+        segment, last = self.segments[number], self.starts[number]
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
-            residual = (seen - arc.measured) / arc.deviation
-            columns = columns / arc.deviation
-            basis, triangle = np.linalg.qr(by_start / arc.deviation)
+            residual = (seen - segment.measured) / segment.deviation
+            columns = columns / segment.deviation
+            basis, triangle = np.linalg.qr(by_start / segment.deviation)
             if np.min(np.abs(np.diag(triangle))) < SEEN:
                 break
             along = basis.T @ np.column_stack([residual, columns])
             moved = -np.linalg.solve(triangle, along)
-            memory.states = memory.at(x) + moved[:, 0]
-            memory.x, memory.slope = (x.copy(), moved[:, 1:]) if len(names) == len(x) else (None, None)
+            last.states = last.at(x) + moved[:, 0]
+            last.x, last.slope = (x.copy(), moved[:, 1:]) if len(names) == len(x) else (None, None)
             if np.max(np.abs(basis @ along[:, 0])) < LOCAL_STEP:
                 return residual - basis @ along[:, 0], columns - basis @ along[:, 1:], slip
         raise StickslipError(
-            f"The start of the motion at {arc.start_time:.4g} s in log '{self.ready.motions[arc.log].log.name}' cannot "
-            "be found: the model does not follow the log there."
+            f"The start of the motion at {segment.start_time:.4g} s in log "
+            f"'{self.ready.motions[segment.log].log.name}' cannot be found: the model does not follow the log there."
         )
 
     def _seen(
         self, number: int, x: np.ndarray, names: Sequence[str]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """What the sensor would show (n,), its derivatives by start states (n, 2) and by names, slip speeds (n,)."""
-        arc, known, sensors = self.arcs[number], self.known(x), self.ready.sensors
-        motion = self.run(number, x, arc.time - (known["delay"] - sensors.delay))
+        segment, known, sensors = self.segments[number], self.known(x), self.ready.sensors
+        motion = self.run(number, x, segment.time - (known["delay"] - sensors.delay))
         theta, omega = motion["theta"], motion["omega"]
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
         scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
-        shown = scale * np.sin(theta) if arc.laser else theta
-        slope = scale * np.cos(theta) if arc.laser else np.ones_like(theta)
+        shown = scale * np.sin(theta) if segment.laser else theta
+        slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        columns = by[:, :inner] @ chain(self.law, x, known, names, motion.by[:inner], self.contacts(arc))
+        columns = by[:, :inner] @ chain(self.law, known, names, motion.by[:inner], self.contacts(segment))
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
@@ -298,9 +301,9 @@ class ArcProblem(FrictionProblem):
                 columns[:, place] -= slope * omega
             elif name == "zero":
                 columns[:, place] += 1.0
-            elif name == "R" and arc.laser and not sensors.lines:
+            elif name == "R" and segment.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
-        every, touch = self.slips(arc, x, motion)
+        every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
         return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
@@ -310,9 +313,7 @@ def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) 
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
     moved |= {one: (one,) for one in ("k", "c", "R", "r")}
     for one in laws_of(law, contacts):
-        simulated = tuple(f"{name}{one.disc}" for name in one.law.simulated(np.ones(len(one.law.parameters)), 1.0))
-        moved[f"N{one.suffix}"] = (f"N{one.disc}", *simulated)
-        moved |= {f"{parameter.name}{one.suffix}": simulated for parameter in one.law.parameters}
+        moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
     # what the laser alone has, or the disc that is away, moves nothing
@@ -321,7 +322,6 @@ def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) 
 
 def chain(
     law: FittableLaw,
-    x: np.ndarray,
     known: Mapping[str, float],
     names: Sequence[str],
     parameters: Sequence[str],
@@ -333,13 +333,7 @@ def chain(
     by["J"] |= {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
     by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
     for part in laws_of(law, contacts):
-        # the law's parameters in the model are linear in q, and in N where they are forces
-        q, N, single = x[part.place], rig.forces[part.force], part.law
-        now, more = single.simulated(q, N), single.simulated(q, N + 1.0)
-        by[f"N{part.suffix}"] = {f"N{part.disc}": 1.0} | {f"{name}{part.disc}": more[name] - now[name] for name in now}
-        for place, parameter in enumerate(single.parameters):
-            unit = single.simulated(np.eye(len(q))[place], N)
-            by[f"{parameter.name}{part.suffix}"] = {f"{name}{part.disc}": value for name, value in unit.items()}
+        by |= {f"{name}{part.suffix}": {f"{name}{part.disc}": 1.0} for name in ("N", *part.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None:
         by[law.changeover] = {law.changeover: 1.0}
     return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
@@ -347,10 +341,15 @@ def chain(
     )
 
 
-def arc_problem(
-    ready: Pool, law: FittableLaw, arcs: Sequence[Arc], q: np.ndarray, nuisance: Sequence[str], noise_known: bool
-) -> ArcProblem:
-    """The problem of these arcs. q: (m,) first values of the law's parameters; nuisance: see `Options`.
+def shooting_problem(
+    ready: Pool,
+    law: FittableLaw,
+    segments: Sequence[ShootingSegment],
+    q: np.ndarray,
+    options: Options,
+    noise_known: bool,
+) -> ShootingProblem:
+    """The problem of these segments. q: (m,) first values of the law's parameters.
 
     Raises:
         StickslipError: a nuisance parameter is unknown, or nothing is known of it.
@@ -358,26 +357,26 @@ def arc_problem(
     from fmu_models.codegen.package import built
     from fmu_models.fmu.fmu import Fmu
 
-    others = _nuisance(ready, nuisance, any(arc.laser for arc in arcs))
-    every = (*unknowns(law), *others)
+    others = _nuisance(ready, options.nuisance, any(segment.laser for segment in segments))
+    every = options.given.bounded((*unknowns(law), *others))
     names = [unknown.name for unknown in every]
     runs = {}
     for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
-        laws = None if law.model is None else dict.fromkeys(contacts, law.model)
+        laws = dict.fromkeys(contacts, law.reference)
         model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
         runs[contacts] = Runs(Fmu.open(built(model, contacts=contacts, laws=laws)), directions(law, names, contacts))
     freed = {unknown.name for unknown in others}
-    return ArcProblem(
+    return ShootingProblem(
         ready=ready,
         law=law,
-        arcs=tuple(arcs),
+        segments=tuple(segments),
         unknowns=every,
         held=tuple(prior for prior in ready.priors if prior.name not in freed),
         first=np.concatenate([q, [unknown.prior.value for unknown in others if unknown.prior is not None]]),
         noise_known=noise_known,
         runs=runs,
-        starts=tuple(Start(arc.guess) for arc in arcs),
-        residual_unit="m" if any(arc.laser for arc in arcs) else "rad",
+        starts=tuple(Start(segment.guess) for segment in segments),
+        residual_unit="m" if any(segment.laser for segment in segments) else "rad",
     )
 
 
@@ -397,7 +396,7 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
     stated["zero"] = Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
     for name in dict.fromkeys(asked):
         if name not in stated:
-            raise StickslipError(f"'{name}' cannot be estimated beside the law.{nearest(name, stated)}")
+            raise StickslipError(f"'{name}' cannot be estimated beside the law. Known are: {', '.join(stated)}.")
         prior = stated[name]
         if not prior.standard_uncertainty > 0:
             raise StickslipError(

@@ -27,7 +27,7 @@ from identification.estimators.base import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
 from identification.estimators.regression import Regression, RegressionProblem
 from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
-from identification.inference.problem import TOLERANCE, Progress, Solution
+from identification.inference.problem import TOLERANCE, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import odd_count, savitzky_golay
@@ -288,13 +288,14 @@ def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem
     """
     problem = _problem(ready, law)
     _check_apart(problem.regression)
-    found = _solved(problem, COARSE)
+    problem = replace(problem, guess=options.given.start(problem))
+    found = _solved(problem, COARSE, options)
     if law.changeover is None:
-        return problem, _solved(problem, TOLERANCE, found, options.progress)
+        return problem, _solved(problem, TOLERANCE, options, found)
     # twice: the windows follow the changeover, which moves a little with them
     for _ in range(2):
         problem = _problem(segments_at(ready, law, found.values), law, found.values)
-        found = _solved(problem, TOLERANCE, found, options.progress)
+        found = _solved(problem, TOLERANCE, options, found)
     return problem, found
 
 
@@ -312,13 +313,12 @@ def _check_apart(these: Regression) -> None:
         )
 
 
-def _solved(
-    problem: JointProblem, tolerance: float, last: Solution | None = None, progress: Progress | None = None
-) -> Solution:
-    x = problem.start() if last is None else last.values
+def _solved(problem: JointProblem, tolerance: float, options: Options, last: Solution | None = None) -> Solution:
+    fixed = options.given.fixed(problem)
+    x = options.given.put(problem.law.names, problem.start() if last is None else last.values)
     rows = problem.rows(x)
     bends = bends_of(problem.law, ("disc0", "disc1"), x, rows.speed, rows.place)
-    return solve_straight(replace(problem, guess=x), bends, progress=progress, tolerance=tolerance)
+    return solve_straight(replace(problem, guess=x), bends, fixed=fixed, progress=options.progress, tolerance=tolerance)
 
 
 def joint_rows(ready: Pool, law: JointLaw, q: np.ndarray) -> FrictionRows:

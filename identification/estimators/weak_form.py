@@ -36,7 +36,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """
     if isinstance(law, JointLaw):
         return Estimate(ESTIMATOR, law, *two_discs.estimate(ready, law, options))
-    return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options.progress))
+    return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:

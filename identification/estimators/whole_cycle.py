@@ -1,15 +1,15 @@
 """Whole-cycle output error: the rigid model through slip, stick and release, each cycle an initial-value problem.
 
     1  law and motion in slip by slip shooting
-    2  one arc per cycle, from where one slip passes the threshold, through stick, to the release before the next
-    3  solve: the law, and the start of each cycle projected out (arcs.py)
+    2  one segment per cycle, from where one slip passes the threshold, through stick, to the release before the next
+    3  solve: the law, and the start of each cycle projected out (shooting_segments.py)
 
 The instants of sticking and release, and the way that the drive carries the disc between them, tell more of the law
-than the motion in slip does. The drive limits what can be had: longer arcs would tell more if it were known exactly,
-but its errors add up along an arc (with arcs of a whole log the error of mu_k is 7 times as large); and unevenness too
-fast for its encoder makes contacts let go early, so that cycles that see much of a release bias p by -0.1 %. The price
-is the structure: micro-slip shows in every cycle and biases the rigid model (a contact of 5e4 N/m: p by some -20 %).
-Residuals beyond the noise say so.
+than the motion in slip does. The drive limits what can be had: longer segments would tell more if it were known
+exactly, but its errors add up along a segment (with segments of a whole log the error of mu_k is 7 times as large); and
+unevenness too fast for its encoder makes contacts let go early, so that cycles that see much of a release bias p by
+-0.1 %. The price is the structure: micro-slip shows in every cycle and biases the rigid model (a contact of 5e4 N/m: p
+by some -20 %). Residuals beyond the noise say so.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import solve_straight
-from identification.estimators.shooting_segments import Arc, ArcProblem, arc_problem, measured
+from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment, measured, shooting_problem
 from identification.inference.problem import Solution
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -47,7 +47,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         StickslipError: as for slip shooting.
     """
     first = shooting.estimate(ready, law, options)
-    if not isinstance(first.problem, ArcProblem):
+    if not isinstance(first.problem, ShootingProblem):
         return first
     try:
         problem, found = follow(first.problem, first.solution.values, options)
@@ -77,7 +77,7 @@ def excess(found: Solution) -> tuple[str, ...]:
     )
 
 
-def follow(slips: ArcProblem, x: np.ndarray, options: Options) -> tuple[ArcProblem, Solution]:
+def follow(slips: ShootingProblem, x: np.ndarray, options: Options) -> tuple[ShootingProblem, Solution]:
     """Stages 2 and 3. slips: slip shooting, solved at x.
 
     Raises:
@@ -86,47 +86,53 @@ def follow(slips: ArcProblem, x: np.ndarray, options: Options) -> tuple[ArcProbl
     problem = cycle_problem(slips, x, slips.law, x[: len(slips.law.parameters)], options)
     problem.evaluate(problem.first)
     bends = shooting.straight(slips.ready, slips.law, x[: len(slips.law.parameters)])
-    return problem, solve_straight(problem, bends, progress=options.progress, tolerance=shooting.TOLERANCE)
+    fixed = options.given.fixed(problem)
+    found = solve_straight(problem, bends, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
+    return problem, found
 
 
-def cycle_problem(slips: ArcProblem, x: np.ndarray, law: FittableLaw, q: np.ndarray, options: Options) -> ArcProblem:
+def cycle_problem(
+    slips: ShootingProblem, x: np.ndarray, law: FittableLaw, q: np.ndarray, options: Options
+) -> ShootingProblem:
     """Cycles under a law from slip shooting solved at x. q: (m,) first values of the law's parameters."""
     ready = slips.ready
-    arcs = [replace(arc, bristles=_deflection(arc, ready.values, law, q)) for arc in cycle_arcs(slips, x)]
-    problem = arc_problem(ready, law, arcs, q, options.nuisance, slips.noise_known)
+    segments = [
+        replace(segment, bristles=_deflection(segment, ready.values, law, q)) for segment in cycle_segments(slips, x)
+    ]
+    problem = shooting_problem(ready, law, segments, q, options, slips.noise_known)
     return replace(problem, first=np.concatenate([q, x[len(slips.law.parameters) :]]))
 
 
-def _deflection(arc: Arc, rig: RigValues, law: FittableLaw, q: np.ndarray) -> float:
-    """Of the bristles in steady slip at the start of an arc, m; 0 for a law without any, as those of two discs are."""
-    stiffness = None if isinstance(law, JointLaw) else law.simulated(q, rig.N).get("sigma0")
+def _deflection(segment: ShootingSegment, rig: RigValues, law: FittableLaw, q: np.ndarray) -> float:
+    """Of the bristles in steady slip at the start of a segment, m; 0 for a law without any, as for two discs."""
+    stiffness = None if isinstance(law, JointLaw) else dict(zip(law.names, q, strict=True)).get("sigma0")
     if stiffness is None:
         return 0.0
-    drive = arc.drives[0]
-    slip = rig.r * float(np.interp(arc.start_time, drive.time, drive.value)) - rig.R * float(arc.guess[1])
-    return arc.sign * rig.N * float(law.value(np.array([abs(slip)]), q)[0]) / stiffness
+    drive = segment.drives[0]
+    slip = rig.r * float(np.interp(segment.start_time, drive.time, drive.value)) - rig.R * float(segment.guess[1])
+    return segment.sign * rig.N * float(law.value(np.array([abs(slip)]), q)[0]) / stiffness
 
 
-def cycle_arcs(slips: ArcProblem, x: np.ndarray) -> list[Arc]:
-    """One arc per cycle, and one from the last slip of a log to its end. slips: slip shooting, solved at x."""
-    ready, arcs = slips.ready, []
+def cycle_segments(slips: ShootingProblem, x: np.ndarray) -> list[ShootingSegment]:
+    """One segment per cycle, and one from the last slip of a log to its end. slips: slip shooting, solved at x."""
+    ready, segments = slips.ready, []
     for log, motion in enumerate(ready.motions):
-        mine = [number for number, arc in enumerate(slips.arcs) if arc.log == log]
-        begins = [float(slips.arcs[number].time[0]) for number in mine]
+        mine = [number for number, segment in enumerate(slips.segments) if segment.log == log]
+        begins = [float(slips.segments[number].time[0]) for number in mine]
         shown = measured(motion, ready.values.R)[0]
         ends = [begin - ONSET * ready.natural_period for begin in begins[1:]]
         for number, begin, end in zip(mine, begins, [*ends, np.inf], strict=True):
             inside = (motion.time >= begin) & (motion.time < end) & ~motion.filled
-            arcs.append(
+            segments.append(
                 replace(
-                    slips.arcs[number],
+                    slips.segments[number],
                     time=motion.time[inside],
                     measured=shown[inside],
-                    cluster=np.full(np.count_nonzero(inside), len(arcs)),
+                    cluster=np.full(np.count_nonzero(inside), len(segments)),
                     guess=slips.starts[number].at(x),
                 )
             )
-    return arcs
+    return segments
 
 
 ESTIMATOR = Estimator("whole-cycle", STRUCTURE, estimate)

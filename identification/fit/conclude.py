@@ -12,11 +12,22 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
+from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
-from identification.inference.choice import Inference, Inferred, infer
-from identification.inference.problem import Problem, Solution, determines, information, prior_precision
+from identification.inference.choice import Inference, infer
+from identification.inference.lmfit_exchange import Solved
+from identification.inference.problem import (
+    Problem,
+    Solution,
+    among,
+    determines,
+    information,
+    prior_precision,
+    searched,
+)
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -42,32 +53,36 @@ def conclude(
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
     """
-    _check_determined(problem, found, law)
-    shifts = _shifts(problem, found)
+    rest, seen, free = searched(problem, found)
+    count = len(law.parameters)
+    _check_determined(rest, seen, law)
+    shifts = _shifts(problem, found, rest, seen, free)
     instruments: np.ndarray | float = 0.0
     if "gain" in shifts:
-        by_sensor = np.stack([shifts["gain"], shifts["delay"]], axis=1)
+        by_sensor = np.stack([shifts["gain"][free], shifts["delay"][free]], axis=1)
         instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
-    count = len(law.parameters)
     names = [motion.log.name for motion in ready.motions]
-    known = infer(problem, found, asked, count=count, logs=names, instruments=instruments, progress=progress)
-    covariance = known.covariance
+    of_law = int(np.count_nonzero(free[:count]))
+    known = infer(rest, seen, asked, count=of_law, logs=names, instruments=instruments, progress=progress)
+    white = among(white_covariance(rest, seen), free)
+    covariance = among(known.covariance, free)
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
     constants, scale = _constants(problem, shifts, law, found.values)
-    every = _parameters(problem, found, known, scale)
+    bound = None if known.bound is None else among(known.bound, free)
+    every = _parameters(problem, found, (covariance, white, bound), scale)
     parameters, nuisance = every[:count], every[count:]
     rows = problem.rows(found.values)
     segments = len(np.unique(found.evaluation.cluster))
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=(*estimator.structure, *ready.assumed),
+        structure=(*estimator.structure, *ready.assumed, *_held(every)),
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
-        correlation=tuple(tuple(float(x) for x in row) for row in correlation(covariance[:count, :count])),
+        correlation=_correlations(known.covariance[:of_law, :of_law], free[:count]),
         constants=constants,
         logs=_summaries(ready, rows),
         bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),
@@ -82,9 +97,9 @@ def conclude(
         warnings=(
             *warnings,
             *ready.warnings,
-            *_doubts(law, found, parameters, segments),
-            *known.doubts,
-            *(elastic.doubts if elastic else ()),
+            *_warnings(law, found, parameters, segments),
+            *known.warnings,
+            *(elastic.warnings if elastic else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
@@ -92,12 +107,24 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        declaration="" if law.reference in LAWS.members() else law.reference,
+        solved=Solved(problem, found, covariance),
     )
 
 
-def _check_determined(problem: FrictionProblem, found: Solution, law: FittableLaw) -> None:
+def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """Of all parameters (m,), from the covariance of those searched; one that is held goes with no other."""
+    whole = among(correlation(covariance), free) + np.diag((~free).astype(float))
+    return tuple(tuple(float(x) for x in row) for row in whole)
+
+
+def _held(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
+    return tuple(f"{one.name} held at {one.value:g} {one.unit}" for one in parameters if one.held)
+
+
+def _check_determined(problem: Problem, found: Solution, law: FittableLaw) -> None:
     if not determines(information(problem, found.evaluation)):
-        names = [parameter.name for parameter in law.parameters]
+        names = [unknown.name for unknown in problem.unknowns if unknown.name in law.names]
         values = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, found.values, strict=False))
         raise StickslipError(
             f"The logs do not determine {', '.join(names)} of '{law.name}' one by one (found {values}): friction "
@@ -106,10 +133,14 @@ def _check_determined(problem: FrictionProblem, found: Solution, law: FittableLa
 
 
 def _parameters(
-    problem: FrictionProblem, found: Solution, known: Inferred, scale: np.ndarray
+    problem: FrictionProblem,
+    found: Solution,
+    covariances: tuple[np.ndarray, np.ndarray, np.ndarray | None],
+    scale: np.ndarray,
 ) -> tuple[FittedParameter, ...]:
-    deviation, plain = np.sqrt(np.diag(known.covariance)), np.sqrt(np.diag(white_covariance(problem, found)))
-    bound = None if known.bound is None else np.sqrt(np.diag(known.bound))
+    """All unknowns. covariances: (m, m), stated, as if residuals were white, and the bound of Cramer and Rao."""
+    deviation, plain, bound = (None if one is None else np.sqrt(np.diag(one)) for one in covariances)
+    assert deviation is not None and plain is not None
     return tuple(
         FittedParameter(
             name=spec.name,
@@ -118,8 +149,8 @@ def _parameters(
             standard_deviation=float(deviation[i]),
             plain_deviation=float(plain[i]),
             scale_deviation=float(scale[i]),
-            minimum=spec.minimum,
-            maximum=spec.maximum,
+            minimum=float(found.values[i]) if spec.name in found.fixed else spec.minimum,
+            maximum=float(found.values[i]) if spec.name in found.fixed else spec.maximum,
             at_bound=found.at_bound[i],
             description=spec.description,
             bound=None if bound is None else float(bound[i]),
@@ -139,15 +170,19 @@ def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
     return inverse * float(residual @ residual) / freedom
 
 
-def _shifts(problem: FrictionProblem, found: Solution) -> dict[str, np.ndarray]:
-    """First-order shifts of the estimate (m,) by what is taken as given, per its unit."""
-    gradient = found.evaluation.gradient
+def _shifts(
+    problem: FrictionProblem, found: Solution, rest: Problem, seen: Solution, free: np.ndarray
+) -> dict[str, np.ndarray]:
+    """First-order shifts of the estimate (m,) by what is taken as given, per its unit; rest, seen: what was searched of
+    it, the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
-    roots = np.sqrt(prior_precision(problem))
-    stacked = np.vstack([gradient, roots])
+    roots = np.sqrt(prior_precision(rest))
+    stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
     for name, slope in problem.by_held(found.values).items():
-        shifts[name] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
+        shift = np.zeros(len(free))
+        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
+        shifts[name] = shift
     return shifts
 
 
@@ -225,26 +260,27 @@ def _sensors(ready: Pool) -> dict[str, float]:
     }
 
 
-def _doubts(
+def _warnings(
     law: FittableLaw, found: Solution, parameters: tuple[FittedParameter, ...], segments: int
 ) -> tuple[str, ...]:
-    doubts = list(law.doubts(found.values))
+    warnings = list(law.warnings(found.values[: len(law.parameters)]))
     if not found.converged:
-        doubts.append(f"The search did not converge: {found.message}. The values are its last ones.")
+        warnings.append(f"The search did not converge: {found.message}. The values are its last ones.")
     for parameter in parameters:
         if parameter.at_bound:
-            doubts.append(
+            warnings.append(
                 f"{parameter.name} = {parameter.value:g} {parameter.unit} lies on a bound of the search "
                 f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for a value beyond "
                 "it, and its standard deviation says nothing."
             )
         elif parameter.standard_deviation > 0.5 * abs(parameter.value):
-            doubts.append(
-                f"{parameter.name} is hardly determined: {parameter.value:.3g} +- {parameter.standard_deviation:.2g} "
-                f"{parameter.unit}. Pool logs at more drive speeds."
+            warnings.append(
+                f"{parameter.name} is hardly determined: "
+                f"{value_with_sd(parameter.value, parameter.standard_deviation, parameter.unit)}. Pool logs at more "
+                "drive speeds."
             )
     if segments < FEW_SEGMENTS:
-        doubts.append(
+        warnings.append(
             f"Only {segments} slip segments: the standard deviations are themselves uncertain. Record longer."
         )
-    return tuple(doubts)
+    return tuple(warnings)

@@ -1,41 +1,30 @@
-"""The estimators by name. A new one is a file with ``ESTIMATOR`` and a line here."""
+"""From pooled logs to the fit of a friction law, by an estimator that is chosen by name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from importlib import import_module
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError, nearest
-from identification.estimators.base import Estimator, Options
+from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
+from identification.estimators.base import Options
 from identification.fit.conclude import conclude
 from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
-from identification.laws import LUGRE, find_law
+from identification.inference.lmfit_exchange import given
+from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
 
-ESTIMATORS = {
-    "shooting": "identification.estimators.shooting",
-    "whole-cycle": "identification.estimators.whole_cycle",
-    "lugre": "identification.estimators.lugre",
-    "weak-form": "identification.estimators.weak_form",
-    "savitzky-golay": "identification.estimators.savitzky_golay",
-}
+if TYPE_CHECKING:
+    from lmfit import Parameters
+
+SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by itself
 DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
-
-
-def estimator_named(name: str) -> Estimator:
-    """An estimator.
-
-    Raises:
-        StickslipError: there is none of this name.
-    """
-    if name not in ESTIMATORS:
-        raise StickslipError(f"There is no estimator '{name}'.{nearest(name, ESTIMATORS)}")
-    return import_module(ESTIMATORS[name]).ESTIMATOR
 
 
 def fit_friction(
@@ -44,25 +33,33 @@ def fit_friction(
     estimator: str = DEFAULT,
     law: str = "Conti",
     options: Options = DEFAULT_OPTIONS,
+    parameters: Parameters | None = None,
     inference: Inference = DEFAULT_INFERENCE,
     progress: Callable[[float], None] | None = None,
 ) -> FrictionFit:
     """Friction law from stick-slip logs of one rig, all pooled.
 
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
-    `measurement.pooling.pool` of them. An interrupt (Ctrl-C) once there is a solution ends the search for its
-    uncertainty, and the fit says so. inference: how its uncertainty is found, and ``progress`` the fraction of
-    that work done.
+    `measurement.pooling.pool` of them. law: as `find_law` takes it. parameters: first values, bounds and held
+    unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called
+    k_per_J). An interrupt (Ctrl-C) once there is a solution ends the search for its uncertainty, and the fit says so.
+    inference: how its uncertainty is found, and ``progress`` the fraction of that work done.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
     """
-    chosen = estimator_named(estimator)
+    if parameters is not None:
+        options = replace(options, given=given(parameters))
+    chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
-    if form is LUGRE and estimator != "lugre":
-        raise StickslipError(f"The law '{law}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip.")
+    if not form.sticks and estimator != "lugre":
+        raise StickslipError(
+            f"The law '{form.name}' is fitted by the estimator 'lugre': '{estimator}' sees no micro-slip."
+        )
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    sought = sought_law(form, ready.contacts, ready.arrangement)
+    sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
+    bristles = find_law("LuGre").names if estimator == "lugre" else ()
+    options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
     made = chosen.estimate(ready, sought, options)
     solved = (ready, made.estimator, made.problem, made.solution, made.law)
     try:

@@ -7,24 +7,33 @@ Two kinds of uncertainty are kept apart: ``standard_deviation`` is what noise an
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import existing
+from fmu_models.base.shown import Pictured, Shown
 from identification.inference.identifiability import Collinearity
+from identification.inference.lmfit_exchange import Given, Solved
+from identification.inference.problem import identifier
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
 from identification.inference.whiteness import Whiteness, whiteness_from
 from identification.measurement.presliding import PreSliding
 
+if TYPE_CHECKING:
+    import pandas
+    from lmfit import Minimizer
+
 VERSION = 2  # of the format of a fit
 
 
 @dataclass(frozen=True)
-class FittedParameter:
+class FittedParameter(Shown):
     """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
     white (for comparison); scale_deviation: from the rig's constants; bounds of the search; ``at_bound``: it ended on
     one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not known.
@@ -43,6 +52,11 @@ class FittedParameter:
     bound: float | None = None
 
     @property
+    def held(self) -> bool:
+        """Whether it was held at its value rather than found: its bounds are one."""
+        return self.minimum == self.maximum
+
+    @property
     def efficiency(self) -> float | None:
         """Variance of the Cramer-Rao bound over the stated one: 1 is the best that the sensors allow (a stated one
         below the bound is chance, and counts as 1); None where their noise is not known."""
@@ -57,7 +71,7 @@ class FittedParameter:
 
 
 @dataclass(frozen=True)
-class Constant:
+class Constant(Shown):
     """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter (None where
     it is zero)."""
 
@@ -97,7 +111,7 @@ class SpeedBin:
 
 
 @dataclass(frozen=True)
-class FrictionFit:
+class FrictionFit(Pictured):
     """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
     and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
 
@@ -106,7 +120,9 @@ class FrictionFit:
     motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder;
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
-    apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one.
+    apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
+    declaration: file or module of a law that is none of ours.
+    solved: the problem behind it, None in a fit that was read back.
     """
 
     estimator: str
@@ -134,6 +150,42 @@ class FrictionFit:
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
+    declaration: str = ""
+    solved: Solved | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each parameter: value, standard deviations, 95 % interval from noise, bound of Cramer and Rao."""
+        import pandas
+
+        ends = {one.name: (one.low, one.high) for one in self.intervals}
+        rows = [
+            {
+                "value": one.value,
+                "unit": one.unit,
+                "sd_noise": one.standard_deviation,
+                "sd_constants": one.scale_deviation,
+                **dict(zip(("low", "high"), ends.get(one.name, self.interval(one.name)), strict=True)),
+                "sd_bound": one.bound,
+                "efficiency": one.efficiency,
+                "at_bound": one.at_bound,
+            }
+            for one in self.parameters
+        ]
+        return pandas.DataFrame(rows, index=pandas.Index([one.name for one in self.parameters], name="parameter"))
+
+    def _heading(self) -> str:
+        where = " and ".join(self.contacts) + (f", {' and '.join(self.materials)}" if self.materials else "")
+        return (
+            f"FrictionFit: {self.law} law of {where} ({self.estimator}, {self.segments} slips of {len(self.logs)} logs)"
+        )
+
+    def _contents(self) -> Mapping[str, Any]:
+        found = {
+            one.name: f"{one.value:.6g} +- {one.total_deviation:.2g}" + ("" if one.unit == "1" else f" {one.unit}")
+            for one in self.parameters
+        }
+        return found | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
 
     def __getitem__(self, name: str) -> FittedParameter:
         """A parameter by name.
@@ -155,9 +207,30 @@ class FrictionFit:
         raise StickslipError(f"The fit took no constant '{name}'.{nearest(name, [c.name for c in self.constants])}")
 
     @property
+    def law_reference(self) -> str:
+        """What `identification.laws.find_law` finds the law by."""
+        return self.declaration or self.law
+
+    @property
     def law_values(self) -> np.ndarray:
         """Values (m,) of the parameters, in order."""
         return np.array([parameter.value for parameter in self.parameters])
+
+    @property
+    def given(self) -> Given:
+        """Bounds of the search and values held, as they were given to the fit."""
+        bounds = {identifier(q.name): (q.minimum, q.maximum) for q in self.parameters if not q.held}
+        return Given(bounds=bounds, held={identifier(q.name): q.value for q in self.parameters if q.held})
+
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
+        """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.
+
+        Raises:
+            StickslipError: it was read from a file, which holds no logs.
+        """
+        if self.solved is None:
+            raise StickslipError("This fit was read from a file, which holds no logs. Fit the logs again for lmfit.")
+        return self.solved.to_lmfit()
 
     def interval(self, name: str, level: float = 0.95, *, with_scale: bool = False) -> tuple[float, float]:
         """Confidence interval of a parameter (Student's t, one degree of freedom for each slip segment to spare)."""
@@ -168,7 +241,9 @@ class FrictionFit:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`."""
-        return {"type": "stickslip friction fit", "version": VERSION, **asdict(self)}
+        plain = asdict(replace(self, solved=None))
+        del plain["solved"]
+        return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
         """The result as JSON text; the inverse of `from_json`."""
@@ -217,3 +292,18 @@ class FrictionFit:
             return FrictionFit(**values)
         except (KeyError, TypeError) as error:
             raise StickslipError(f"The fitted law is incomplete or has an unknown entry: {error}.") from error
+
+
+def read_fit(path: str | os.PathLike[str]) -> FrictionFit:
+    """A result of 'stickslip fit --result', or of `FrictionFit.to_json` in a file.
+
+    Raises:
+        StickslipError: there is none, or it cannot be read.
+    """
+    file = existing(path, "fit", " Make one: stickslip fit LOGS --result FILE.json")
+    try:
+        return FrictionFit.from_json(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise StickslipError(
+            f"'{path}' cannot be read ({error}). Give a result of 'stickslip fit --result'."
+        ) from error

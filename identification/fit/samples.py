@@ -15,12 +15,13 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     """Friction coefficient against slip speed on each driving disc.
 
     Of one disc: at every sample, from the motion alone. Of two: averages over windows in which it touches, with the
-    fitted friction of the other taken off.
+    fitted friction of the other taken off, and what the law's bend within a window adds to its value at the mean slip
+    speed.
 
     Raises:
         StickslipError: no slip of the logs holds a window.
     """
-    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
+    law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
         return {ready.contacts[0]: friction_samples(ready)}
     from identification.estimators.two_discs import joint_rows
@@ -29,9 +30,10 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     found = {}
     for place, contact in enumerate(ready.contacts):
         mine = rows.place == place
+        there = law.single.value(rows.speed[mine], fit.law_values[law.of_disc(place)])
         found[contact] = FrictionSamples(
             slip=rows.speed[mine],
-            coefficient=rows.measured[mine],
+            coefficient=rows.measured[mine] - rows.fitted[mine] + there,
             cluster=rows.cluster[mine],
             log=rows.log[mine],
             weight=np.ones(np.count_nonzero(mine)),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.measurement.pooling import RigValues, rig_values
@@ -42,7 +43,7 @@ class SimulatedMotion:
 
 
 @dataclass(frozen=True, eq=False)
-class FittedModel:
+class FittedModel(Shown):
     """The FMU of the rig and the values it runs with.
 
     contacts: discs that touch; arrangement: of two discs, as in `logs.log.Experiment`; parameters: of the FMU, by
@@ -210,13 +211,13 @@ def fitted_model(
     """
     contacts = contacts or fit.contacts
     arrangement = arrangement_of(fit) if len(contacts) > 1 else "together"
-    law = find_law(fit.law).model
+    law = find_law(fit.law_reference)
     if scene is not None:
         fmu, start = _of_scene(fit, scene, contacts)
     else:
-        laws = dict.fromkeys(contacts, law) if law else {}
+        laws = dict.fromkeys(contacts, law.reference)
         fmu, start = _built(MODELS[arrangement], contacts, laws, fmi_version), {}
-    sticks = law != BRISTLES and not (scene is not None and BRISTLES in scene.laws.values())
+    sticks = law.sticks and not (scene is not None and BRISTLES in scene.laws.values())
     values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
     return FittedModel(fmu, contacts, arrangement, values, start, sticks)
 
@@ -265,14 +266,13 @@ def rig_constants(fit: FrictionFit) -> dict[str, float]:
 def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     """Parameters of the rig's FMU by name, in its units: fitted law and constants, for `simulate` or for an FMU to hand
     on."""
-    found, law = rig_constants(fit), find_law(fit.law)
+    found, law = rig_constants(fit), find_law(fit.law_reference)
     contacts = fit.contacts
     for contact in contacts:
         number = contact[-1]
         # of two discs the names end in the number of theirs, as those of the FMU do
         suffix = number if len(contacts) > 1 else ""
-        values = np.array([fit[f"{name}{suffix}"].value for name in law.names])
-        found |= {f"{name}{number}": value for name, value in law.simulated(values, found[f"N{number}"]).items()}
+        found |= {f"{name}{number}": fit[f"{name}{suffix}"].value for name in law.names}
     for one in (*fit.parameters, *fit.constants, *fit.nuisance):
         if one.name in CHANGEOVER.values():
             found[one.name] = one.value

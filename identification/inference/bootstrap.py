@@ -11,9 +11,7 @@ Source: Kuensch (1989), Ann. Statist. 17, 1217 (blocks); Davison & Hinkley (1997
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -21,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import in_processes
 from identification.inference.problem import Evaluation, Problem, Solution, Unknown, solve
 from identification.inference.profile import Interval
 
@@ -54,7 +53,7 @@ class Draws:
         return Interval(name, level, float(low), float(high), "bootstrap")
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What to say of draws that are missing."""
         said = []
         if self.interrupted:
@@ -87,18 +86,18 @@ def bootstrap(
         raise StickslipError(f"A bootstrap of {draws} draws gives no standard deviation; take 200.")
     strata = _strata(found.evaluation)
     work = _Work(problem, found.values, strata, seed)
-    estimates: list[np.ndarray | None] = []
+    estimates: dict[int, np.ndarray | None] = {}
     interrupted = False
     try:
-        for estimate in _estimates(work, draws, processes):
-            estimates.append(estimate)
+        for number, estimate in _estimates(work, draws, processes):
+            estimates[number] = estimate
             if progress is not None:
                 progress(len(estimates) / draws)
     except KeyboardInterrupt:
-        if sum(one is not None for one in estimates) < LEAST:
+        if sum(one is not None for one in estimates.values()) < LEAST:
             raise
         interrupted = True
-    good = [one for one in estimates if one is not None]
+    good = [one for _, one in sorted(estimates.items()) if one is not None]
     if len(good) < LEAST:
         raise StickslipError(
             f"Only {len(good)} of {len(estimates)} draws of the bootstrap could be fitted: the logs hardly determine "
@@ -172,47 +171,17 @@ def _moved(unknown: Unknown, rng: np.random.Generator) -> Unknown:
     return replace(unknown, prior=replace(prior, value=float(value)))
 
 
-def _estimates(work: _Work, draws: int, processes: int | None) -> Iterator[np.ndarray | None]:
-    """The draws' estimates as they are finished: the first here, the others in processes where these pay."""
+def _estimates(work: _Work, draws: int, processes: int | None) -> Iterator[tuple[int, np.ndarray | None]]:
+    """Numbers and estimates of the draws as they are finished: the first here, the others in processes if these pay."""
     begin = time.perf_counter()
-    yield work.draw(0)
+    yield 0, work.draw(0)
     remaining = (time.perf_counter() - begin) * (draws - 1)
     count = min(processes or os.cpu_count() or 1, draws - 1)
     if count < 2 or (processes is None and remaining < PATIENCE):
         for number in range(1, draws):
-            yield work.draw(number)
+            yield number, work.draw(number)
         return
-    context = multiprocessing.get_context("spawn")
-    with _single_threaded(), context.Pool(count, _prepare, (work,)) as pool:
-        yield from pool.imap_unordered(_draw, range(1, draws))
-
-
-class _single_threaded:
-    """Processes started here use one thread each: the cores are shared by the processes already."""
-
-    NAMES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
-    def __enter__(self) -> None:
-        self.kept = {name: os.environ.get(name) for name in self.NAMES}
-        os.environ.update(dict.fromkeys(self.NAMES, "1"))
-
-    def __exit__(self, *_: object) -> None:
-        for name, value in self.kept.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-_work: _Work | None = None
-
-
-def _prepare(work: _Work) -> None:
-    global _work
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt means
-    _work = work
-
-
-def _draw(number: int) -> np.ndarray | None:
-    assert _work is not None
-    return _work.draw(number)
+    for job, estimate in in_processes(work.draw, [(n,) for n in range(1, draws)], processes=count, threads=1):
+        if isinstance(estimate, Exception):
+            raise estimate
+        yield job + 1, estimate

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.inference.bootstrap import LEAST, Draws, bootstrap
+from fmu_models.base.shown import Shown
+from identification.inference.bootstrap import LEAST, bootstrap
 from identification.inference.bound import cramer_rao
 from identification.inference.identifiability import Collinearity, collinearity
 from identification.inference.problem import Problem, Solution, prior_precision
@@ -24,7 +25,7 @@ BETTER = 1e-6  # relative fall of the sum of squares, met by a profile, that is 
 
 
 @dataclass(frozen=True)
-class Inference:
+class Inference(Shown):
     """What is asked for. covariance: "jackknife" over clusters, "hac" (Newey-West) or "bootstrap" of clusters with
     ``draws`` full refits from ``seed``; profile: whether to profile each parameter's likelihood; level: of intervals.
 
@@ -57,7 +58,7 @@ class Inferred:
     intervals: tuple[Interval, ...]
     collinearity: Collinearity
     whiteness: Whiteness
-    doubts: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def infer(
@@ -83,33 +84,33 @@ def infer(
     if asked.covariance == "bootstrap":
         step = None if progress is None else lambda done: progress(share * done)
         draws = bootstrap(problem, found, draws=asked.draws, seed=asked.seed, progress=step)
-    covariance = _covariance(problem, found, asked, draws) + instruments
+    covariance = draws.covariance if draws else coloured_covariance(problem, found, asked.covariance)
+    covariance = covariance + instruments
     names = [unknown.name for unknown in problem.unknowns[:count]]
     collinear = collinearity(problem, found, covariance)
     white = whiteness(found.evaluation, logs)
-    doubts = [*collinear.doubts, *white.doubts, *(draws.doubts if draws else ())]
+    warnings = [*collinear.warnings, *white.warnings, *(draws.warnings if draws else ())]
     intervals: tuple[Interval, ...] = ()
     if asked.profile:
         rest = None if progress is None else lambda done: progress(1 - (1 - done) * share)
         quantile = student(len(np.unique(found.evaluation.cluster)) - count, asked.level)
         profiles = profile(problem, found, covariance, names, quantile=quantile, level=asked.level, progress=rest)
         intervals = profiles.intervals
-        doubts += _open_ends(intervals)
+        warnings += _open_ends(intervals)
         if profiles.lowest < 1 - BETTER:
-            doubts.append(
+            warnings.append(
                 f"The profile met a better fit (sum of squares {100 * (1 - profiles.lowest):.2g} % lower): the search "
                 "had stopped in a local minimum. Start it elsewhere, with another estimator before it."
             )
     elif draws is not None and np.ndim(instruments) == 0:
         intervals = tuple(draws.interval(place, name, asked.level) for place, name in enumerate(names))
-    return Inferred(covariance, cramer_rao(problem, found), intervals, collinear, white, tuple(doubts))
+    return Inferred(covariance, cramer_rao(problem, found), intervals, collinear, white, tuple(warnings))
 
 
-def _covariance(problem: Problem, found: Solution, asked: Inference, draws: Draws | None) -> np.ndarray:
+def coloured_covariance(problem: Problem, found: Solution, kind: str) -> np.ndarray:
+    """Covariance (m, m) of all unknowns that allows for coloured residuals. kind: "jackknife" or "hac"."""
     here, prior = found.evaluation, prior_precision(problem)
-    if draws is not None:
-        return draws.covariance
-    if asked.covariance == "hac":
+    if kind == "hac":
         return newey_west(here.gradient, here.residual, log=here.log, prior=prior)
     return clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior)
 

@@ -60,7 +60,7 @@ class Collinearity:
         return moves
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What to say where the logs leave a direction open."""
         if not self.blurred:
             return ()

@@ -11,10 +11,12 @@ from a `Problem` and its `Solution`.
 
 from __future__ import annotations
 
+import keyword
+import re
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -110,6 +112,60 @@ class Solution:
     fixed: tuple[str, ...] = field(default=())
 
 
+@dataclass(frozen=True, eq=False)
+class Held(Problem):
+    """What is left of a problem when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
+
+    problem: Problem
+    values: np.ndarray
+    free: np.ndarray
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those left
+        return tuple(one for one, free in zip(self.problem.unknowns, self.free, strict=True) if free)
+
+    @property
+    def noise_known(self) -> bool:  # type: ignore[override]  # that of the problem
+        return self.problem.noise_known
+
+    def full(self, x: np.ndarray) -> np.ndarray:
+        """All unknowns (m,) from those left."""
+        whole = self.values.copy()
+        whole[self.free] = x
+        return whole
+
+    def start(self) -> np.ndarray:
+        """Where the problem was solved."""
+        return self.values[self.free]
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        """As the problem, with the gradient by those left."""
+        found = self.problem.evaluate(self.full(x))
+        return replace(found, gradient=found.gradient[:, self.free])
+
+    def resampled(self, clusters: np.ndarray) -> Held:
+        """As in `Problem`."""
+        return replace(self, problem=self.problem.resampled(clusters))
+
+
+def searched(problem: Problem, found: Solution) -> tuple[Problem, Solution, np.ndarray]:
+    """A solved problem without the unknowns that were held, and which (m,) were not: what can be uncertain."""
+    free = np.array([unknown.name not in found.fixed for unknown in problem.unknowns])
+    if free.all():
+        return problem, found, free
+    here = found.evaluation
+    at_bound = tuple(at for at, one in zip(found.at_bound, free, strict=True) if one)
+    rest = replace(found, values=found.values[free], evaluation=replace(here, gradient=here.gradient[:, free]))
+    return Held(problem, found.values, free), replace(rest, at_bound=at_bound, fixed=()), free
+
+
+def among(matrix: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """A matrix of the unknowns that were searched among all (m, m), 0 for those held."""
+    whole = np.zeros((len(free),) * 2)
+    whole[np.ix_(free, free)] = matrix
+    return whole
+
+
 def prior_precision(problem: Problem) -> np.ndarray:
     """What is known beforehand, (m, m): 1/sd^2 on the diagonal, 0 where there is no prior."""
     known = [0.0 if u.prior is None else 1 / u.prior.standard_uncertainty**2 for u in problem.unknowns]
@@ -141,6 +197,27 @@ def lmfit_alone() -> Any:
     return lmfit
 
 
+def identifier(name: str) -> str:
+    """The name of an unknown as lmfit takes it: k/J is k_per_J, F+ is F_plus."""
+    words = name.replace("/", "_per_").replace("+", "_plus").replace("-", "_minus")
+    found = re.sub(r"\W", "_", words)
+    return f"x_{found}" if not found.isidentifier() or keyword.iskeyword(found) else found
+
+
+def lmfit_parameters(problem: Problem, values: np.ndarray, free: np.ndarray) -> Any:
+    """The unknowns as `lmfit.Parameters`, in their order. values: (m,); free: (m,) whether each is to be varied."""
+    parameters = lmfit_alone().Parameters()
+    for unknown, value, vary in zip(problem.unknowns, values, free, strict=True):
+        name = identifier(unknown.name)
+        parameters.add(name, value=float(value), min=unknown.minimum, max=unknown.maximum, vary=bool(vary))
+    return parameters
+
+
+def values_of(parameters: Any) -> np.ndarray:
+    """Values (m,) of `lmfit.Parameters`, in their order."""
+    return np.array([parameter.value for parameter in parameters.values()])
+
+
 def solve(
     problem: Problem,
     start: np.ndarray | None = None,
@@ -162,7 +239,7 @@ def solve(
     for name in fixed:
         if name not in names:
             raise StickslipError(f"The problem has no unknown '{name}'.{nearest(name, names)}")
-    search = _Search(problem, [name not in fixed for name in names], progress)
+    search = Search(problem, [name not in fixed for name in names], progress)
     begin = np.array(problem.start() if start is None else start, dtype=float)
     begin[[names.index(name) for name in fixed]] = list(fixed.values())
     if not search.free.any():
@@ -177,7 +254,7 @@ def solve(
     )
 
 
-class _Search:
+class Search:
     """One run of lmfit: residual and gradient from one evaluation, rows of priors appended."""
 
     def __init__(self, problem: Problem, free: list[bool], progress: Progress | None) -> None:
@@ -195,12 +272,7 @@ class _Search:
         low, high = self.bounds
         room = np.where(np.isfinite(high - low), INSIDE * (high - low), INSIDE)
         begin = np.where(self.free, np.clip(begin, low + room, high - room), begin)
-        parameters = lmfit.Parameters()
-        for place, value in enumerate(begin):
-            # names of unknowns such as k/J are no identifiers
-            parameters.add(
-                f"x{place}", value=float(value), min=low[place], max=high[place], vary=bool(self.free[place])
-            )
+        parameters = lmfit_parameters(self.problem, begin, self.free)
         rows = len(self.at(begin)[0])
         if rows <= int(self.free.sum()):
             names = ", ".join(u.name for u, free in zip(self.problem.unknowns, self.free, strict=True) if free)
@@ -209,24 +281,21 @@ class _Search:
                 "at more drive speeds."
             )
 
-        def x(p: Any) -> np.ndarray:
-            return np.array([p[f"x{place}"].value for place in range(len(begin))])
-
         # lmfit computes a covariance of its own (not used here), which for an exact fit divides zero by zero; a step
         # to where the model cannot be evaluated gives infinite residuals, which the trust region answers by shrinking
         with np.errstate(invalid="ignore", divide="ignore"):
             found = lmfit.Minimizer(
-                lambda p: self.at(x(p))[0], parameters, nan_policy="propagate", calc_covar=False
+                lambda p: self.at(values_of(p))[0], parameters, nan_policy="propagate", calc_covar=False
             ).minimize(
                 method="least_squares",
-                jac=lambda p: self.at(x(p))[1],
+                jac=lambda p: self.at(values_of(p))[1],
                 x_scale="jac",
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=tolerance,
                 max_nfev=EVALUATIONS,
             )
-        return x(found.params), bool(found.success), str(found.message)
+        return values_of(found.params), bool(found.success), str(found.message)
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual (n + priors,) and gradient by the free unknowns."""

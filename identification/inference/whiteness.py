@@ -75,7 +75,7 @@ class Whiteness:
         return tuple(one.log for one in self.logs if one.course is not None and one.course * tested < REPEATED)
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """Sentences where the residuals show that the model is wrong."""
         said = []
         if self.beyond:

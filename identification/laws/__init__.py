@@ -1,27 +1,40 @@
-"""Friction laws that can be fitted: one file each, with the law as ``LAW``.
-
-Coulomb is the simplest to copy for a new one.
-"""
+"""Friction laws that can be fitted: those of ``fmu_models/language/laws`` and the user's own."""
 
 from __future__ import annotations
 
-from fmu_models.base.errors import StickslipError, nearest
-from identification.laws import conti, conti_viscous, coulomb, coulomb_viscous, lugre, stribeck
-from identification.laws.law import FittableLaw
+import re
+from functools import cache
+from pathlib import Path
 
-LAWS = {m.LAW.name: m.LAW for m in (coulomb, coulomb_viscous, conti, conti_viscous, stribeck)}
-"""By name, the simplest first; each a function of slip speed, which every estimator can fit."""
-LUGRE = lugre.LAW
-"""More than a function of slip speed: the estimator of its name fits it."""
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.codegen.law_functions import own_laws
+from fmu_models.language.laws import LAWS
+from identification.laws.law import FittableLaw, fittable
+
+__all__ = ["FittableLaw", "find_law", "slip_laws"]
+
+
+@cache
+def _own() -> dict[str, FittableLaw]:
+    """Our own by what people call them, the simplest first."""
+    return {law.name: fittable(law.reference) for law in own_laws().values()}
+
+
+def slip_laws() -> dict[str, FittableLaw]:
+    """Those of our own that are functions of slip speed alone, which every estimator can fit."""
+    return {name: law for name, law in _own().items() if law.sticks}
 
 
 def find_law(name: str) -> FittableLaw:
-    """A law by its name.
+    """A law by what people call it, or by its name, file or module as in ``LAWS``.
 
     Raises:
-        StickslipError: there is none of that name.
+        StickslipError: there is none, it fails, or it cannot be fitted.
     """
-    known = {**LAWS, LUGRE.name: LUGRE}
-    if name not in known:
-        raise StickslipError(f"There is no friction law '{name}'.{nearest(name, known)}")
-    return known[name]
+    if name in _own():
+        return _own()[name]
+    if re.search(r"\.py(:\w+)?$", name):
+        return fittable(str(Path(name).absolute()))
+    if ":" not in name and name not in LAWS.names():
+        raise StickslipError(f"There is no friction law '{name}'.{nearest(name, _own())}")
+    return fittable(name)

@@ -7,11 +7,13 @@ last where the angle decides which disc touches.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from identification.laws.law import FittableLaw, LawParameter
+from fmu_models.language.law_parameter import LawParameter
+from identification.laws.law import FittableLaw
 from rig_io.logs.arrangement import CHANGEOVER, Arrangement
 
 DISCS = (0, 1)
@@ -20,12 +22,12 @@ DISCS = (0, 1)
 EDGES = {"sequential": (1.0, 1.0), "overlapping": (1.0, -1.0)}
 
 _CHANGEOVERS = {
-    "theta_s": LawParameter("theta_s", "rad", -1.5, 1.5, "angle from which on disc 1 is touched instead of disc 0"),
-    "alpha": LawParameter("alpha", "rad", 0.0, 1.5, "both discs are touched at angles from -alpha to alpha"),
+    "theta_s": LawParameter("theta_s", 0.0, "rad", "angle from which on disc 1 is touched, not disc 0", -1.5, 1.5),
+    "alpha": LawParameter("alpha", 0.0, "rad", "both discs are touched at angles from -alpha to alpha", 0.0, 1.5),
 }
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class JointLaw(FittableLaw):
     """A law of two discs. ``value`` and ``gradient`` are of slip speeds (..., 2), the last axis the disc.
 
@@ -34,6 +36,18 @@ class JointLaw(FittableLaw):
 
     single: FittableLaw
     arrangement: Arrangement
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As in `FittableLaw`."""
+        return _again, (self.single, self.arrangement, self.parameters)
+
+    def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        """First guess, as in `FittableLaw`, disc by disc; v, mu: (n, 2)."""
+        return np.concatenate([self.single.start(v[:, d], mu[:, d]) for d in DISCS])
+
+    def warnings(self, q: np.ndarray) -> tuple[str, ...]:
+        """Those of each disc."""
+        return tuple(f"Disc {d}: {said}" for d in DISCS for said in self.single.warnings(q[self.of_disc(d)]))
 
     @property
     def changeover(self) -> str | None:
@@ -64,12 +78,6 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
             slopes[d * count : (d + 1) * count, ..., d] = single.gradient(v[..., d], q[d * count : (d + 1) * count])
         return slopes
 
-    def start(v: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        return np.concatenate([single.start(v[:, d], mu[:, d]) for d in DISCS])
-
-    def doubts(q: np.ndarray) -> tuple[str, ...]:
-        return tuple(f"Disc {d}: {said}" for d in DISCS for said in single.doubts(q[d * count : (d + 1) * count]))
-
     named = CHANGEOVER.get(arrangement)
     parameters = (
         *(
@@ -79,9 +87,12 @@ def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
         ),
         *([] if named is None else [_CHANGEOVERS[named]]),
     )
-    form = {one.name: getattr(single, one.name) for one in fields(single)}
-    made = {"parameters": parameters, "value": value, "gradient": gradient, "start": start, "doubts": doubts}
-    return JointLaw(**form | made, single=single, arrangement=arrangement)
+    made = {"parameters": parameters, "value": value, "gradient": gradient}
+    return JointLaw(**vars(single) | made, single=single, arrangement=arrangement)
+
+
+def _again(single: FittableLaw, arrangement: Arrangement, parameters: tuple[LawParameter, ...]) -> JointLaw:
+    return replace(joint_law(single, arrangement), parameters=parameters)
 
 
 def sought_law(single: FittableLaw, contacts: Sequence[str], arrangement: Arrangement) -> FittableLaw:

@@ -18,7 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.motion import DiscMotion, EdgeEquations, SensorFit
-from identification.measurement.sensor_checks import clipped_doubt, delay_doubts, resolution_advice, stray_doubt
+from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
@@ -80,7 +80,7 @@ def disc_motion(log: RigLog) -> DiscMotion:
     stray = _stray(angle, float(np.median(np.diff(stamps))))
     if _by_laser(log):
         stray |= np.isnan(angle) & ~clipped & np.isfinite(log.column("laser"))
-    doubts = (*clipped_doubt(log, clipped), *stray_doubt(log, stray))
+    warnings = (*clipped_warning(log, clipped), *stray_warning(log, stray))
     good = np.isfinite(angle) & ~stray
     if np.mean(good) < 0.5:
         raise StickslipError(
@@ -95,7 +95,7 @@ def disc_motion(log: RigLog) -> DiscMotion:
     filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
     angle = np.interp(time, stamps[good], angle[good])
     drives = np.stack([smooth_drive(log, time, int(contact[-1])) for contact in log.contacts])
-    return DiscMotion(log, time, angle, drives, filled, (*doubts, *said))
+    return DiscMotion(log, time, angle, drives, filled, (*warnings, *said))
 
 
 def _check_counts(log: RigLog) -> None:
@@ -141,16 +141,16 @@ def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, .
             "Record with a clock of the recorder, not with that of a program."
         )
     time = stamps[0] + step * np.arange(int((stamps[-1] - stamps[0]) / step + 1e-6) + 1)
-    doubts = []
+    warnings = []
     if jitter > UNEVEN / 2:
-        doubts.append(
+        warnings.append(
             f"Log '{name}' is sampled unevenly: intervals depart from {step:g} s by {100 * jitter:.2g} % (rms), at "
             f"most by {np.max(np.abs(single - step)):.2g} s. Its angle was interpolated at even times."
         )
     lost = int(np.sum(np.round(intervals[intervals >= 1.5 * usual] / step) - 1))
     if lost:
-        doubts.append(f"Log '{name}' lacks {lost} samples; slips that hold one are left out.")
-    return time, tuple(doubts)
+        warnings.append(f"Log '{name}' lacks {lost} samples; slips that hold one are left out.")
+    return time, tuple(warnings)
 
 
 def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
@@ -216,8 +216,8 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
             f"{advice}"
         )
     covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
-    doubts = delay_doubts(usable, equations, -residual)
-    fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, doubts)
+    warnings = delay_warnings(usable, equations, -residual)
+    fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, warnings)
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
 
 

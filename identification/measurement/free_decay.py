@@ -10,6 +10,7 @@ torque). Source: disc_rig paper, section 3.2 (natural frequency and decay of the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from identification.inference.uncertainty import newey_west
 from rig_io.logs.log import RigLog
 
@@ -25,12 +27,12 @@ FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would 
 
 
 @dataclass(frozen=True)
-class FreeDecay:
+class FreeDecay(Shown):
     """What a free decay tells.
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included).
     rest: rad, angle at rest (zero of the angle sensor); amplitude: rad, first swing used; rms_residual: rad; cycles
-    used.
+    used; stated: which of k/J and c/J were set by the user instead.
     """
 
     stiffness_ratio: float
@@ -43,6 +45,15 @@ class FreeDecay:
     cycles: float
     log: str = ""
     warnings: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
+
+    def with_ratios(self, ratios: Mapping[str, float]) -> FreeDecay:
+        """With k/J (1/s^2) or c/J (1/s) as stated, without uncertainty, in place of its own."""
+        changed: dict[str, Any] = {"stated": tuple(ratios)}
+        for name, field in (("k/J", "stiffness_ratio"), ("c/J", "damping_ratio")):
+            if name in ratios:
+                changed |= {field: ratios[name], f"{field}_deviation": 0.0}
+        return replace(self, **changed)
 
     @property
     def natural_period(self) -> float:
@@ -111,8 +122,9 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
     linear = np.linalg.lstsq(basis, angle, rcond=None)[0]
     error = basis @ linear - angle
     gradient = _gradient(time, found.x, linear, basis)
+    # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a swing
     period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
-    covariance = newey_west(gradient, error, lags=max(period_samples // 4, 1))[:2, :2]
+    covariance = newey_west(gradient, error, reach=max(period_samples // 4, 1))[:2, :2]
     # d(k/J) = 2 a da + 2 w dw
     to_ratio = np.array([2 * rate, 2 * frequency])
     rms = float(np.sqrt(np.mean(error**2)))
@@ -126,7 +138,7 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
         rms_residual=rms,
         cycles=float(frequency * time[-1] / (2 * np.pi)),
         log=name,
-        warnings=_doubts(time, error, frequency, scale),
+        warnings=_warnings(time, error, frequency, scale),
     )
 
 
@@ -182,7 +194,7 @@ def _no_decay(name: str, rate: float) -> StickslipError:
     )
 
 
-def _doubts(time: np.ndarray, error: np.ndarray, frequency: float, scale: float) -> tuple[str, ...]:
+def _warnings(time: np.ndarray, error: np.ndarray, frequency: float, scale: float) -> tuple[str, ...]:
     """Warn where a viscous decay does not describe the data: residuals that swing with the disc."""
     lag = round(np.pi / frequency / 4 / float(np.median(np.diff(time))))
     smooth = np.convolve(error, np.ones(lag) / lag, mode="valid")

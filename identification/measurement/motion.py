@@ -19,7 +19,7 @@ class SensorFit:
 
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
-    encoder); doubts: where the delay is not one and the same, in words.
+    encoder); warnings: where the delay is not one and the same, in words.
     """
 
     gain: float = 0.0
@@ -27,7 +27,7 @@ class SensorFit:
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
     rms: float = 0.0
     lines: int = 0
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class DiscMotion:
 
     time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
     the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
-    estimator uses a segment that holds one); doubts: what was done to the samples, in words.
+    estimator uses a segment that holds one); warnings: what was done to the samples, in words.
     """
 
     log: RigLog
@@ -44,7 +44,7 @@ class DiscMotion:
     angle: np.ndarray
     drives: np.ndarray
     filled: np.ndarray
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def drive(self) -> np.ndarray:

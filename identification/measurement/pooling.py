@@ -14,11 +14,12 @@ from typing import TypeVar
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion, SensorFit
-from identification.measurement.sensor_checks import check_stick_speed, drive_doubts
+from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
 from rig_io.logs.arrangement import Arrangement
 from rig_io.logs.log import RIG_UNITS, RigLog
@@ -54,7 +55,7 @@ class RigValues:
 
 
 @dataclass(frozen=True, eq=False)
-class Pool:
+class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
     time."""
@@ -159,8 +160,8 @@ def pool(
 
     found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
     motions = tuple(motion for motion, _ in found)
-    doubts = [f"Log '{log.name}': {doubt}" for log in (*sliding, *decays) for doubt in log.doubts]
-    doubts += [doubt for motion in motions for doubt in (*motion.doubts, *drive_doubts(motion))]
+    warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
+    warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     return Pool(
         motions,
         tuple(segment for _, segments in found for segment in segments),
@@ -170,7 +171,7 @@ def pool(
         materials,
         arrangement,
         threshold,
-        (*doubts, *unfit, *empty, *sensors.doubts, *_doubts(sliding, sensors, free_decay)),
+        (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, free_decay)),
     )
 
 
@@ -211,7 +212,7 @@ def _usable(
     Raises:
         StickslipError: a whole log is refused, or no part is left.
     """
-    made, doubts, refused = [], [], None
+    made, warnings, refused = [], [], None
     for name, part in parts:
         try:
             made.append(make(part))
@@ -219,10 +220,10 @@ def _usable(
             if name not in split:
                 raise
             refused = error
-            doubts.append(f"'{name}', one of several pieces, was left out. {error}")
+            warnings.append(f"'{name}', one of several pieces, was left out. {error}")
     if refused is not None and not made:
         raise refused
-    return made, tuple(doubts)
+    return made, tuple(warnings)
 
 
 def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
@@ -310,11 +311,13 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
     names = {"J": "J", "k": "k", "c": "c", "R": "R", "r": "r", **forces}
     ratios: list[Prior] = []
     if free_decay is not None:
-        source = f"free decay '{free_decay.log}'"
+        source = {
+            name: "set" if name in free_decay.stated else f"free decay '{free_decay.log}'" for name in ("k/J", "c/J")
+        }
         del names["k"], names["c"]
         ratios = [
-            Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source),
-            Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source),
+            Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source["k/J"]),
+            Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source["c/J"]),
         ]
     elif log.rig.k is None or log.rig.c is None:
         missing = " and ".join(name for name in ("k", "c") if getattr(log.rig, name) is None)
@@ -335,7 +338,7 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
     return (*stated, *ratios)
 
 
-def _doubts(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | None) -> tuple[str, ...]:
+def _warnings(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | None) -> tuple[str, ...]:
     found = []
     if sensors.lines == 0 and any(log.has("laser") and not log.has("angle") for log in logs):
         found.append(

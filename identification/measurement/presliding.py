@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.motion import SMOOTHING, DiscMotion
 from identification.measurement.pooling import Pool
@@ -64,14 +65,15 @@ class PreSliding:
         return self.deviation / self.compliance**2 if self.elastic else None
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What to say to a fit that takes the contact as rigid."""
         if not self.elastic:
             return ()
+        stiffness = value_with_sd(self.stiffness or 0.0, self.stiffness_deviation, "N/m")
         return (
-            f"In stick the contact gives way: pre-sliding stiffness {self.stiffness:.2g} +- "
-            f"{self.stiffness_deviation:.1g} N/m. The fit takes it as rigid: coefficients from slip change little, "
-            "but the cycle of the rigid model is wrong (amplitude, period). Fit the LuGre law (--estimator lugre).",
+            f"In stick the contact gives way: pre-sliding stiffness {stiffness}. The fit takes it as rigid: "
+            "coefficients from slip change little, but the cycle of the rigid model is wrong (amplitude, period). Fit "
+            "the LuGre law (--estimator lugre).",
         )
 
 

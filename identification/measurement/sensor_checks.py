@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from rig_io.logs.log import EncoderCalibration, LaserCalibration, RigLog
@@ -49,12 +50,12 @@ def _encoder_advice(ratio: float, encoder: EncoderCalibration) -> str:
     return f'it would agree with "pulses_per_revolution": {float(f"{encoder.pulses_per_revolution * ratio:.3g}"):g}'
 
 
-def delay_doubts(motions: Sequence[DiscMotion], equations: EdgeEquations, misfit: np.ndarray) -> tuple[str, ...]:
+def delay_warnings(motions: Sequence[DiscMotion], equations: EdgeEquations, misfit: np.ndarray) -> tuple[str, ...]:
     """Delays between laser and encoder that differ between logs or drift within one.
 
     equations: of all motions; misfit: (n,) rad, edge less laser, after the common gain and delay.
     """
-    doubts = []
+    warnings = []
     for place, motion in enumerate(motions):
         mine = equations.motion == place
         time, speed = equations.time[mine], equations.design[mine, 1]
@@ -70,34 +71,35 @@ def delay_doubts(motions: Sequence[DiscMotion], equations: EdgeEquations, misfit
         delay_sd, drift_sd = np.sqrt(np.diag(covariance))[:2]
         name = motion.log.name
         if abs(drift) > max(DELAY_SUSPECT, SURE * drift_sd):
-            doubts.append(
-                f"Log '{name}': the laser's delay against the encoder drifts by {1e3 * drift:.2g} +- "
-                f"{1e3 * drift_sd:.1g} ms over {length:.3g} s: they were recorded on two clocks, whose rates differ by "
-                f"{1e6 * drift / length:.0f} ppm. Record both on one, or stretch the time of one of them."
+            warnings.append(
+                f"Log '{name}': the laser's delay against the encoder drifts by "
+                f"{value_with_sd(1e3 * drift, 1e3 * drift_sd, 'ms')} over {length:.3g} s: they were recorded on two "
+                f"clocks, whose rates differ by {1e6 * drift / length:.0f} ppm. Record both on one, or stretch the "
+                "time of one of them."
             )
         if abs(delay) > max(DELAY_SUSPECT, SURE * delay_sd):
-            doubts.append(
-                f"Log '{name}': the laser lags by {1e3 * delay:+.2g} +- {1e3 * delay_sd:.1g} ms against what it does "
-                "in all logs together: the recorders were started apart. Fit this log alone, or shift one of its "
-                "clocks."
+            warnings.append(
+                f"Log '{name}': the laser lags by {value_with_sd(1e3 * delay, 1e3 * delay_sd, 'ms')} against what "
+                "it does in all logs together: the recorders were started apart. Fit this log alone, or shift one of "
+                "its clocks."
             )
-    return tuple(doubts)
+    return tuple(warnings)
 
 
-def drive_doubts(motion: DiscMotion) -> tuple[str, ...]:
+def drive_warnings(motion: DiscMotion) -> tuple[str, ...]:
     """Where a drive turns otherwise than the log says it was set."""
-    doubts = []
+    warnings = []
     for contact, drive, nominal in zip(
         motion.log.contacts, motion.drives, motion.log.experiment.drive_speed, strict=False
     ):
         mean = float(np.mean(drive))
         if nominal and abs(mean / nominal - 1) > NOMINAL:
             encoder = getattr(motion.log.calibration, f"drive{contact[-1]}", None)
-            doubts.append(
+            warnings.append(
                 f"Log '{motion.log.name}': the drive of {contact} turns at {mean:.4g} rad/s, {mean / nominal:.3g} "
                 f"times the speed that the log states ({nominal:g} rad/s): {_drive_advice(mean / nominal, encoder)}"
             )
-    return tuple(doubts)
+    return tuple(warnings)
 
 
 def check_stick_speed(motion: DiscMotion, r: float, R: float, window: float) -> None:
@@ -156,7 +158,7 @@ def _drive_advice(ratio: float, encoder: EncoderCalibration | None) -> str:
     return f"{_encoder_advice(ratio, encoder)}."
 
 
-def clipped_doubt(log: RigLog, clipped: np.ndarray) -> tuple[str, ...]:
+def clipped_warning(log: RigLog, clipped: np.ndarray) -> tuple[str, ...]:
     """What to say of samples (n,) at which the laser stands at an end of its range."""
     if not clipped.any():
         return ()
@@ -166,7 +168,7 @@ def clipped_doubt(log: RigLog, clipped: np.ndarray) -> tuple[str, ...]:
     )
 
 
-def stray_doubt(log: RigLog, stray: np.ndarray) -> tuple[str, ...]:
+def stray_warning(log: RigLog, stray: np.ndarray) -> tuple[str, ...]:
     """What to say of samples (n,) at which the angle leaps and comes back."""
     if not stray.any():
         return ()

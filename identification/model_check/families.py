@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, rig_constants
 from identification.measurement.motion import DiscMotion
@@ -32,6 +33,8 @@ from identification.model_check.portraits import (
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:
+    import pandas
+
     from fmu_models.scene.scene import Scene
 
 SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
@@ -39,7 +42,7 @@ STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
 
 
 @dataclass(frozen=True, eq=False)
-class FamilyComparison:
+class FamilyComparison(Pictured):
     """A family in order of the drive speed that varies. varied: its disc; hopf: rad/s, predicted speed above which
     steady sliding is stable (None: not one); notes: what was left out, and why."""
 
@@ -48,6 +51,28 @@ class FamilyComparison:
     hopf: float | None
     bifurcations: tuple[BifurcationComparison, ...]
     notes: tuple[str, ...] = ()
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each log: drive speeds (rad/s), every metric, whether all that are judged are kept."""
+        import pandas
+
+        rows = [
+            {
+                **one.drive_speeds,
+                **{verdict.name: verdict.value for verdict in one.verdicts},
+                "passed": one.passed,
+            }
+            for one in self.members
+        ]
+        return pandas.DataFrame(rows, index=pandas.Index([one.log for one in self.members], name="log"))
+
+    def _heading(self) -> str:
+        return f"FamilyComparison: {len(self.members)} logs, {'all judged kept' if self.passed else 'FAIL'}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        found = {one.log: f"{one.drives}: {'pass' if one.passed else 'FAIL'}" for one in self.members}
+        return {**found, "hopf": self.hopf, "notes": self.notes or None}
 
     @property
     def passed(self) -> bool:
@@ -67,7 +92,7 @@ class FamilyComparison:
         }
 
 
-def compare(
+def compare_families(
     fit: FrictionFit,
     logs: Sequence[RigLog],
     *,

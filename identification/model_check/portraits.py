@@ -16,13 +16,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured, Shown
 from identification.measurement.motion import SMOOTHING, savitzky_golay
 from identification.measurement.slip_segments import THRESHOLD, stretches
+
+if TYPE_CHECKING:
+    import pandas
 
 PHASES = 400  # points of a mean cycle
 SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself
@@ -43,7 +47,7 @@ MEANING = (
 
 
 @dataclass(frozen=True, eq=False)
-class Stick:
+class Stick(Shown):
     """Stick on one disc. fraction: share of time with |slip| below the threshold; strip: (PHASES,) share of the cycles
     that stick at each phase; squares: (n,) s^2, square of the time of each stick with the threshold's part taken off;
     real: whether the slip speed comes to zero rather than near it; held: (PHASES,) as strip, by the model's own contact
@@ -57,7 +61,7 @@ class Stick:
 
 
 @dataclass(frozen=True, eq=False)
-class Portrait:
+class Portrait(Shown):
     """A mean cycle. angle: (PHASES,) rad; speed: (PHASES,) rad/s; period s and its deviation from cycle to cycle;
     amplitude: rad, half range; sticks: by contact; cycles averaged.
     """
@@ -125,7 +129,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class PortraitComparison:
+class PortraitComparison(Pictured):
     """A measured motion, the model's, and the verdicts. drive_speeds: rad/s by contact, at which the model ran."""
 
     log: str
@@ -133,6 +137,14 @@ class PortraitComparison:
     measured: Portrait | Rest
     model: Portrait | Rest
     verdicts: tuple[Verdict, ...]
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each metric: value, limit, whether it is kept."""
+        import pandas
+
+        rows = [{"value": one.value, "limit": one.limit, "passed": one.passed} for one in self.verdicts]
+        return pandas.DataFrame(rows, index=pandas.Index([one.name for one in self.verdicts], name="metric"))
 
     @property
     def passed(self) -> bool:

@@ -1,4 +1,4 @@
-"""Families of drive speeds, model against measurement, as tables for a terminal (rich) and as plain rows."""
+"""Families of drive speeds, model against measurement: tables, sentences, and both for a terminal (rich)."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.digits import deviation, value_with_sd
+from fmu_models.base.table import Cell, Table, table, verdict
+from fmu_models.base.terminal_table import terminal
+from identification.model_check.bifurcations import COVER, BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.portraits import MEANING, Portrait, Rest
 
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from identification.model_check.bifurcations import BifurcationComparison
     from identification.model_check.families import FamilyComparison
 
 TURNED = 6  # logs from which on they stand in rows: as columns they would not fit a terminal
@@ -23,39 +26,42 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
     from rich.console import Group
     from rich.text import Text
 
-    from fmu_models.base.console import table
-
     parts = []
     for family in families:
-        heads, rows = metric_rows(family)
-        turned = len(family.members) >= TURNED
-        lines = [heads, *rows]
-        lines = [list(column) for column in zip(*lines, strict=True)] if turned else lines
-        made = table(*(f">{head}" if i else head for i, head in enumerate(lines[0])), title="Model against measurement")
-        for row in lines[1:]:
-            made.add_row(*row)
-        parts.append(made)
+        made = metrics_table(family)
+        parts.append(terminal(made.turned() if len(family.members) >= TURNED else made))
         parts += [Text(f"{one.log}: measured {one.measured.words}; model {one.model.words}.") for one in family.members]
         parts += [Text(sentence) for sentence in bifurcation_sentences(family)]
         parts += [Text(f"Note: {note}") for note in family.notes]
     return Group(*parts, Text(MEANING))
 
 
-def metric_rows(family: FamilyComparison) -> tuple[list[str], list[list[str]]]:
-    """Heading and rows: a row for each metric, a column for each log, and the acceptance levels."""
-    names = list(dict.fromkeys(verdict.name for one in family.members for verdict in one.verdicts))
+def metrics_table(family: FamilyComparison) -> Table:
+    """A row for each metric, a column for each log, and the acceptance levels."""
     known = {verdict.name: verdict for one in family.members for verdict in one.verdicts}
-    rows = []
-    for name in names:
+    rows: list[list[str | Cell]] = []
+    for name, first in known.items():
         cells = []
         for one in family.members:
-            verdict = next((v for v in one.verdicts if v.name == name), None)
-            mark = "" if verdict is None else shown(name, verdict.value, "+")
-            cells.append(mark + (" FAIL" if verdict is not None and verdict.passed is False else ""))
-        limit = known[name].limit
-        rows.append([name, *cells, "not judged" if limit is None else shown(name, limit)])
-    rows.append(["verdict", *("pass" if one.passed else "FAIL" for one in family.members), ""])
-    return ["", *(f"{one.log}\n{one.drives}" for one in family.members), "accepted up to"], rows
+            found = next((v for v in one.verdicts if v.name == name), None)
+            words = "" if found is None else shown(name, found.value, "+")
+            failed = found is not None and found.passed is False
+            cells.append(Cell(f"{words} FAIL", "fail") if failed else Cell(words, "number"))
+        rows.append([name, Cell("not judged" if first.limit is None else shown(name, first.limit), "number"), *cells])
+    rows.append(["verdict", "", *(verdict(one.passed) for one in family.members)])
+    columns = ["metric", "accepted up to", *(f"{one.log}, {one.drives}" for one in family.members)]
+    return table("Model against measurement", columns, rows)
+
+
+def sequence_table(family: FamilyComparison) -> Table:
+    """Per log: drive speeds, measured and modelled motion, shares of stick; which disc sticks when."""
+    rows = [
+        [one.log, one.drives, one.measured.words, one.model.words]
+        + [Cell(_shares(motion), "number") for motion in (one.measured, one.model)]
+        for one in family.members
+    ]
+    heads = ("log", "drive speeds", "measured", "model", "stick fraction, measured", "stick fraction, model")
+    return table("Stick by disc, in order within a cycle", heads, rows)
 
 
 def shown(metric: str, value: float, sign: str = "") -> str:
@@ -76,39 +82,40 @@ def bifurcation_sentences(family: FamilyComparison) -> list[str]:
 def _sentence(one: BifurcationComparison) -> str:
     parts = []
     if one.predicted is not None:
-        reach = 1.96 * one.predicted.deviation
+        reach = COVER * one.predicted.deviation
         known = ""
         if np.isfinite(reach):
-            noise, scale = 1.96 * one.predicted.noise_deviation, 1.96 * one.predicted.scale_deviation
-            known = f" +- {reach:.1g} (95 %; noise {noise:.1g}, rig constants {scale:.1g})"
-        parts.append(f"predicted at {one.predicted.speed:.5g}{known} rad/s")
+            noise, scale = (
+                deviation(COVER * part) for part in (one.predicted.noise_deviation, one.predicted.scale_deviation)
+            )
+            known = f" (95 %; noise {noise}, rig constants {scale})"
+        parts.append(f"predicted at {speed_within(one.predicted.speed, reach)} rad/s{known}")
     if one.measured is not None:
         if np.isfinite(one.measured.high):
             parts.append(f"measured between {one.measured.low:.4g} and {one.measured.high:.4g} rad/s")
         else:
             parts.append(f"not reached by the logs, which stick up to {one.measured.low:.4g} rad/s")
         if one.measured.estimate is not None:
-            reach = 1.96 * (one.measured.deviation or 0.0)
-            text = f"carried on to no stick {one.measured.estimate:.4g} +- {reach:.1g} rad/s"
+            text = f"carried on to no stick {measured_speed(one.measured)} rad/s"
             parts.append(text + (f" (the model alike: {one.alike:.4g})" if one.alike is not None else ""))
-    verdict = {True: " They agree.", False: " They do not agree.", None: ""}[one.passed]
+    agreed = {True: " They agree.", False: " They do not agree.", None: ""}[one.passed]
     what = one.predicted.words if one.predicted is not None else _change(one)
-    return f"{what[0].upper()}{what[1:]}: {', '.join(parts)}.{verdict}"
+    return f"{what[0].upper()}{what[1:]}: {', '.join(parts)}.{agreed}"
+
+
+def speed_within(speed: float, reach: float) -> str:
+    """A drive speed and half its 95 % interval, rad/s; the speed alone where nothing is known of it."""
+    return value_with_sd(speed, reach) if np.isfinite(reach) else f"{speed:.5g}"
+
+
+def measured_speed(one: MeasuredBifurcation) -> str:
+    """The drive speed at which stick ends when the measured stick is carried on, with half its 95 % interval, rad/s."""
+    return speed_within(one.estimate or 0.0, COVER * (one.deviation or 0.0))
 
 
 def _change(one: BifurcationComparison) -> str:
-    from identification.model_check.bifurcations import Transition
-
     measured = one.measured
     return "" if measured is None else Transition(measured.varied, measured.low, measured.before, measured.after).words
-
-
-def sequence_rows(family: FamilyComparison) -> list[list[str]]:
-    """Per log: name, drive speeds, measured and modelled motion, shares of stick."""
-    return [
-        [one.log, one.drives, one.measured.words, one.model.words, _shares(one.measured), _shares(one.model)]
-        for one in family.members
-    ]
 
 
 def _shares(motion: Portrait | Rest) -> str:

@@ -1,7 +1,8 @@
 """The next experiment: which drive speed and load would tell the parameters apart best.
 
-A candidate (drive speed w, normal force N) is simulated with the fitted law. Its slip arcs are what an estimator would
-see; with D the derivatives of the border's displacement R theta by the law's parameters, start states projected out,
+A candidate (drive speed w, normal force N) is simulated with the fitted law. Its slip segments are what an estimator
+would see; with D the derivatives of the border's displacement R theta by the law's parameters, start states projected
+out,
     I = a duration sum D'D,    sd' = sqrt(diag((C^-1 + I)^-1))
 a is the precision of one sample, found by asking that the fitted logs, predicted in the same way, have the determinant
 of the stated covariance C: it holds noise, colour and sampling rate without a model of them. Candidates without
@@ -18,19 +19,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown, Tabular
 from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST
 from identification.inference.problem import determines
-from identification.laws import LAWS, FittableLaw, find_law
+from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooling import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
+
+if TYPE_CHECKING:
+    import pandas
 
 SPEEDS = 10  # candidates, from half the lowest drive speed of the logs to twice the highest
 LOADS = (0.5, 1.0, 2.0)  # of the normal force of the fit
@@ -41,7 +47,7 @@ OBSERVED = 12.0  # natural periods of the simulated motion that are looked at
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Shown):
     """An experiment. kind: "stick-slip" or "steady sliding"; drive_speed: rad/s; load: N; deviations: of each
     parameter, with this log beside those fitted; gain: share by which they fall, geometric mean, 0 to 1; index:
     collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one."""
@@ -57,7 +63,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Tabular):
     """Candidates, the best first, those refused last; what is known now: deviations and collinearity index predicted
     for the fitted logs; duration: s, of each candidate; advice: what to do."""
 
@@ -66,6 +72,20 @@ class Design:
     index: float
     duration: float
     advice: str
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each candidate, best first; "sd ..." are the deviations with it."""
+        import pandas
+
+        names = ("kind", "drive_speed", "load", "gain", "index", "greatest_slip", "refused")
+        return pandas.DataFrame(
+            {name: getattr(one, name) for name in names} | {f"sd {name}": sd for name, sd in one.deviations.items()}
+            for one in self.candidates
+        )
+
+    def _heading(self) -> str:
+        return f"Design: {self.advice}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only."""
@@ -87,12 +107,12 @@ def design(
         StickslipError: a speed, load or duration that is not positive, a law with bristles, or a fitted law whose model
             does not stick and slip at any of the fitted drive speeds.
     """
-    if fit.law not in LAWS:
+    law, rig = find_law(fit.law_reference), fitted_rig(fit)
+    if not law.sticks:
         raise StickslipError(
-            f"A design needs a law of slip speed alone ({', '.join(LAWS)}), not '{fit.law}': what its bristles do "
-            "shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
+            f"A design needs a law of slip speed alone ({', '.join(slip_laws())}), not '{fit.law}': what its bristles "
+            "do shows in stick. Fit Conti's law to the same logs (slip shooting) and design with that."
         )
-    law, rig = find_law(fit.law), fitted_rig(fit)
     if len(fit.contacts) > 1:
         raise StickslipError(
             "A design is for one driving disc; this fit is of two. Fit the logs of each disc by itself."
@@ -145,8 +165,7 @@ class _Experiments:
 
         self.fit, self.law, self.rig, self.disc = fit, law, fitted_rig(fit), fit.contacts[0][-1]
         self.model = fitted_model(fit)
-        self.named = tuple(law.simulated(fit.law_values, self.rig.N))
-        by = (*(f"{name}{self.disc}" for name in self.named), *STARTS)
+        by = (*(f"{name}{self.disc}" for name in law.names), *STARTS)
         self.run = SensitiveRun(self.model.fmu, by=by, recorded=STARTS)
         self.kept: dict[tuple[float, float], _Seen] = {}
 
@@ -157,7 +176,7 @@ class _Experiments:
         self.run.close()
 
     def stick_slip(self, w: float, N: float) -> _Seen:
-        """What the slip arcs at this drive speed and load show."""
+        """What the slip segments at this drive speed and load show."""
         if (w, N) not in self.kept:
             self.kept[w, N] = self._stick_slip(w, N)
         return self.kept[w, N]
@@ -174,16 +193,18 @@ class _Experiments:
             slipping = np.abs(slip) > THRESHOLD
             if slipping.all():
                 return _Seen(nothing, greatest, "slides without sticking")
-            arcs = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > 10]
-            if not arcs:
+            segments = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > 10]
+            if not segments:
                 return _Seen(nothing, greatest, f"no slip above {THRESHOLD:g} m/s")
-            shown = sum((self._arc(fit, motion, w, N, a, b) for a, b in arcs), nothing)
+            shown = sum((self._segment(fit, motion, w, N, a, b) for a, b in segments), nothing)
         except StickslipError as error:
             return _Seen(nothing, 0.0, str(error))
-        return _Seen(shown / (motion.time[arcs[-1][1]] - motion.time[arcs[0][0]]), greatest)
+        return _Seen(shown / (motion.time[segments[-1][1]] - motion.time[segments[0][0]]), greatest)
 
-    def _arc(self, fit: FrictionFit, motion: SimulatedMotion, w: float, N: float, first: int, last: int) -> np.ndarray:
-        """Information (m, m) of one arc, samples first..last-1."""
+    def _segment(
+        self, fit: FrictionFit, motion: SimulatedMotion, w: float, N: float, first: int, last: int
+    ) -> np.ndarray:
+        """Information (m, m) of one segment, samples first..last-1."""
         states = {"theta": float(motion.angle[first]), "omega": float(motion.speed[first])}
         seen = self.run.run(
             motion.time[first + 1 : last],
@@ -193,10 +214,8 @@ class _Experiments:
             inputs={f"w{self.disc}": w},
         )
         slope = self.rig.R * seen.derivative[:, 0]
-        by_fmu, by_start = slope[:, : len(self.named)], slope[:, len(self.named) :]
-        unit = np.eye(len(self.law.parameters))
-        move = np.array([[self.law.simulated(row, N)[name] for row in unit] for name in self.named])
-        columns = by_fmu @ move
+        count = len(self.law.parameters)
+        columns, by_start = slope[:, :count], slope[:, count:]
         free = columns - by_start @ np.linalg.lstsq(by_start, columns, rcond=None)[0]
         return free.T @ free
 
@@ -208,6 +227,11 @@ def loaded(fit: FrictionFit, N: float) -> FrictionFit:
 
 def _covariance(fit: FrictionFit) -> np.ndarray:
     deviation = np.array([parameter.standard_deviation for parameter in fit.parameters])
+    held = ", ".join(one.name for one in fit.parameters if one.held)
+    if held:
+        raise StickslipError(
+            f"The fit holds {held} at a value: a design is of parameters that are found. Fit them all."
+        )
     covariance = np.array(fit.correlation) * np.outer(deviation, deviation)
     if not np.all(np.isfinite(covariance)) or not np.all(np.linalg.eigvalsh(covariance) > 0):
         raise StickslipError(
@@ -255,7 +279,7 @@ def _advice(ranked: Sequence[Candidate], known: Mapping[str, float], index: floa
     if not useful:
         return "No candidate sticks and slips: try lower drive speeds or higher loads (--speeds, --loads)."
     best = useful[0]
-    falls = ", ".join(f"{name} {known[name]:.2g} -> {now:.2g}" for name, now in best.deviations.items())
+    falls = ", ".join(f"{name} {deviation(known[name])} -> {deviation(now)}" for name, now in best.deviations.items())
     said = (
         f"{duration:g} s more of {best.kind} at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
         f"most: standard deviations {falls}; collinearity index {index:.3g} -> {best.index:.3g}."

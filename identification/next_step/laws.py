@@ -1,294 +1,69 @@
-"""Which law the logs ask for: laws compared by information criteria, and by the prediction of logs not yet seen.
+"""Which law the logs of the rig ask for: friction laws on the same logs, and a rigid contact against bristles.
 
-Residuals are coloured, so that n of them say less than n independent ones. With C the covariance that allows for colour
-and C_w that of white residuals, both of the law with the most parameters,
-    inflation = trace(C_w^-1 C)/m,    n_e = n/inflation      effective number of observations
-    AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
-(quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
-others (with one log alone: each half of it); S_h is the sum of squares over all. Laws are ordered by BIC. How sure that
-is, is told by its lead over the next law, and by the difference of S_h against its chance (scatter from cluster to
-cluster, and the spread of the fits that predict).
-
-Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
-(1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
+How laws are compared: `inference.comparison`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
-
-import numpy as np
+from collections.abc import Callable, Sequence
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.fit import estimator_named
-from identification.inference.problem import Problem, Solution, prior_precision, solve
-from identification.inference.uncertainty import clustered_covariance, plain_covariance
-from identification.inference.whiteness import whiteness
-from identification.laws import LAWS, find_law
-from identification.measurement.pooling import Pool
+from identification.inference.comparison import LawComparison, compare_problems, single_law
+from identification.laws import find_law, slip_laws
+from identification.measurement.pooling import Pool, pool
+from rig_io.logs.log import RigLog
 
-POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
-SURE = 2.0  # standard errors of a difference in held-out prediction
 RIGID, BRISTLES = "Conti, rigid", "LuGre"
-SEARCH = 1e-6  # relative, of a fit to some of the logs
-SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
-FEWEST = 4  # clusters, of which halves can be made
-
-
-@dataclass(frozen=True)
-class LawScore:
-    """How well one law does.
-
-    values: of its parameters; criteria as above; held_out: root mean square of the held-out residuals, relative to the
-    fit of the law with the most parameters (1: predicts as well as that fits); worse: by how many standard errors its
-    held-out prediction is worse than that of the first law; bounds: parameters that lie on a bound.
-    """
-
-    law: str
-    values: Mapping[str, float]
-    aic: float
-    aicc: float
-    bic: float
-    held_out: float
-    worse: float
-    bounds: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class LawComparison:
-    """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; doubts: what speaks
-    against even the first law; verdict: what decides, and how sure it is."""
-
-    scores: tuple[LawScore, ...]
-    residuals: int
-    effective: float
-    doubts: tuple[str, ...]
-    verdict: str
-
-    @property
-    def best(self) -> LawScore:
-        """The law that comes first."""
-        return self.scores[0]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values only."""
-        return asdict(self)
-
-
-@dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A law's problem with its solution, the held-out sum of squares of each cluster (k,), and the variance of their
-    sum that comes from the fits to the other logs."""
-
-    name: str
-    problem: Problem
-    found: Solution
-    held_out: np.ndarray
-    chance: float
-
-    @property
-    def sum(self) -> float:
-        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
-
-    @property
-    def rows(self) -> int:
-        return len(self.found.evaluation.residual)
-
-    @property
-    def count(self) -> int:
-        return sum(unknown.prior is None for unknown in self.problem.unknowns)
 
 
 def compare_laws(
-    problems: Mapping[str, Problem],
-    logs: Sequence[str],
-    *,
-    solutions: Mapping[str, Solution] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> LawComparison:
-    """Compare laws by their problems, which hold the same residuals (the same logs, reduced in the same way).
-
-    solutions: of the problems that are solved already; logs: names by the numbers of the evaluations. ``progress`` is
-    told the fraction done.
-
-    Raises:
-        StickslipError: no two laws, residuals that differ in number, or too few clusters to hold any out.
-    """
-    if len(problems) < 2:
-        raise StickslipError("A comparison needs two laws or more.")
-    candidates = []
-    for number, (name, problem) in enumerate(problems.items()):
-        found = solutions[name] if solutions else solve(problem)
-        candidates.append(_Candidate(name, problem, found, *_held_out(problem, found)))
-        if progress is not None:
-            progress((number + 1) / len(problems))
-    sizes = sorted({one.rows for one in candidates})
-    if sizes[-1] > SAME * sizes[0]:
-        raise StickslipError(
-            f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sizes))}): compare them with "
-            "an estimator that reduces the logs in the same way for every law (weak-form)."
-        )
-    richest = max(candidates, key=lambda one: one.count)
-    effective = richest.rows / _inflation(richest)
-    ranked = sorted(candidates, key=lambda one: _criteria(one, effective)[2])
-    scores = tuple(_score(one, ranked[0], richest, effective) for one in ranked)
-    white = whiteness(ranked[0].found.evaluation, logs)
-    return LawComparison(scores, richest.rows, float(effective), white.doubts, _verdict(scores, white.doubts))
-
-
-def compare_on(
-    ready: Pool,
-    laws: Sequence[str] = tuple(LAWS),
+    logs: Sequence[RigLog] | Pool,
+    laws: Sequence[str] | None = None,
     *,
     estimator: str = "weak-form",
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
-    """Compare friction laws on pooled logs.
+    """Compare friction laws on the same logs, all pooled.
 
-    estimator: one that reduces the logs in the same way for every law.
+    logs: as for `fit_friction`; laws: as `find_law` takes them; all of slip speed alone if None; estimator: one that
+    reduces the logs in the same way for every law.
 
     Raises:
-        StickslipError: as in `compare_laws`, or the logs cannot be fitted.
+        StickslipError: as in `compare_problems`, or the logs cannot be fitted.
     """
-    chosen = estimator_named(estimator)
-    problems = {name: chosen.estimate(ready, find_law(name), Options()).problem for name in laws}
-    return compare_laws(problems, [motion.log.name for motion in ready.motions], progress=progress)
+    ready = logs if isinstance(logs, Pool) else pool(logs)
+    chosen = ESTIMATORS.load(estimator)
+    sought = slip_laws() if laws is None else {name: find_law(name) for name in laws}
+    problems = {name: chosen.estimate(ready, law, Options()).problem for name, law in sought.items()}
+    return compare_problems(problems, [motion.log.name for motion in ready.motions], progress=progress)
 
 
-def compare_contacts(ready: Pool, *, progress: Callable[[float], None] | None = None) -> LawComparison:
+def compare_contacts(
+    logs: Sequence[RigLog] | Pool, *, progress: Callable[[float], None] | None = None
+) -> LawComparison:
     """Compare a rigid contact with bristles (LuGre) before the same law (Conti's), by the output error of whole cycles,
     in which alone the two differ.
 
     Raises:
-        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_laws`.
+        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_problems`.
     """
+    ready = logs if isinstance(logs, Pool) else pool(logs)
     names = [motion.log.name for motion in ready.motions]
     made = {}
     for number, (name, estimator) in enumerate({RIGID: "whole-cycle", BRISTLES: "lugre"}.items()):
-        made[name] = estimator_named(estimator).estimate(ready, find_law("Conti"), Options())
+        made[name] = ESTIMATORS.load(estimator).estimate(ready, find_law("Conti"), Options())
         if progress is not None:
             progress(0.3 * (number + 1))
     rigid, elastic = made[RIGID], made[BRISTLES]
     if rigid.estimator.name != "whole-cycle":
         raise StickslipError(f"Rigid contact and bristles cannot be compared. {' '.join(rigid.warnings)}")
     if elastic.estimator.name != "lugre":
-        return _alone(RIGID, rigid.problem, rigid.solution, names, " ".join(elastic.warnings))
-    return compare_laws(
+        return single_law(RIGID, rigid.problem, rigid.solution, names, " ".join(elastic.warnings))
+    return compare_problems(
         {name: one.problem for name, one in made.items()},
         names,
         solutions={name: one.solution for name, one in made.items()},
         progress=None if progress is None else lambda done: progress(0.6 + 0.4 * done),
     )
-
-
-def _alone(name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str) -> LawComparison:
-    """What there is to say of a law that no other comes near."""
-    one = _Candidate(name, problem, found, *_held_out(problem, found))
-    effective = one.rows / _inflation(one)
-    doubts = whiteness(found.evaluation, logs).doubts
-    return LawComparison((_score(one, one, one, effective),), one.rows, float(effective), doubts, verdict)
-
-
-def _held_out(problem: Problem, found: Solution) -> tuple[np.ndarray, float]:
-    """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds; and the
-    variance of their sum by chance of these fits: with covariance C of a fit and H = G'G of what it predicts, the
-    variance 2 tr (C H)^2 of the prediction's own square."""
-    cluster, log = found.evaluation.cluster, found.evaluation.log
-    labels, first = np.unique(cluster, return_index=True)
-    fold = log[first]
-    if len(np.unique(fold)) == 1:
-        if len(labels) < FEWEST:
-            raise StickslipError(
-                f"The logs hold {len(labels)} slips, too few to fit some and predict the others. Record longer, or at "
-                "more drive speeds."
-            )
-        fold = (np.arange(len(labels)) >= len(labels) // 2).astype(int)
-    sums, chance = np.zeros(len(labels)), 0.0
-    for number in np.unique(fold):
-        others = solve(problem.resampled(labels[fold != number]), found.values, tolerance=SEARCH)
-        predicted = np.zeros((len(problem.unknowns),) * 2)
-        for place in np.flatnonzero(fold == number):
-            seen = problem.resampled(labels[place : place + 1]).evaluate(others.values)
-            sums[place] = seen.residual @ seen.residual
-            predicted = predicted + seen.gradient.T @ seen.gradient
-        spread = _covariance(problem, others) @ predicted
-        chance += 2 * float(np.sum(spread * spread.T))
-    return sums, chance
-
-
-def _inflation(one: _Candidate) -> float:
-    """By how much colour inflates the covariance, on average over the parameters; 1 or more."""
-    here = one.found.evaluation
-    coloured, white = _covariance(one.problem, one.found), plain_covariance(here.gradient, here.residual)
-    return max(float(np.trace(np.linalg.lstsq(white, coloured, rcond=None)[0])) / len(white), 1.0)
-
-
-def _covariance(problem: Problem, found: Solution) -> np.ndarray:
-    here = found.evaluation
-    return clustered_covariance(here.gradient, here.residual, here.cluster, prior=prior_precision(problem))
-
-
-def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
-    """AIC, AICc and BIC; the variance of the residuals counts as a parameter."""
-    count = one.count + 1
-    misfit = effective * float(np.log(one.sum / one.rows))
-    aic = misfit + 2 * count
-    spare = max(effective - count - 1, 1.0)
-    return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(effective))
-
-
-def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: float) -> LawScore:
-    aic, aicc, bic = _criteria(one, effective)
-    names = [unknown.name for unknown in one.problem.unknowns]
-    return LawScore(
-        law=one.name,
-        values={name: float(value) for name, value in zip(names, one.found.values, strict=True)},
-        aic=aic,
-        aicc=aicc,
-        bic=bic,
-        held_out=float(np.sqrt(np.sum(one.held_out) / richest.sum)),
-        worse=_worse(one, best) if one is not best else 0.0,
-        bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
-    )
-
-
-def _worse(one: _Candidate, best: _Candidate) -> float:
-    """Difference of held-out sums in standard errors: their scatter from cluster to cluster, and the chance of fits."""
-    sums, least = one.held_out, best.held_out
-    if len(sums) == len(least):
-        scatter = len(sums) * float(np.var(sums - least, ddof=1))
-    else:
-        scatter = len(sums) * float(np.var(sums, ddof=1)) + len(least) * float(np.var(least, ddof=1))
-    error = float(np.sqrt(scatter + one.chance + best.chance))
-    return float(np.sum(sums) - np.sum(least)) / error if error > 0 else 0.0
-
-
-def _verdict(scores: Sequence[LawScore], doubts: Sequence[str]) -> str:
-    best, second = scores[:2]
-    lead = second.bic - best.bic
-    held = (
-        f"held-out logs agree ({second.worse:.1f} standard errors)"
-        if second.worse > SURE
-        else f"held-out logs speak for {second.law} ({-second.worse:.1f} standard errors)"
-        if second.worse < -SURE
-        else f"held-out logs do not tell the two apart ({second.worse:+.1f} standard errors)"
-    )
-    words = f"{best.law} before {second.law} by {lead:.3g} in BIC; {held}."
-    simple = min(scores[:2], key=lambda one: len(one.values))
-    if second.worse < -SURE:
-        sure = "Undecided: the two criteria disagree."
-    elif lead > VERY_STRONG:
-        sure = "Sure."
-    elif set(second.values) > set(best.values):
-        sure = f"Likely: what {second.law} has more gains nothing."
-    elif lead > POSITIVE:
-        sure = "Likely, not sure."
-    elif second.worse > SURE:
-        sure = "Likely: the held-out logs decide."
-    else:
-        fewer = f"; {simple.law} has fewer parameters" if len(best.values) != len(second.values) else ""
-        sure = f"Undecided: a lead below {POSITIVE:g} says nothing{fewer}."
-    return f"{words} {sure}" + (f" But even {best.law} is not the whole truth, see below." if doubts else "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmu_models.codegen.package import version
+from fmu_models.base.version import version
 from identification.fit.result import FrictionFit
 
 RIG = (
@@ -23,7 +23,8 @@ BY_ESTIMATOR = {
 BY_COVARIANCE = {
     "jackknife": "R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002), 169: standard deviations by jackknife "
     "over clusters.",
-    "hac": "W. K. Newey, K. D. West, Econometrica 55 (1987), 703: covariance under autocorrelation.",
+    "hac": "W. K. Newey, K. D. West, Econometrica 55 (1987), 703; N. M. Kiefer, T. J. Vogelsang, Econometric Theory 21 "
+    "(2005), 1130: covariance under autocorrelation, lags of 1/20 of the samples.",
     "bootstrap": "H. R. Kuensch, The Annals of Statistics 17 (1989), 1217: block bootstrap.",
 }
 

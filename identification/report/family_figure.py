@@ -6,12 +6,15 @@ imported only here, inside the functions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.measurement.slip_segments import stretches
+from identification.model_check.bifurcations import COVER
 from identification.model_check.portraits import PHASES, Portrait, Rest
+from identification.model_check.table import measured_speed, speed_within
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,28 +57,34 @@ def family_figure(family: FamilyComparison) -> Figure:
         row, column = divmod(number, columns)
         axes = figure.add_subplot(grid[2 * row, column], sharex=first, sharey=first)
         first = first or axes
-        _portrait(axes, one, labelled=column == 0)
+        draw_portrait(axes, one, labelled=column == 0)
         _strip(figure.add_subplot(grid[2 * row + 1, column]), one, contacts, labelled=column == 0)
-    _diagram(figure.add_subplot(grid[2 * rows, :]), family, contacts)
-    figure.legend(handles=_key(), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
+    draw_diagram(figure.add_subplot(grid[2 * rows, :]), family, contacts)
+    figure.legend(handles=_key(members), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
     return figure
 
 
-def _key() -> list[Any]:
-    """What the lines, points and bars mean."""
+def _key(members: Sequence[PortraitComparison]) -> list[Any]:
+    """What the lines, points and bars mean that are drawn."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    return [
-        Line2D([], [], label="measured", **MEASURED),
-        Line2D([], [], label="model", **MODEL),
-        Line2D([], [], label="steady sliding of the model", **REST),
-        Patch(label="stick of the model by its slip speed, as measured", **BAR),
-        Line2D([], [], color="black", linewidth=3, label="by its contact states"),
-    ]
+    models = [one.model for one in members]
+    sticks = [stick for model in models if isinstance(model, Portrait) for stick in model.sticks.values()]
+    shown: list[Any] = [Line2D([], [], label="measured", **MEASURED)]
+    if any(isinstance(model, Portrait) for model in models):
+        shown.append(Line2D([], [], label="model", **MODEL))
+    if any(isinstance(model, Rest) for model in models):
+        shown.append(Line2D([], [], label="steady sliding of the model", **REST))
+    if any((stick.strip > 0.5).any() for stick in sticks):
+        shown.append(Patch(label="stick of the model by its slip speed, as measured", **BAR))
+    if any(stick.held is not None and (stick.held > 0.5).any() for stick in sticks):
+        shown.append(Line2D([], [], color="black", linewidth=3, label="stick by its contact states"))
+    return shown
 
 
-def _portrait(axes: Axes, one: PortraitComparison, *, labelled: bool) -> None:
+def draw_portrait(axes: Axes, one: PortraitComparison, *, labelled: bool = True) -> None:
+    """The measured cycle and the model's in the phase plane."""
     closed = np.append(np.arange(PHASES), 0)
     rest = {"marker": "o", "markersize": 13, "color": MEASURED["color"], "linestyle": "none"}
     for motion, style, point in ((one.measured, MEASURED, rest), (one.model, MODEL, REST)):
@@ -120,7 +129,7 @@ def _bars(strip: np.ndarray) -> list[tuple[float, float]]:
     return [(float(first) / PHASES, float(last - first) / PHASES) for first, last in shown]
 
 
-def _diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) -> None:
+def draw_diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) -> None:
     """Share of stick over the drive speed, with bracket and prediction of every bifurcation."""
     for contact, mark in zip(contacts, MARKS, strict=False):
         speeds = [one.drive_speeds[family.varied] for one in family.members]
@@ -137,7 +146,7 @@ def _diagram(axes: Axes, family: FamilyComparison, contacts: tuple[str, ...]) ->
                      label=f"steady sliding stable above {family.hopf:.4g} rad/s (model)")  # fmt: skip
     for one in family.bifurcations:
         _bifurcation(axes, one)
-    axes.set_ylim(bottom=-0.02)
+    axes.set_ylim(-0.02, 1.1 * axes.get_ylim()[1])  # marks at the edge stay whole
     axes.set_xlabel(f"drive speed of {family.varied} (rad/s)", fontsize="small")
     axes.set_ylabel("stick fraction (1)", fontsize="small")
     axes.tick_params(labelsize="small")
@@ -155,15 +164,15 @@ def _bifurcation(axes: Axes, one: BifurcationComparison) -> None:
         axes.axvspan(low, high, facecolor="#dddddd", edgecolor="none", zorder=0)
         axes.plot([], [], color="#dddddd", linewidth=8, label=f"measured between {low:.4g} and {high:.4g} rad/s")
     if one.measured is not None and one.measured.estimate is not None:
-        reach = 1.96 * (one.measured.deviation or 0.0)
+        reach = COVER * (one.measured.deviation or 0.0)
+        label = f"measured, carried on to no stick: {measured_speed(one.measured)} rad/s (95 %)"
         axes.errorbar([one.measured.estimate], [0.0], xerr=[reach], color="#777777", marker="D", markersize=7,
-                      capsize=4, linestyle="none",
-                      label=f"measured, carried on to no stick: {one.measured.estimate:.4g} ± {reach:.1g}")  # fmt: skip
+                      capsize=4, linestyle="none", clip_on=False, label=label)  # fmt: skip
     if one.predicted is not None:
-        reach = 1.96 * one.predicted.deviation
-        known = f" ± {reach:.1g}" if np.isfinite(reach) else ""
-        axes.axvline(one.predicted.speed, color="black", linestyle="--", linewidth=1.3,
-                     label=f"{one.predicted.words}: {one.predicted.speed:.4g}{known} rad/s (model)")  # fmt: skip
+        reach = COVER * one.predicted.deviation
+        known = " (model, 95 %)" if np.isfinite(reach) else " (model)"
+        label = f"{one.predicted.words}: {speed_within(one.predicted.speed, reach)} rad/s{known}"
+        axes.axvline(one.predicted.speed, color="black", linestyle="--", linewidth=1.3, label=label)
         if np.isfinite(reach):
             for edge in (one.predicted.speed - reach, one.predicted.speed + reach):
                 axes.axvline(edge, color="black", linewidth=0.5)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from identification.laws import find_law
 
 if TYPE_CHECKING:
@@ -62,15 +63,20 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     above.plot(speed, law(speed), color="black", linewidth=1.8, label=f"{fit.law} law, {fit.estimator}")
     below.axhline(0.0, color="black", linewidth=1.2)
     bins = [b for b in fit.bins if b.contact == contact and b.standard_error is not None]
-    below.errorbar(
-        [b.slip for b in bins],
-        [b.coefficient - b.fitted for b in bins],
-        yerr=[1.96 * (b.standard_error or 0.0) for b in bins],
-        fmt="_",
-        color="black",
-        capsize=3,
-        label=f"means used by {fit.estimator}, 95 %",
-    )
+    if bins:
+        below.errorbar(
+            [b.slip for b in bins],
+            [b.coefficient - b.fitted for b in bins],
+            yerr=[1.96 * (b.standard_error or 0.0) for b in bins],
+            fmt="o",
+            color="black",
+            markersize=4,
+            markerfacecolor="white",
+            capsize=3,
+            zorder=5,
+            label=f"means used by {fit.estimator}, 95 %",
+        )
+        below.legend(fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderpad=0.0)
     other = "" if len(fit.contacts) == 1 else f" on {contact}"
     above.set_ylabel(f"friction coefficient F/N{other} (1)")
     below.set_ylabel("residual (1)")
@@ -79,14 +85,31 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     below.set_ylim(-1.5 * spread, 1.5 * spread)
     centre = law(speed)
     above.set_ylim(max(float(centre.min()) - 3 * spread, 0.0), float(centre.max()) + 3 * spread)
+    above.legend(fontsize="small", framealpha=0.9, loc="best")
     for axes in (above, below):
-        axes.legend(fontsize="small", frameon=False)
         axes.grid(alpha=0.25)
-    values = ", ".join(
-        f"{q.name} = {q.value:.4g} ± {q.standard_deviation:.1g}" + (f" {q.unit}" if q.unit != "1" else "")
-        for q in (fit[name] for name in _names(fit, contact))
-    )
-    above.set_title(values, fontsize="medium")
+    fitted = (fit[name] for name in _names(fit, contact))
+    values = ", ".join(f"{q.name} = {value_with_sd(q.value, q.total_deviation, q.unit)}" for q in fitted)
+    above.set_title(f"{values}\n± one standard deviation, noise and rig constants together", fontsize="medium")
+
+
+def draw_fit(axes: Axes, fit: FrictionFit) -> None:
+    """The fitted law of each disc over slip speed, and the means that the estimator used, with 95 % intervals."""
+    reach = 1.05 * max((one.slip for one in fit.bins), default=1.0)
+    speed = np.linspace(0.0, reach, 300)
+    for number, contact in enumerate(fit.contacts):
+        colour = COLOURS[number]
+        means = [one for one in fit.bins if one.contact == contact]
+        error = [1.96 * (one.standard_error or 0.0) for one in means]
+        style = {"fmt": MARKS[number], "color": colour, "markersize": 4, "markerfacecolor": "white", "capsize": 3}
+        axes.plot(speed, fitted_law(fit, contact)(speed), color=colour, label=f"{fit.law} law, {contact}")
+        axes.errorbar(
+            [m.slip for m in means], [m.coefficient for m in means], yerr=error, label="measured means", **style
+        )
+    axes.set_xlabel("slip speed |r w - R th'| (m/s)")
+    axes.set_ylabel("friction coefficient F/N (1)")
+    axes.legend(fontsize="small", frameon=False)
+    axes.grid(alpha=0.25)
 
 
 def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndarray]:
@@ -95,7 +118,7 @@ def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndar
     Raises:
         StickslipError: the fit is of an unknown law.
     """
-    law = find_law(fit.law)
+    law = find_law(fit.law_reference)
     values = np.array([fit[name].value for name in _names(fit, contact)])
     return lambda slip: law.value(np.abs(slip), values)
 
@@ -103,4 +126,4 @@ def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndar
 def _names(fit: FrictionFit, contact: str) -> list[str]:
     """The fit's names of the parameters of one disc."""
     number = "" if len(fit.contacts) == 1 else contact[-1]
-    return [f"{name}{number}" for name in find_law(fit.law).names]
+    return [f"{name}{number}" for name in find_law(fit.law_reference).names]

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
-from fmu_models.codegen.package import version
+from fmu_models.base.html_table import html
+from fmu_models.base.shown import Shown
+from fmu_models.base.table import Table
+from fmu_models.base.version import version
+from fmu_models.report.inline_svg import inline_svg
 from identification.model_check.portraits import MEANING
-from identification.model_check.table import bifurcation_sentences
+from identification.model_check.table import bifurcation_sentences, metrics_table, sequence_table
 from identification.report import tables
 from identification.report.citations import citations
-from identification.report.inline import inline_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +44,7 @@ class Drawing:
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Findings(Shown):
     """What a report is made of. samples: friction against slip speed by disc (None: not to be had); evaluation:
     residuals of the fit run again (None: not run); design: of the next experiment; notes: what could not be shown, and
     why."""
@@ -65,8 +69,8 @@ class Findings:
         }
 
 
-def write_report(findings: Findings, path: Path, *, overwrite: bool = False) -> Path:
-    """Write the page.
+def write_report(findings: Findings, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    """Write the page of what ``findings`` gathered.
 
     Raises:
         StickslipError: ``path`` exists and ``overwrite`` is false, or cannot be written.
@@ -74,7 +78,7 @@ def write_report(findings: Findings, path: Path, *, overwrite: bool = False) -> 
     text = page(findings)
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
-    return path
+    return Path(path)
 
 
 def page(findings: Findings) -> str:
@@ -90,10 +94,11 @@ def page(findings: Findings) -> str:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["shown"] = tables.shown
+    environment.filters["html"] = html
     families = [
         {
             "drawing": drawing,
-            "tables": [tables.metrics_table(family), tables.sequence_table(family)],
+            "tables": [metrics_table(family), sequence_table(family)],
             "sentences": bifurcation_sentences(family),
             "notes": family.notes,
         }
@@ -198,7 +203,7 @@ def _drawing(figure: Figure, prefix: str, caption: str) -> Drawing:
     return Drawing(inline_svg(figure, prefix, caption), caption)
 
 
-def _tables(findings: Findings) -> list[tables.Table]:
+def _tables(findings: Findings) -> list[Table]:
     fit = findings.fit
     found = [tables.correlation_table(fit), tables.constants_table(fit)]
     found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []

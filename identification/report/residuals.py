@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.fit.fit import estimator_named
+from identification.fit.fit import SENSORS
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool
 
-SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by itself
 SAME = 0.1  # standard deviations, up to which the fit counts as reproduced
 
 
@@ -25,13 +25,15 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
         StickslipError: these logs cannot be fitted.
     """
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
-    law = sought_law(find_law(fit.law), ready.contacts, ready.arrangement)
-    made = estimator_named(fit.estimator).estimate(ready, law, Options(nuisance=nuisance))
+    options = Options(nuisance=nuisance, given=fit.given)
+    law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
+    made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
     return made.solution.evaluation, (_reproduced(fit, made.solution.values),)
 
 
 def _reproduced(fit: FrictionFit, values: Sequence[float] | np.ndarray) -> str:
-    off = [abs(value - q.value) / q.standard_deviation for q, value in zip(fit.parameters, values, strict=False)]
+    pairs = [(q, value) for q, value in zip(fit.parameters, values, strict=False) if not q.held]
+    off = [abs(value - q.value) / q.standard_deviation for q, value in pairs]
     if max(off) <= SAME:
         return "The fit was run again on the logs given here and gave the same values."
     return (

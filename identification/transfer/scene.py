@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
+from fmu_models.base.registry import moved
 from fmu_models.scene.read import read_scene
 from identification.transfer.values import HandedValue
 
@@ -30,7 +31,11 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
     scene = read_scene(source)
     if target.suffix != ".toml":
         raise StickslipError(f"'{target}' must end in .toml, as scenes do.")
-    document = tomlkit.parse(source.read_text("utf-8"))
+    document: Any = tomlkit.parse(source.read_text("utf-8"))
+    laws = [(document["laws"], contact, law) for contact, law in scene.laws.items()]
+    for table, key, reference in [(document, "model", scene.model), *laws]:
+        if (there := moved(reference, scene.folder, target.parent)) != reference:
+            table[key] = there
     for one in values:
         if one.target not in scene.parameters:
             raise StickslipError(
@@ -54,7 +59,7 @@ def _unit(scene: Scene, one: HandedValue, source: Path) -> str:
     """Unit of the parameter in the scene's model."""
     from fmu_models.codegen.package import variant
 
-    model = variant(scene.model, scene.contacts, scene.laws)
+    model = variant(scene.model, scene.contacts, scene.laws, beside=scene.folder)
     quantities = {q.name: q for q in (*model.parameters, *model.inputs)}
     if one.target not in quantities:
         raise StickslipError(f"Scene '{source}' does not use '{one.target}': its contact is left out there.")

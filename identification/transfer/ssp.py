@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
-from fmu_models.codegen.package import version
+from fmu_models.base.version import version
 from fmu_models.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
 from identification.fitted_model.model import FittedModel
 from identification.transfer.values import HandedValue
@@ -44,7 +45,7 @@ def parameter_set(values: Sequence[HandedValue], fmu: Fmu) -> bytes:
     root = _root("ssv:ParameterSet", version="1.0", name="fitted", generationTool=f"stickslip {version()}")
     parameters = ElementTree.SubElement(root, _tag("ssv:Parameters"))
     for one in values:
-        known = "" if one.deviation is None else f"; fitted, standard deviation {one.deviation:.3g} {one.unit}"
+        known = "" if one.deviation is None else f"; fitted, standard deviation {deviation(one.deviation)} {one.unit}"
         parameter = ElementTree.SubElement(
             parameters, _tag("ssv:Parameter"), name=one.target, description=one.description + known
         )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from rig_io.bench.drive import Ripple
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
@@ -40,21 +41,19 @@ FASTEST = 100.0  # rad/s, of a drive; those of the rig reach 2.7
 
 @dataclass(frozen=True)
 class Material:
-    """A friction pair: Conti's law mu(v) = (mu_s - mu_k)/(1 + p |v|) + mu_k, p in s/m."""
+    """A friction pair, and the parameters of its law: mu_s, mu_k, p (s/m) of Conti's, unless a scene has another."""
 
     name: str
-    mu_s: float
-    mu_k: float
-    p: float
+    values: Mapping[str, float]
 
 
 # the paper's Table 1
 MATERIALS: Mapping[str, Material] = {
     m.name: m
     for m in (
-        Material("paper/paper", 0.35, 0.25, 15.0),
-        Material("liner/rubber", 0.50, 0.33, 20.0),
-        Material("paper/rubber", 0.65, 0.35, 15.0),
+        Material("paper/paper", {"mu_s": 0.35, "mu_k": 0.25, "p": 15.0}),
+        Material("liner/rubber", {"mu_s": 0.50, "mu_k": 0.33, "p": 20.0}),
+        Material("paper/rubber", {"mu_s": 0.65, "mu_k": 0.35, "p": 15.0}),
     )
 }
 
@@ -107,7 +106,7 @@ class MicroSlip:
 
 
 @dataclass(frozen=True)
-class Emulation:
+class Emulation(Shown):
     """One log to be emulated. Times in s, rates in Hz, angles in rad.
 
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
@@ -286,7 +285,7 @@ def _shifted(motion: Motion, transient: float) -> Motion:
 def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
     truth: dict[str, Any] = {"seed": seed, "number": number}
     for contact, disc in zip(settings.contacts, settings.discs, strict=True):
-        truth[contact] = {"mu_s": disc.material.mu_s, "mu_k": disc.material.mu_k, "p": disc.material.p}
+        truth[contact] = dict(disc.material.values)
     if settings.arrangement in CHANGEOVER and settings.scene is None:
         truth[CHANGEOVER[settings.arrangement]] = settings.changeover
     if settings.micro_slip is not None:
@@ -346,7 +345,7 @@ def _parameters(settings: Emulation) -> dict[str, float]:
     """The parameters of the FMU, by name."""
     named = {name: settings.rig.value(name) for name in ("J", "k", "c", *(("R", "r") if settings.discs else ()))}
     for i, disc in enumerate(settings.discs):
-        law = {"mu_s": disc.material.mu_s, "mu_k": disc.material.mu_k, "p": disc.material.p}
+        law = dict(disc.material.values)
         if settings.micro_slip is not None:
             law |= {"sigma0": settings.micro_slip.stiffness, "sigma1": settings.micro_slip.damping}
         named |= {f"{name}{i}": value for name, value in law.items()}

@@ -82,9 +82,12 @@ def _emulation(scene: Scene, name: str, settings: dict[str, Any]) -> Emulation:
 
 def _material(values: dict[str, float], i: int) -> Material:
     """The pair on disc i, by its name if it is one of the paper's."""
-    mu_s, mu_k, p = (values[f"{name}{i}"] for name in ("mu_s", "mu_k", "p"))
-    known = (m for m in MATERIALS.values() if (m.mu_s, m.mu_k, m.p) == (mu_s, mu_k, p))
-    return next(known, Material(f"mu_s {mu_s:g}, mu_k {mu_k:g}, p {p:g} s/m", mu_s, mu_k, p))
+    law = {name[:-1]: value for name, value in values.items() if name.endswith(str(i)) and name != f"N{i}"}
+    pair = {name: law[name] for name in ("mu_s", "mu_k", "p") if name in law}
+    if len(pair) < 3:  # another law than the pairs of the paper have
+        return Material(", ".join(f"{name} {value:g}" for name, value in law.items()), law)
+    known = (m for m in MATERIALS.values() if m.values == pair)
+    return next(known, Material("mu_s {mu_s:g}, mu_k {mu_k:g}, p {p:g} s/m".format(**pair), pair))
 
 
 def _speed(scene: Scene, name: str) -> float:

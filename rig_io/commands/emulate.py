@@ -16,10 +16,7 @@ if TYPE_CHECKING:
 
     from rig_io.bench.emulator import Emulation
 
-app = console.app("The rig: emulate logs.")
 
-
-@app.command()
 def emulate(
     place: Annotated[
         Path,

@@ -11,12 +11,16 @@ from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown, Tabular, span
 from rig_io.logs.arrangement import Arrangement
+
+if TYPE_CHECKING:
+    import pandas
 
 Kind = Literal["stick-slip", "free-decay"]
 GAP = 5.0  # sample intervals: across a longer step nothing may be filtered or simulated
@@ -34,9 +38,12 @@ class Quantity:
     unit: str
     standard_uncertainty: float = 0.0
 
+    def __str__(self) -> str:
+        return f"{self.value:g} {self.unit} +- {self.standard_uncertainty:g}"
+
 
 @dataclass(frozen=True)
-class RigConstants:
+class RigConstants(Shown):
     """Constants of the rig in SI units; None where nobody measured them.
 
     J kg*m^2: moment of inertia of the disc; k N*m/rad: rotational stiffness; c N*m*s/rad: damping; R m: radius of the
@@ -120,7 +127,7 @@ class EncoderCalibration:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class Calibration(Shown):
     """Calibration of each instrument in the log; None where the rig has none."""
 
     laser: LaserCalibration | None = None
@@ -145,7 +152,7 @@ class Calibration:
 
 
 @dataclass(frozen=True)
-class Experiment:
+class Experiment(Shown):
     """What was done: kind, discs in contact, their materials and nominal speeds (rad/s).
 
     arrangement of two discs: both touch always ("together", class b of the disc_rig paper), disc 0 below and disc 1
@@ -162,12 +169,12 @@ class Experiment:
 
 
 @dataclass(frozen=True, eq=False)
-class RigLog:
+class RigLog(Tabular):
     """One log.
 
     time: (n_samples,) s, increasing. columns: raw columns by name, each (n_samples,) float64, without ``time``; names
     and units as in `rig_io.logs.columns`; NaN where the file has no number. units: unit of each column (and of time).
-    breaks: samples at which a further recording begins, or before which edges were lost; doubts: what was mended when
+    breaks: samples at which a further recording begins, or before which edges were lost; warnings: what was mended when
     it was read.
     """
 
@@ -180,7 +187,23 @@ class RigLog:
     experiment: Experiment
     path: Path | None = None
     breaks: tuple[int, ...] = ()
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """The raw columns as a table indexed by time (s)."""
+        import pandas
+
+        made = pandas.DataFrame(dict(self.columns), index=pandas.Index(self.time, name="time"))
+        made.attrs["units"] = dict(self.units)
+        return made
+
+    def _heading(self) -> str:
+        return f"RigLog '{self.name}': {self.kind}, {len(self.time)} samples of {self.duration:g} s"
+
+    def _contents(self) -> dict[str, object]:
+        columns = {name: span(data, self.units[name]) for name, data in self.columns.items()}
+        return {"contacts": self.contacts, "drive_speed": self.experiment.drive_speed, **columns}
 
     @property
     def kind(self) -> Kind:

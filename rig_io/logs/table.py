@@ -1,8 +1,9 @@
-"""A table of numbers as a reader found it in a file."""
+"""A table of numbers as a reader found it in a file, and what a reader is."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -39,8 +40,8 @@ class Table:
 
     source: str
     columns: Mapping[str, np.ndarray]
-    units: Mapping[str, str]
-    first_line: int | None
+    units: Mapping[str, str] = field(default_factory=dict)
+    first_line: int | None = None
     scalars: Mapping[str, float] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
     rows: np.ndarray | None = None
@@ -50,3 +51,22 @@ class Table:
         if self.rows is not None:
             row = int(self.rows[row])
         return f"sample {row + 1}" if self.first_line is None else f"line {self.first_line + row}"
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A kind of log files. suffixes: of their names, such as (".csv", ".txt"); read: makes a file's table.
+
+    Raises:
+        StickslipError: a suffix is none.
+    """
+
+    suffixes: tuple[str, ...]
+    read: Callable[[Path], Table]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.suffixes, str) or not all(re.fullmatch(r"\.[^.A-Z]+", suffix) for suffix in self.suffixes):
+            raise StickslipError(
+                f"The suffixes of a reader are a tuple of small letters such as ('.csv', '.txt'), found "
+                f"{self.suffixes!r}."
+            )

@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.files import write_whole
+from fmu_models.base.files import OVERWRITE, existing, write_whole
+from fmu_models.base.registry import Reference
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
 from rig_io.packages import sidecar
 from rig_io.packages.sidecar import SIDECAR, mapping
-from rig_io.readers import csv_log, reader_of
+from rig_io.readers import check_kind, csv_log, read_table
 from rig_io.repair.counters import counted
 from rig_io.repair.table import check_edges, checked
 
@@ -33,12 +34,17 @@ def read_log(
     calibration: Calibration | None = None,
     experiment: Experiment | None = None,
     repair: Collection[str] = (),
+    reader: Reference | None = None,
 ) -> RigLog:
     """Read one log and its entry in the ``datapackage.json`` beside it.
 
     What is given here takes the place of the sidecar's; with ``rig`` given and units in the header (``time [s]``) a log
-    needs no sidecar. repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the
-    first of rows with one time is kept). What is mended is said in a `StickslipWarning` and kept in `RigLog.doubts`.
+    needs no sidecar. What is mended is said in a `StickslipWarning` and kept in `RigLog.warnings`.
+
+    Args:
+        repair: what may be mended that is refused otherwise, "sort" (rows by time), "duplicates" (the first of rows
+            with one time is kept).
+        reader: as for `rig_io.readers.read_table`.
 
     Raises:
         StickslipError: the file or its sidecar cannot be used; says what was found and what to do.
@@ -46,14 +52,13 @@ def read_log(
     path = Path(path)
     if path.is_dir() or path.name == SIDECAR:
         raise StickslipError(f"'{path}' is a package of logs, not one log. Name a CSV file in it, or read the package.")
-    reader = reader_of(path)
-    if not path.exists():
-        beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-        raise StickslipError(f"There is no log '{path}'.{nearest(path.name, [other.name for other in beside])}")
+    beside = sorted(path.parent.glob(f"*{path.suffix}")) if path.suffix and path.parent.is_dir() else []
+    existing(path, "log", nearest(path.name, [other.name for other in beside]))
+    check_kind(path, reader)
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
-    table = reader.read(path)
+    table = read_table(path, reader)
     known = checked(table, sidecar.units(resource, where), repair)
     instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where)
     for column, instrument in _INSTRUMENTS.items():
@@ -61,9 +66,9 @@ def read_log(
             instruments.need(instrument)
     values, breaks, mended = counted(known.columns, known.breaks, instruments, known.table.source, known.table.place)
     check_edges(known.table, values, breaks)
-    doubts = (*known.said, *mended)
-    for doubt in doubts:
-        warnings.warn(f"{table.source}: {doubt}", StickslipWarning, stacklevel=2)
+    said = (*known.said, *mended)
+    for warning in said:
+        warnings.warn(f"{table.source}: {warning}", StickslipWarning, stacklevel=2)
     time = values.pop(TIME.name)
     return RigLog(
         name=str(resource.get("name", path.stem)),
@@ -75,7 +80,7 @@ def read_log(
         experiment=experiment or sidecar.experiment(mapping(resource, "experiment", where), where),
         path=path,
         breaks=breaks,
-        doubts=doubts,
+        warnings=said,
     )
 
 
@@ -85,8 +90,9 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     if not beside.exists():
         if required:
             raise StickslipError(
-                f"There is no {SIDECAR} beside '{path}', so the rig's constants are unknown. Write one (copy "
-                f"data/rigs/paper_rubber/{SIDECAR}), or give the constants and put units into the header: 'time [s]'."
+                f"There is no {SIDECAR} beside '{path}', so the rig's constants are unknown. Write one after that of "
+                "an example (stickslip data copy rigs/paper_rubber), or give the constants and put units into the "
+                "header: 'time [s]'."
             )
         return {}, {}
     package = sidecar.load_json(beside)
@@ -100,22 +106,24 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     return package, resources[path.name]
 
 
-def read_package(path: str | os.PathLike[str], *, repair: Collection[str] = ()) -> list[RigLog]:
+def read_package(
+    path: str | os.PathLike[str], *, repair: Collection[str] = (), reader: Reference | None = None
+) -> list[RigLog]:
     """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
 
-    repair: as in `read_log`.
+    repair, reader: as in `read_log`.
 
     Raises:
         StickslipError: as in `read_log`.
     """
     path = Path(path)
-    found = path / SIDECAR if path.is_dir() else path
+    found = path / SIDECAR if existing(path, "package of logs").is_dir() else path
     if not found.exists():
         raise StickslipError(f"There is no {SIDECAR} in '{path}'. Name a folder that holds one.")
     if found.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
     resources = sidecar.load_json(found)["resources"]
-    return [read_log(found.parent / str(r["path"]), repair=repair) for r in resources]
+    return [read_log(found.parent / str(r["path"]), repair=repair, reader=reader) for r in resources]
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
@@ -134,7 +142,7 @@ def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
     if len(set(names)) < len(names):
         raise StickslipError(f"Two logs have one name among {', '.join(names)}. Name them apart.")
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not overwrite)):
-        raise StickslipError(f"'{folder}' exists already. Choose another name, or allow it to be overwritten.")
+        raise StickslipError(f"'{folder}' exists already. {OVERWRITE}")
 
 
 def write_package(

@@ -18,12 +18,10 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import StickslipWarning
-from rig_io.logs.table import Table, content
+from rig_io.logs.table import Reader, Table, content
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-SUFFIXES = (".csv", ".txt")
 
 # what recorders write where they have no number; the first are passed to pandas, the pattern knows all of them
 NO_NUMBER = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None"]
@@ -203,3 +201,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+READER = Reader((".csv", ".txt"), read)

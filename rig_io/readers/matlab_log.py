@@ -1,4 +1,4 @@
-"""MATLAB files of version 5 to 7.2 (``save`` with -v6 or -v7): vectors of one length, as variables or as struct fields.
+"""MATLAB files of version 5 on (``save`` with -v6, -v7 or -v7.3): vectors of one length, variables or struct fields.
 
 Single numbers (gains, rates) are kept apart from the columns. A struct stands for its fields, one level deep. MATLAB
 has no units: they come from ``datapackage.json``.
@@ -6,16 +6,18 @@ has no units: they come from ``datapackage.json``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.mat5 import HEADER, VERSIONS, Array, Damaged, arrays
-from rig_io.logs.table import Table, content
+from fmu_models.base.processes import IsolatedFailure, Limits, isolated
+from rig_io.logs.mat_file import Array, Damaged, arrays
+from rig_io.logs.table import Reader, Table, content
 
-SUFFIXES = (".mat",)
+HEADER = 128  # bytes of version 5 before the first variable; the last four are version and byte order
+VERSIONS = (b"\x00\x01IM", b"\x01\x00MI")
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _SAVE = "save('log.mat', 'time', 'laser', '-v7')"
@@ -28,10 +30,19 @@ def read(path: Path) -> Table:
         StickslipError: the file is missing, empty, damaged, no MATLAB file or one of another version; it holds no
             vector of numbers, vectors of different lengths, or two of one name.
     """
+    return table_of(path, _variables(path))
+
+
+def table_of(path: Path, variables: Iterable[Array]) -> Table:
+    """The table of the variables in a file.
+
+    Raises:
+        StickslipError: no vector of numbers, vectors of different lengths, or two of one name.
+    """
     columns: dict[str, np.ndarray] = {}
     scalars: dict[str, float] = {}
     left_out: dict[str, str] = {}
-    for found in _variables(path, _bytes(path)):
+    for found in (part for variable in variables for part in variable.fields or [variable]):
         if found.name in columns or found.name in scalars or found.name in left_out:
             raise StickslipError(f"'{path}' has two columns named '{found.name}'. Save them under different names.")
         reason = _unfit(found)
@@ -53,33 +64,24 @@ def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
     savemat(path, {name: np.asarray(v, dtype=np.float64) for name, v in columns.items()}, True, oned_as="column")
 
 
-def _bytes(path: Path) -> bytes:
-    """Content of a file that begins as one of version 5 does."""
+def _variables(path: Path) -> list[Array]:
     data = content(path, "a MATLAB file with vectors of numbers")
-    if data.startswith((b"MATLAB 7.3", _HDF5)) or data[512 : 512 + len(_HDF5)] == _HDF5:
+    hdf5 = _HDF5 in (data[: len(_HDF5)], data[512 : 512 + len(_HDF5)])
+    if not hdf5 and data[HEADER - 4 : HEADER] not in VERSIONS:
         raise StickslipError(
-            f"'{path}' is a MATLAB file of version 7.3 (HDF5), which is not read. Save it again in MATLAB with "
-            f"-v7: {_SAVE}."
-        )
-    if data[HEADER - 4 : HEADER] not in VERSIONS:
-        raise StickslipError(
-            f"'{path}' is no MATLAB file of version 5 to 7.2 (its header is not one). In MATLAB or Octave save it "
+            f"'{path}' is no MATLAB file of version 5 or later (its header is not one). In MATLAB or Octave save it "
             f"with -v7: {_SAVE}."
         )
-    return data
-
-
-def _variables(path: Path, data: bytes) -> Iterator[Array]:
-    """Variables by name; a struct of one element gives its fields."""
     try:
-        for found in arrays(data):
-            if found.fields:
-                yield from found.fields
-            elif found.name:  # without one it is the workspace of functions
-                yield found
+        return isolated(arrays, str(path), hdf5, limits=Limits.default())
     except Damaged as error:
         raise StickslipError(
             f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again: {_SAVE}."
+        ) from error
+    except IsolatedFailure as error:
+        raise StickslipError(
+            f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
+            f"{error} Copy it again from its source, or save fewer variables: {_SAVE}."
         ) from error
 
 
@@ -119,3 +121,6 @@ def _check_columns(path: Path, columns: Mapping[str, np.ndarray], left_out: Mapp
             f"'{path}' holds vectors of different lengths: {found}. Save only vectors of one recording, with one value "
             "per sample."
         )
+
+
+READER = Reader((".mat",), read)

@@ -82,7 +82,7 @@ def _missing(table: Table, name: str, what: str = "") -> StickslipError:
     hint = nearest(name, table.columns)
     return StickslipError(
         f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(table.columns)}."
-        f"{hint if 'Did' in hint else ''} Rename the column (names as in data/README.md)."
+        f"{hint if 'Did' in hint else ''} Rename the column (names as in the README.md of stickslip data)."
     )
 
 

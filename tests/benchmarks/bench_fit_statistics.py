@@ -18,7 +18,8 @@ from functools import partial
 
 import numpy as np
 
-from identification.fit.fit import ESTIMATORS, fit_friction
+from identification.estimators import ESTIMATORS
+from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.measurement.pooling import pool
 from rig_io.bench.emulator import MicroSlip, emulate, material, standard_set
@@ -68,7 +69,7 @@ def fits(
 def summary(results: Sequence[FrictionFit], pair: str) -> Statistics:
     """Statistics of one estimator's results against the truth."""
     truth = material(pair)
-    expected = np.array([truth.mu_s, truth.mu_k, truth.p])
+    expected = np.array(list(truth.values.values()))
     error = np.array([[fit[name].value for name in NAMES] for fit in results]) / expected - 1
     stated = np.array([[fit[name].standard_deviation for name in NAMES] for fit in results]) / expected
     bound = np.array([[fit[name].bound or np.nan for name in NAMES] for fit in results]) / expected
@@ -93,7 +94,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--material", default="paper/rubber")
-    parser.add_argument("--estimators", default=",".join(ESTIMATORS), help="with commas; default: all")
+    parser.add_argument("--estimators", default=",".join(ESTIMATORS.members()), help="with commas; default: all")
     parser.add_argument("--micro-slip", type=float, default=0.0, help="contact stiffness, N/m (0: rigid)")
     parser.add_argument("--free-decay", action="store_true", help="k/J and c/J from a free decay")
     parser.add_argument("--known-gain", action="store_true", help="a laser without gain error, no encoder")

@@ -1,8 +1,8 @@
-"""What derivatives along a run cost: logs of 20 s at 1 kHz, and the many short arcs of a fit, against plain runs.
+"""What derivatives along a run cost: logs of 20 s at 1 kHz, and the many short segments of a fit, against plain runs.
 
     python tests/benchmarks/bench_sensitivities.py [repetitions]
 
-The drive has a knot every 20 ms. Times are the best of the repetitions; those of the arcs hold all that Python does.
+The drive has a knot every 20 ms. Times are the best of the repetitions; those of segments hold all that Python does.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STOP = 20.0
 TIMES = np.arange(20001) / 1000
 KNOTS = np.linspace(0.0, STOP, 1001)
 BY = ["theta", "omega", "mu_s0", "mu_k0", "p0", "k", "c", "w0"]
-ARCS = 60
+SEGMENTS = 60
 
 
 def drive(mean: float) -> Signal:
@@ -53,15 +53,15 @@ def log(fmu: Fmu, by: list[str], recorded: list[str], repetitions: int, **run: A
     return f"{exact:6.1f} ms, plain run {plain:5.1f} ms ({found.steps} steps, {len(found.events)} events)"
 
 
-def arcs(fmu: Fmu, repetitions: int) -> str:
-    """Time per arc of 0.3 to 0.8 s, and what of it is not the engine's."""
+def segments(fmu: Fmu, repetitions: int) -> str:
+    """Time per segment of 0.3 to 0.8 s, and what of it is not the engine's."""
     rng, signal = np.random.default_rng(2), drive(0.83)
-    begins, lengths = rng.uniform(0.0, 19.0, ARCS), rng.uniform(0.3, 0.8, ARCS)
+    begins, lengths = rng.uniform(0.0, 19.0, SEGMENTS), rng.uniform(0.3, 0.8, SEGMENTS)
     tables = [begin + np.arange(int(1000 * length)) / 1000 for begin, length in zip(begins, lengths, strict=True)]
     engine = 0.0
     with SensitiveRun(fmu, by=BY[:5]) as kept:
 
-        def all_arcs() -> None:
+        def all_segments() -> None:
             nonlocal engine
             engine = 0.0
             for times in tables:
@@ -70,8 +70,8 @@ def arcs(fmu: Fmu, repetitions: int) -> str:
                 start = {"theta": 0.14, "omega": 0.1}
                 engine += kept.run(times, start_time=times[0], start=start, inputs={"w0": piece}).seconds
 
-        whole = best(all_arcs, repetitions) / ARCS
-    return f"{whole:6.3f} ms per arc, of which {whole - 1e3 * engine / ARCS:.3f} ms outside the engine"
+        whole = best(all_segments, repetitions) / SEGMENTS
+    return f"{whole:6.3f} ms per segment, of which {whole - 1e3 * engine / SEGMENTS:.3f} ms outside the engine"
 
 
 def main(repetitions: int = 10) -> None:
@@ -83,7 +83,7 @@ def main(repetitions: int = 10) -> None:
     print("one disc, 8 directions:              ", log(rig, BY, states, repetitions))
     print("the same with force and acceleration:", log(rig, BY, [*states, "F0", "alpha"], repetitions))
     print("bristles, 10 directions:             ", log(elastic, more, states, repetitions, **stiff))
-    print("arcs of 0.3 to 0.8 s, 5 directions:  ", arcs(rig, repetitions))
+    print("segments of 0.3 to 0.8 s, 5 directions:  ", segments(rig, repetitions))
 
 
 if __name__ == "__main__":

@@ -39,8 +39,8 @@ def main() -> None:
         write_package(logs, [emulate(settings, 11, number) for number, settings in enumerate(runs)])
         cases = {
             "stickslip --help": "import sys; sys.argv[1:] = ['--help']; from identification.cli import main; main()",
-            "warm export": "from fmu_models.codegen.package import export_built; "
-            f"export_built('disc_rig', {str(Path(folder) / 'a.fmu')!r}, overwrite=True)",
+            "warm export": "from fmu_models.codegen.package import export; "
+            f"export('disc_rig', {str(Path(folder) / 'a.fmu')!r}, overwrite=True)",
             "fit of four logs": "from rig_io.packages.datapackage import read_package; "
             f"from identification.fit.fit import fit_friction; fit_friction(read_package({str(logs)!r}))",
         }

@@ -18,7 +18,7 @@ from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
-from identification.model_check.families import compare
+from identification.model_check.families import compare_families
 from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
 from rig_io.logs.log import Quantity, RigLog
 from rig_io.packages.datapackage import read_package, write_package
@@ -94,7 +94,7 @@ def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], es
         second = fit_friction([replace(log, rig=moved) for log in sliding], estimator=estimator)
         change = np.log(second.law_values / first.law_values) / np.log(1.002)
         said = [float(first.constant(name).sensitivity[parameter] or 0) for parameter in TRUTH]
-        # samples enter and leave at the ends of arcs, with their noise: 0.02 % of p, a tenth of its deviation
+        # samples enter and leave at the ends of segments, with their noise: 0.02 % of p, a tenth of its deviation
         np.testing.assert_allclose(change, said, rtol=0.1, atol=0.12 if estimator == "shooting" else 0.03)
 
 
@@ -138,7 +138,7 @@ def test_a_laser_zero_that_is_off_is_found_by_the_free_decay(logs: list[RigLog],
 
 
 def test_the_fitted_model_passes_and_a_wrong_one_fails(logs: list[RigLog], fit: FrictionFit) -> None:
-    (good,) = compare(fit, logs)
+    (good,) = compare_families(fit, logs)
     assert [one.log for one in good.members] == [log.name for log in logs[:3]]
     for one in good.members:
         assert one.passed, one.to_dict()
@@ -147,14 +147,14 @@ def test_the_fitted_model_passes_and_a_wrong_one_fails(logs: list[RigLog], fit: 
     wrong = replace(
         fit, parameters=tuple(replace(q, value=q.value * (1.1 if q.name == "mu_s" else 1)) for q in fit.parameters)
     )
-    (bad,) = compare(wrong, logs, uncertainty=False)
+    (bad,) = compare_families(wrong, logs, uncertainty=False)
     assert not any(one.passed for one in bad.members)
     assert all(one["amplitude"].passed is False for one in bad.members)
 
 
 def test_a_model_that_comes_to_rest_is_said_so(logs: list[RigLog], fit: FrictionFit) -> None:
     calm = replace(fit, parameters=tuple(replace(q, value=0.36) if q.name == "mu_s" else q for q in fit.parameters))
-    (found,) = compare(calm, logs[:1], uncertainty=False)
+    (found,) = compare_families(calm, logs[:1], uncertainty=False)
     (one,) = found.members
     assert not found.passed and not one.passed
     assert one["same motion"].meaning == "measured: stick on {0}; model: steady sliding"
@@ -194,10 +194,10 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
     with pytest.raises(StickslipError, match="does not decay"):
         fit_free_decay(replace(logs[0], experiment=logs[3].experiment))
     with pytest.raises(StickslipError, match="Compare like with like"):
-        compare(replace(fit, materials=("liner/rubber",)), logs)
+        compare_families(replace(fit, materials=("liner/rubber",)), logs)
     heavier = replace(logs[0].rig, N0=Quantity(9.81, "N"))
     with pytest.raises(StickslipError, match=r"N0 = 4\.905, the logs are of one with 9\.81"):
-        compare(fit, [replace(logs[0], rig=heavier)])
+        compare_families(fit, [replace(logs[0], rig=heavier)])
 
 
 def test_the_logs_of_the_project_give_their_truth_back() -> None:

@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
-from fmu_models.coupling.toml_system import read
+from fmu_models.coupling.toml_system import read_system
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.motion_error import MotionError
@@ -132,7 +132,7 @@ def test_units_without_state_take_fixed_steps_and_it_is_said(model: Models):
 
 def rig_at(stiffness: float, **settings: object) -> float:
     """Angle of the disc rig with motors after a second; the first stick has begun."""
-    system = read(SCENE)
+    system = read_system(SCENE)
     units = {
         name: Unit(
             unit.fmu,
@@ -156,7 +156,7 @@ def test_the_rig_tends_to_constant_speeds_as_its_motors_stiffen():
 
 @pytest.mark.parametrize("solver", ["jacobi", "gauss-seidel"])
 def test_the_rig_is_the_same_co_simulated(solver):
-    system = read(SCENE)
+    system = read_system(SCENE)
     exact = couple(system.changed(stop_time=5.0, tolerance=1e-11), output_times=[5.0])
     stepped = couple(system.changed(stop_time=5.0, solver=solver), output_times=[5.0])
     assert stepped["rig.theta"][-1] == pytest.approx(exact["rig.theta"][-1], abs=1e-3)

@@ -12,11 +12,11 @@ from models import Models
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.commands.models import app
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
-from fmu_models.coupling.toml_system import read
+from fmu_models.coupling.toml_system import read_system
 from fmu_models.coupling.wiring import Connection, conversion
+from identification.cli import app
 
 LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'
 UNITS = '[units.a]\nfmu = "mass3.0.fmu"\nstart = { x = 1.0 }\n[units.b]\nfmu = "mass3.0.fmu"\n'
@@ -37,7 +37,7 @@ def scene(folder: Path, text: str) -> Path:
 
 
 def test_a_scene_is_read(folder):
-    system = read(scene(folder, LINKS + "stop_time = 2.0\ntolerance = 1e-10\n" + UNITS))
+    system = read_system(scene(folder, LINKS + "stop_time = 2.0\ntolerance = 1e-10\n" + UNITS))
     assert [str(c) for c in system.connections] == ["a.place -> b.other", "b.place -> a.other"]
     assert couple(system).time[-1] == 2.0
 
@@ -46,32 +46,41 @@ def test_a_scene_is_read(folder):
     ("text", "said"),
     [
         ("stop_time = ", "is not TOML"),
-        ("solvr = 'auto'\n" + UNITS, "unknown key 'solvr'.*'solver'"),
-        ("solver = 'rk4'\n" + UNITS, "no solver 'rk4'"),
-        ("stop_time = 'soon'\n" + UNITS, "stop_time must be a number"),
-        ("stop_time = -1.0\n" + UNITS, "must end after it starts"),
-        ("step = 0.0\n" + UNITS, "step must be a positive"),
-        ("tolerance = 2.0\n" + UNITS, "between 1e-14 and 0.1"),
+        ("solvr = 'auto'\n" + UNITS, "line 1: 'solvr' is not a key at the top of the file.*'solver'"),
+        ("solver = 'rk4'\n" + UNITS, "line 1: There is no solver 'rk4'"),
+        ("stop_time = 'soon'\n" + UNITS, "line 1: 'stop_time' must be a number"),
+        ("stop_time = -1.0\n" + UNITS, "line 1: The run must end after it starts"),
+        ("step = 0.0\n" + UNITS, "line 1: The step must be a positive"),
+        ("tolerance = 2.0\n" + UNITS, "line 1: .* between 1e-14 and 0.1"),
         ("", "has no units"),
-        ("units = 3", "units must be a table"),
-        ("[units]\na = 3", "unit 'a' must be a table"),
-        ("[units.a]\nparameters = {}", "needs one of fmu"),
-        ("[units.a]\nfmu = 'nothing.fmu'", "unit 'a': There is no file"),
-        ("[units.a]\nfmu = 'mass3.0.fmu'\ncontacts = ['b']", "an FMU is as it is"),
-        ("[units.a]\nmodel = 'disc_rg'", "disc_rig"),
-        ("[units.a]\nfmu = 'mass3.0.fmu'\nparameters = { kk = 1.0 }", "Unit 'a'.*no parameter 'kk'"),
-        ("[units.a]\nfmu = 'mass3.0.fmu'\nparameters = { k = 'stiff' }", "'k' must be a finite number"),
-        ("[units.a]\nfmu = 'mass3.0.fmu'\nstart = { y = 1.0 }", "Unit 'a'.*no variable 'y'"),
-        ("connections = [3]\n" + UNITS, "connection 1 must be"),
-        ("connections = [{ from = 'a.place', to = 'b.other', via = 'c' }]\n" + UNITS, "unknown key 'via'"),
-        ("outputs = ['a.plce']\n" + UNITS, "no variable 'plce'.*'place'"),
-        ("outputs = [1]\n" + UNITS, "outputs are names"),
-        (LINKS + UNITS + "inputs = { other = 1.0 }", "'other' is given a value, but is fed"),
+        ("units = 3", "line 1: 'units' must be a table"),
+        ("[units]\na = 3", "line 2: 'a' must be a table"),
+        ("[units.a]\nparameters = {}", "line 1: unit 'a' needs one of fmu"),
+        ("[units.a]\nfmu = 'nothing.fmu'", "line 2: unit 'a': There is no file"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\ncontacts = ['b']", "line 3: .* an FMU is as it is"),
+        ("[units.a]\nmodel = 'disc_rg'", "line 2: .*disc_rig"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\nparameters = { kk = 1.0 }", "line 1: Unit 'a'.*no parameter 'kk'"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\nparameters = { k = 'stiff' }", "line 3: 'k' must be a finite number"),
+        ("[units.a]\nfmu = 'mass3.0.fmu'\nstart = { y = 1.0 }", "line 1: Unit 'a'.*no variable 'y'"),
+        ("connections = [3]\n" + UNITS, r"line 1: 'connections' must be tables, .* number 1 is 3"),
+        (
+            "connections = [{ from = 'a.place', to = 'b.other', via = 'c' }]\n" + UNITS,
+            r"line 1: 'via' is not a key in \[connections\]",
+        ),
+        (
+            "connections = [\n{ from = 'a.place', to = 'b.other' },\n{ from = 'b.place' }]\n" + UNITS,
+            r"line 3: 'to' is missing",
+        ),
+        (LINKS.replace("}, {", "},\n{").replace("b.place", "b.plce") + UNITS, "line 2: .* no variable 'plce'"),
+        (LINKS.replace('to = "a', 'factor = "x", to = "a') + UNITS, "line 1: 'factor' must be a number"),
+        ("outputs = ['a.plce']\n" + UNITS, "line 1: .*no variable 'plce'.*'place'"),
+        ("outputs = [1]\n" + UNITS, "line 1: 'outputs' must be a list of names"),
+        (LINKS + UNITS + "inputs = { other = 1.0 }", "line 7: .*'other' is given a value, but is fed"),
     ],
 )
 def test_what_is_wrong_in_a_scene_is_named(folder, text, said):
     with pytest.raises(StickslipError, match=said):
-        read(scene(folder, text))
+        read_system(scene(folder, text))
 
 
 @pytest.mark.parametrize(
@@ -184,7 +193,7 @@ def packed(folder: Path, target: Path, description: str, **others: str) -> Path:
 
 
 def test_ssp_is_read_with_parameters_inline_and_from_files(folder, tmp_path):
-    system = read(packed(folder, tmp_path / "masses.ssp", structure()))
+    system = read_system(packed(folder, tmp_path / "masses.ssp", structure()))
     assert system.units["a"].start == {"x": 1.0}
     assert system.units["b"].parameters == {"k": 6.0}
     assert [(w.factor, w.offset) for w in system.wires] == [(1.0, 0.0), (0.5, 0.25)]
@@ -196,7 +205,7 @@ def test_ssp_is_read_with_parameters_inline_and_from_files(folder, tmp_path):
 def test_ssd_beside_its_fmus_is_read(folder, tmp_path):
     with zipfile.ZipFile(packed(folder, tmp_path / "masses.ssp", structure())) as archive:
         archive.extractall(tmp_path)
-    assert read(tmp_path / "SystemStructure.ssd").units["b"].parameters == {"k": 6.0}
+    assert read_system(tmp_path / "SystemStructure.ssd").units["b"].parameters == {"k": 6.0}
 
 
 @pytest.mark.parametrize(
@@ -216,12 +225,12 @@ def test_ssd_beside_its_fmus_is_read(folder, tmp_path):
 )
 def test_what_is_wrong_in_ssp_is_named(folder, tmp_path, description, said):
     with pytest.raises(StickslipError, match=said):
-        read(packed(folder, tmp_path / "bad.ssp", description))
+        read_system(packed(folder, tmp_path / "bad.ssp", description))
 
 
 def test_an_ssp_that_leaves_its_folder_is_refused(folder, tmp_path):
     with pytest.raises(StickslipError, match="outside its folder"):
-        read(packed(folder, tmp_path / "bad.ssp", structure(), **{"../evil.ssv": ""}))
+        read_system(packed(folder, tmp_path / "bad.ssp", structure(), **{"../evil.ssv": ""}))
 
 
 def test_the_command_tells_and_writes(folder, tmp_path):

@@ -103,12 +103,12 @@ def test_stick_ends_where_the_disc_ends():
     """Closed form: carried by disc 0 at r w0/R from -0.02 rad the body meets disc 1 at t = 0.02 R/(r w0)."""
     start, parameters, inputs = {"theta": -0.02, "omega": SPEED * 0.5}, {"theta_s": 0.0}, {"w0": 0.5, "w1": 0.9}
     run = simulate(RIG, 0.1, inputs=inputs, parameters=parameters, start=start)
-    handover = 0.02 / (SPEED * 0.5)
+    passing = 0.02 / (SPEED * 0.5)
     first, second = run.events[:2]
-    assert [first.time, second.time] == pytest.approx([handover, handover], rel=1e-13)
+    assert [first.time, second.time] == pytest.approx([passing, passing], rel=1e-13)
     assert {(e.contact, e.before, e.after) for e in (first, second)} == {("disc0", 0, 2), ("disc1", 2, 1)}
     # velocity and angle go on without a jump; the acceleration is that of (23) at theta = 0
-    run = simulate(RIG, 0.1, inputs=inputs, parameters=parameters, start=start, output_times=[handover])
+    run = simulate(RIG, 0.1, inputs=inputs, parameters=parameters, start=start, output_times=[passing])
     assert run["omega"][0] == pytest.approx(SPEED * 0.5, rel=1e-13)
     mu = 0.3 / (1 + 15 * (0.06 * 0.9 - 0.06 * 0.5)) + 0.35
     assert run["der(omega)"][0] == pytest.approx((0.125 * 4.905 * mu - 0.055 * SPEED * 0.5) / 0.0548, rel=1e-10)

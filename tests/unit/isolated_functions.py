@@ -23,6 +23,10 @@ def crash() -> None:
     ctypes.string_at(0)
 
 
+def crash_on(*_: object) -> None:
+    crash()
+
+
 def hang(note: str | None = None) -> None:
     if note:
         with open(note, "w", encoding="ascii") as file:
@@ -111,3 +115,33 @@ def leave_a_process_behind(note: str) -> None:
     with open(note, "w", encoding="ascii") as file:
         file.write(str(left.pid))
     os._exit(5)
+
+
+class Keeper:
+    """Remembers what it was asked for before."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def ask(self, name: str) -> tuple[int, list[str]]:
+        """The number of the process, and what it was asked for until now."""
+        if name == "crash":
+            crash()
+        if name == "hang":
+            hang()
+        if name == "refuse":
+            refuse()
+        self.asked.append(name)
+        return os.getpid(), list(self.asked)
+
+
+def first_letter(name: str) -> str:
+    return name[0]
+
+
+def threads(size: int) -> list[int]:
+    """Of the BLAS libraries, after some work."""
+    from threadpoolctl import threadpool_info
+
+    assert np.isfinite(np.linalg.inv(np.eye(size))).all()
+    return [library["num_threads"] for library in threadpool_info()]

@@ -84,9 +84,9 @@ def recipe_of(folder: Path, text: str = MEASURED + LINEAR, name: str = "recipe")
     return path
 
 
-def coloured(count: int, memory: float, rng: np.random.Generator) -> np.ndarray:
+def coloured(count: int, colour: float, rng: np.random.Generator) -> np.ndarray:
     """First-order autoregression (count,) of unit variance."""
     from scipy.signal import lfilter
 
-    white = rng.normal(size=count + 1000) * np.sqrt(1 - memory**2)
-    return np.asarray(lfilter([1.0], [1.0, -memory], white))[1000:]
+    white = rng.normal(size=count + 1000) * np.sqrt(1 - colour**2)
+    return np.asarray(lfilter([1.0], [1.0, -colour], white))[1000:]

@@ -87,7 +87,7 @@ def test_cells_without_a_number_become_nan_and_are_counted(decimal: str, tmp_pat
     with pytest.warns(StickslipWarning, match=r"'laser' has 10 cells without a number \(0\.33 %\), .* line 102"):
         log = read(tmp_path, lines)
     assert np.flatnonzero(np.isnan(log.column("laser"))).tolist() == rows
-    assert log.doubts and len(log.pieces()) == 1
+    assert log.warnings and len(log.pieces()) == 1
 
 
 def test_rows_without_a_time_are_left_out(tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_lost_rows_are_not_taken_for_a_coarse_clock(tmp_path: Path) -> None:
     true = {name: np.delete(values, np.s_[100::250]) for name, values in recording().items()}
     log = read(tmp_path, as_text(true, "%.3f"))
     np.testing.assert_allclose(log.time, true["time"], atol=1e-9)
-    assert log.doubts == () and len(log.pieces()) == 1
+    assert log.warnings == () and len(log.pieces()) == 1
 
 
 def test_doubled_rows_are_refused_and_repaired(tmp_path: Path) -> None:

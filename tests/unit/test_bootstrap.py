@@ -33,7 +33,7 @@ def test_covariance_of_a_mean_is_that_of_cluster_means_within_logs() -> None:
     interval = draws.interval(0, "a", 0.95)
     assert interval.high is not None and interval.low is not None
     assert interval.high - interval.low == pytest.approx(2 * 1.96 * np.sqrt(variance), rel=0.2)
-    assert interval.kind == "bootstrap" and draws.doubts == ()
+    assert interval.kind == "bootstrap" and draws.warnings == ()
 
 
 def test_a_seed_gives_the_same_draws_in_one_process_or_two() -> None:
@@ -68,7 +68,7 @@ def test_an_interrupt_keeps_what_is_finished() -> None:
 
     draws = bootstrap(problem, solve(problem), draws=100, seed=1, progress=stop)
     assert draws.interrupted and len(draws.values) == 30
-    assert "30 of 100 draws count" in draws.doubts[0]
+    assert "30 of 100 draws count" in draws.warnings[0]
     np.testing.assert_array_equal(draws.values, bootstrap(problem, solve(problem), draws=30, seed=1).values)
 
     def at_once(done: float) -> None:

@@ -302,6 +302,9 @@ def test_no_sidecar_breaks_the_reader(tmp_path_factory, data) -> None:
 def test_files_that_are_not_there(package: Path, tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match=r"no log .*b\.csv'.*Did you mean 'a\.csv'"):
         read_log(package / "b.csv")
+    with pytest.raises(StickslipError, match=r"no log .*a\.parquet'"):
+        read_log(package / "a.parquet")
+    (package / "a.parquet").write_text("PAR1")
     with pytest.raises(StickslipError, match="no known kind"):
         read_log(package / "a.parquet")
     with pytest.raises(StickslipError, match="is a package of logs"):

@@ -196,7 +196,7 @@ def test_the_standard_speeds_show_stick_and_slip(name: str) -> None:
         motion = truth(settings)
         slip = 0.06 * settings.discs[0].drive_speed - 0.125 * motion.speed[motion.time > 0]
         assert 0.02 < np.mean(np.abs(slip) < 1e-9) < 0.95
-        fastest.append(slip.max() * material(name).p)
+        fastest.append(slip.max() * material(name).values["p"])
     # paper/paper loses stick before it slips that fast
     assert max(fastest) > (0.7 if name == "paper/paper" else 2.0)
 

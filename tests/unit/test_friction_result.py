@@ -19,11 +19,11 @@ from identification.fit.result import Constant, FittedParameter, FrictionFit, Lo
 from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
-from identification.laws import LAWS
+from identification.laws import find_law
 from identification.measurement.presliding import PreSliding
 from identification.report.friction_figure import friction_figure
 
-CONTI = LAWS["Conti"]
+CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 
 
@@ -183,17 +183,17 @@ def test_figures_are_written_whole(tmp_path: Path) -> None:
 def test_tables_show_what_is_known_of_a_fit() -> None:
     from rich.console import Console
 
-    from identification.report.terminal_tables import fit_report
+    from identification.report.fit_summary import fit_summary
 
     def shown(fit: FrictionFit) -> str:
         console = Console(width=200, record=True, file=io.StringIO())
-        console.print(fit_report(fit))
+        console.print(fit_summary(fit))
         return " ".join(console.export_text().split())
 
     text = shown(replace(result(), parameters=tuple(replace(q, bound=0.008 * q.value) for q in result().parameters)))
     for said in (
-        "95 % (profile)",
-        "13 .. open",
+        "95 %, profile",
+        "13.00 .. open",
         "efficiency",
         "64%",
         "Collinearity index 47 (nearly collinear): p up 1 % with mu_s up 0.16 %",
@@ -210,10 +210,10 @@ def test_tables_show_what_is_known_of_a_fit() -> None:
 def test_tables_show_values_and_warnings() -> None:
     from rich.console import Console
 
-    from identification.report.terminal_tables import fit_report
+    from identification.report.fit_summary import fit_summary
 
     console = Console(width=160, record=True, file=io.StringIO())
-    console.print(fit_report(result()))
+    console.print(fit_summary(result()))
     text = console.export_text()
     for shown in ("mu_s", "0.65", "s/m", "rigid contact", "Warning: one"):
         assert shown in text

@@ -35,10 +35,10 @@ def test_the_direction_is_a_move_of_one_standard_deviation() -> None:
     assert np.linalg.norm(made @ move) == pytest.approx(1, rel=1e-6)
     assert found.percent == pytest.approx({"mu_k": 100 * move[0] / 0.35, "p": 100 * move[1] / 15})
     assert "mu_k up by" in found.words and "with p down" in found.words
-    assert "cannot be told apart" in found.words and "stickslip design" in found.doubts[0]
+    assert "cannot be told apart" in found.words and "stickslip design" in found.warnings[0]
     sharp = of_gradient(1e4 * made, ["mu_k", "p"], np.array([0.35, 15.0]), 1e-8 * covariance)
     assert sharp.words.startswith("mu_k up 1 % with p down")
-    assert "logs see least" in sharp.words and sharp.doubts == ()
+    assert "logs see least" in sharp.words and sharp.warnings == ()
 
 
 def test_a_parameter_without_any_effect_is_named_alone() -> None:
@@ -51,7 +51,7 @@ def test_a_parameter_without_any_effect_is_named_alone() -> None:
 def test_a_parameter_that_may_be_zero_is_told_in_its_unit() -> None:
     made = columns(0.9999)
     found = of_gradient(made, ["p", "mu_v"], np.array([15.0, 1e-6]), np.linalg.inv(made.T @ made))
-    assert "mu_v up by " in found.words and "p down" in found.words and found.doubts
+    assert "mu_v up by " in found.words and "p down" in found.words and found.warnings
 
 
 def test_what_a_prior_holds_does_not_count_against_the_law() -> None:

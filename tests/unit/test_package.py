@@ -13,7 +13,7 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen import package
-from fmu_models.codegen.package import built, export, export_built, variant
+from fmu_models.codegen.package import built, export, variant
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.toolchain.compiler import this_platform
 
@@ -49,20 +49,20 @@ def test_headers_of_the_standard_are_not_vendored() -> None:
 def test_a_file_that_exists_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "model.fmu"
     path.write_text("precious")
-    for write in (export_built, lambda name, path: export(variant(name), path)):
+    for write in (export, lambda name, path: export(variant(name), path)):
         with pytest.raises(StickslipError, match="exists already"):
             write("block_on_belt", path)
     assert path.read_text() == "precious"
-    export_built("block_on_belt", path, overwrite=True)
+    export("block_on_belt", path, overwrite=True)
     assert zipfile.is_zipfile(path)
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_names_and_versions_are_checked(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match=r"2\.0 or 3\.0"):
-        export_built("block_on_belt", tmp_path / "a.fmu", fmi_version="1.0")
+        export("block_on_belt", tmp_path / "a.fmu", fmi_version="1.0")
     with pytest.raises(StickslipError, match=r"must end in \.fmu"):
-        export_built("block_on_belt", tmp_path / "a.zip")
+        export("block_on_belt", tmp_path / "a.zip")
     with pytest.raises(StickslipError, match="Did you mean 'disc_rig'"):
         built("disc_rigg")
     with pytest.raises(StickslipError, match="no contact 'disk0'"):
@@ -72,9 +72,9 @@ def test_names_and_versions_are_checked(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="Did you mean 'lugre'"):
         built("disc_rig", laws={"disc0": "lugree"})
     with pytest.raises(StickslipError, match="around another"):
-        built("disc_rig", laws={"disc0": "conti"})
+        built("disc_rig", laws={"disc0": "kelvin_voigt"})
     with pytest.raises(StickslipError, match="cannot be written"):
-        export_built("block_on_belt", "/proc/no/such/place.fmu")
+        export("block_on_belt", "/proc/no/such/place.fmu")
     assert not list(tmp_path.iterdir())
 
 
@@ -105,8 +105,8 @@ def test_a_warm_export_compiles_nothing_and_does_no_symbolic_work(tmp_path: Path
     built("disc_rig")
     code = (
         "import os, sys; sys.addaudithook(lambda event, _: os._exit(3) if event == 'subprocess.Popen' else None); "
-        "from fmu_models.codegen.package import export_built; "
-        f"export_built('disc_rig', {str(tmp_path / 'a.fmu')!r}); "
+        "from fmu_models.codegen.package import export; "
+        f"export('disc_rig', {str(tmp_path / 'a.fmu')!r}); "
         "sys.exit('sympy' in sys.modules or 'pint' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

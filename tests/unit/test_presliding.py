@@ -39,7 +39,7 @@ def found(ready: Pool, coefficient: float = MU_S) -> PreSliding:
 
 def test_a_rigid_contact_is_silent(rigid: Pool) -> None:
     one = found(rigid)
-    assert not one.elastic and one.stiffness is None and one.doubts == ()
+    assert not one.elastic and one.stiffness is None and one.warnings == ()
     assert abs(one.compliance) < 2e-6  # a tenth of what bristles of 5e4 N/m show
 
 
@@ -48,7 +48,7 @@ def test_bristles_are_found_with_their_stiffness(elastic: Pool) -> None:
     assert one.elastic and one.compliance > 10 * one.deviation
     # inertia and the ringing after the begin of a stick are left out of the model
     assert one.stiffness == pytest.approx(5e4, rel=0.35)
-    (said,) = one.doubts
+    (said,) = one.warnings
     assert "pre-sliding stiffness" in said and "lugre" in said and "cycle of the rigid model is wrong" in said
 
 

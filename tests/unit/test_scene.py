@@ -185,7 +185,7 @@ def test_folding_leaves_no_symbol_of_what_is_fixed(tmp_path: Path) -> None:
         ('"0.83 rad/s"', "{ kind = 1 }", 11, "'kind' is not a key in [drives.w0]"),
         ('"0.83 rad/s"', '1\n[start]\nthta = "1 rad"', 13, "Did you mean 'theta'"),
         ('"0.83 rad/s"', '1\n[laws]\ndisc1 = "lugre"', 13, "gets a law but is left out"),
-        ('"0.83 rad/s"', '1\n[laws]\ndisc0 = "lugree"', 13, "There is no law 'lugree'"),
+        ('"0.83 rad/s"', '1\n[laws]\ndisc0 = "lugree"', 13, "No law is called 'lugree'"),
         ('"0.83 rad/s"', '1\n[compute]\nkind = "cicle"', 13, "Did you mean 'cycle'"),
         ('"0.83 rad/s"', '1\n[compute]\nkind = "strobe"', 12, "needs either 'period', s, or 'forcing'"),
         ('"0.83 rad/s"', '1\n[compute]\nover = "N0"\nvalues = [1]', 13, "It is fixed: move it to [free]"),

@@ -215,7 +215,7 @@ def test_a_trajectory_is_written_and_read_back(rig: Fmu, tmp_path: Path) -> None
     assert [float(row[column]) for row in rows] == run["theta"].tolist()
     with pytest.raises(StickslipError, match="exists already"):
         run.write_csv(path)
-    frame = run.frame()
+    frame = run.frame
     assert frame.index.name == "time" and frame["theta"].tolist() == run["theta"].tolist()
     with pytest.raises(StickslipError, match="Did you mean 'theta'"):
         run["thetta"]

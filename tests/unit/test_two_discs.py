@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import two_discs
 from identification.estimators.base import Options
 from identification.estimators.chart import bends_of
-from identification.laws import LAWS
+from identification.fit.samples import samples_by_disc
+from identification.laws import find_law
 from identification.laws.joint_law import joint_law
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import long_enough
@@ -103,7 +105,7 @@ def test_the_emulator_has_the_reference_cycles_of_one_disc_at_a_time_and_of_over
 @pytest.mark.parametrize("logs", ["together", "sequential", "overlapping"])
 def test_the_gradient_of_the_averaged_force_is_exact(logs: str, request: pytest.FixtureRequest) -> None:
     ready = pool(request.getfixturevalue(logs), allow_no_stick=True)
-    law = joint_law(LAWS["Conti"], ready.arrangement)
+    law = joint_law(find_law("Conti"), ready.arrangement)
     segments = long_enough(ready.segments, 0.25)
     logs_of = [ready.log_number(s) for s in segments]
     these = two_discs.joint_equations(segments, logs_of, ready.values, ready.natural_period)
@@ -123,7 +125,7 @@ def test_the_gradient_of_the_averaged_force_is_exact(logs: str, request: pytest.
 @pytest.mark.parametrize("logs", ["together", "sequential", "overlapping"])
 def test_both_laws_and_the_changeover_are_found_without_a_guess(logs: str, request: pytest.FixtureRequest) -> None:
     ready = pool(request.getfixturevalue(logs), allow_no_stick=True)
-    law = joint_law(LAWS["Conti"], ready.arrangement)
+    law = joint_law(find_law("Conti"), ready.arrangement)
     x = two_discs.estimate(ready, law, Options())[1].values
     # what smoothing of the slip speed leaves; a disc that the angle lets touch for short is seen in few windows
     short, long = [0.06, 0.04, 0.3], [0.01, 0.01, 0.05]
@@ -138,7 +140,7 @@ def test_logs_of_one_disc_join_those_of_two(together: list[RigLog]) -> None:
     alone = replace(alone, columns={**alone.columns, "drive0_speed": np.full(len(alone.time), 0.83)})
     ready = pool([alone, together[0]])
     assert (ready.contacts, ready.materials) == (("disc0", "disc1"), ("paper/rubber", "liner/rubber"))
-    law = joint_law(LAWS["Conti"], ready.arrangement)
+    law = joint_law(find_law("Conti"), ready.arrangement)
     found = two_discs.estimate(ready, law, Options())
     x = found[1].values
     assert x[:3] == pytest.approx(TRUTH[:3], rel=0.02)
@@ -178,13 +180,13 @@ def test_a_disc_that_never_slips_or_is_never_touched_is_named(together: list[Rig
     with pytest.raises(StickslipError, match="no slip on disc1"):
         pool([replace(log, columns={**log.columns, "drive1_speed": along})])
     ready = pool(sequential[:1])
-    law = joint_law(LAWS["Conti"], ready.arrangement)
+    law = joint_law(find_law("Conti"), ready.arrangement)
     with pytest.raises(StickslipError, match=r"none of the logs .* touch disc0 \(theta_s = -0\.5 rad\)"):
         two_discs.segments_at(ready, law, np.append(TRUTH, -0.5))
 
 
 def test_discs_that_drag_the_same_way_in_every_log_are_not_told_apart(together: list[RigLog]) -> None:
-    law = joint_law(LAWS["Conti"], "together")
+    law = joint_law(find_law("Conti"), "together")
     same = pool(together[:2])
     with pytest.raises(StickslipError, match=r"drag the body the same way.*turn against one another"):
         two_discs.estimate(same, law, Options())
@@ -201,7 +203,7 @@ def test_discs_that_drag_the_same_way_in_every_log_are_not_told_apart(together: 
     [("Conti", [0.65, 0.35, 15.0]), ("Stribeck", [0.6, 0.3, 0.05]), ("Conti+viscous", [0.65, 0.35, 15.0, 0.2])],
 )
 def test_straight_coordinates_lead_to_the_law_and_back(name: str, q: list[float]) -> None:
-    law, count = joint_law(LAWS[name], "sequential"), len(q)
+    law, count = joint_law(find_law(name), "sequential"), len(q)
     speeds, place = np.tile(np.linspace(0.02, 0.12, 50), 2), np.repeat([0, 1], 50)
     x = np.array([*q, *q, 0.07])
     bends = bends_of(law, ("disc0", "disc1"), x, speeds, place)
@@ -209,7 +211,7 @@ def test_straight_coordinates_lead_to_the_law_and_back(name: str, q: list[float]
     for bend in bends:
         here = x[bend.places]
         y = bend.coordinates(here)
-        assert y[0] == pytest.approx(float(LAWS[name].value(np.array(bend.speeds[0]), here)), rel=1e-14)
+        assert y[0] == pytest.approx(float(find_law(name).value(np.array(bend.speeds[0]), here)), rel=1e-14)
         assert bend.parameters(y) == pytest.approx(here, rel=1e-12)
         steps = 1e-6 * np.eye(count)
         slope = [(bend.parameters(y + step) - bend.parameters(y - step)) / 2e-6 for step in steps]
@@ -217,3 +219,19 @@ def test_straight_coordinates_lead_to_the_law_and_back(name: str, q: list[float]
     # a law that rises has no such coordinates
     x[:2] = x[1::-1]
     assert [bend.first for bend in bends_of(law, ("disc0", "disc1"), x, speeds, place)] == [count]
+
+
+@pytest.mark.parametrize("logs", ["sequential", "overlapping"])
+def test_what_is_drawn_of_each_disc_lies_on_its_true_law(logs: str, request: pytest.FixtureRequest) -> None:
+    """A mean over a window lies above a bent law at the mean slip speed, unless that is taken off."""
+    ready = pool(request.getfixturevalue(logs), allow_no_stick=True)
+    place = {"sequential": 0.07, "overlapping": 0.15}[logs]
+    fit = made_fit(discs=2, theta_s=place)
+    truth = [*TRUTH.tolist(), place]
+    fit = replace(
+        fit, parameters=tuple(replace(q, value=value) for q, value in zip(fit.parameters, truth, strict=True))
+    )
+    for number, (contact, seen) in enumerate(samples_by_disc(fit, ready).items()):
+        off = seen.coefficient - find_law("Conti").value(seen.slip, TRUTH[3 * number : 3 * number + 3])
+        assert len(off) > 20, contact
+        assert abs(np.median(off)) < 3e-4 and np.quantile(np.abs(off), 0.9) < 2e-3, contact

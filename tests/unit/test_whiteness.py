@@ -18,19 +18,19 @@ def evaluation(residual: np.ndarray) -> Evaluation:
     return Evaluation(residual, np.zeros((len(residual), 1)), cluster, (cluster >= CLUSTERS).astype(int), slip)
 
 
-def noise(seed: int, memory: float = 0.0) -> np.ndarray:
+def noise(seed: int, colour: float = 0.0) -> np.ndarray:
     """Autoregression (n,) of the first order, a new one for each cluster."""
     kicks = np.random.default_rng(seed).standard_normal((2 * CLUSTERS, ROWS))
     values = [kicks[:, 0]]
     for place in range(1, ROWS):
-        values.append(memory * values[-1] + np.sqrt(1 - memory**2) * kicks[:, place])
+        values.append(colour * values[-1] + np.sqrt(1 - colour**2) * kicks[:, place])
     return np.stack(values, axis=1).ravel()
 
 
 def test_white_residuals_pass() -> None:
     found = whiteness(evaluation(noise(0)), ("slow", "fast"))
     assert [one.log for one in found.logs] == ["slow", "fast"] and len(found.speeds) == BINS
-    assert found.coloured == () and found.doubts == ()
+    assert found.coloured == () and found.warnings == ()
     assert all(abs(one.autocorrelation) < 0.1 for one in found.logs)
 
 
@@ -38,11 +38,11 @@ def test_colour_is_seen_but_is_no_fault_of_the_model() -> None:
     found = whiteness(evaluation(noise(1, 0.8)), ("slow", "fast"))
     assert found.coloured == ("slow", "fast")
     assert found.logs[0].autocorrelation == pytest.approx(0.8, abs=0.08)
-    assert found.doubts == ()
+    assert found.warnings == ()
 
 
 def test_false_alarms_are_rare_whatever_the_colour() -> None:
-    tests = [whiteness(evaluation(noise(seed, memory)), "ab") for memory in (0.0, 0.9) for seed in range(100)]
+    tests = [whiteness(evaluation(noise(seed, colour)), "ab") for colour in (0.0, 0.9) for seed in range(100)]
     # 12 ranges at 3 standard errors: 3 % of fits; courses: 0.1 %
     assert sum(bool(one.beyond) for one in tests) <= 14
     assert sum(bool(one.repeated) for one in tests) <= 2
@@ -55,7 +55,7 @@ def test_a_small_course_that_repeats_is_found() -> None:
     course = np.tile(0.5 * np.cos(np.linspace(0, np.pi, ROWS)), 2 * CLUSTERS)
     course[CLUSTERS * ROWS :] = 0
     found = whiteness(evaluation(noise(2) + course), ("slow", "fast"))
-    assert found.repeated == ("slow",) and "slow take the same course" in found.doubts[-1]
+    assert found.repeated == ("slow",) and "slow take the same course" in found.warnings[-1]
 
 
 def test_a_range_of_slip_speeds_that_is_missed_is_named() -> None:
@@ -65,16 +65,16 @@ def test_a_range_of_slip_speeds_that_is_missed_is_named() -> None:
     (worst,) = found.beyond
     assert worst.slip == pytest.approx(float(np.mean(here.slip[fast])), rel=0.01)
     assert worst.deviations > 3 and worst.mean == pytest.approx(0.5, abs=0.15)
-    assert f"{worst.slip:.3g} m/s" in found.doubts[0] and "stickslip laws" in found.doubts[0]
+    assert f"{worst.slip:.3g} m/s" in found.warnings[0] and "stickslip laws" in found.warnings[0]
 
 
 def test_few_clusters_are_not_judged() -> None:
     cluster = np.repeat([0, 1, 2], 30)
     here = Evaluation(noise(4)[:90], np.zeros((90, 1)), cluster, np.zeros(90, dtype=int), np.full(90, np.nan))
     found = whiteness(here, ("short",))
-    assert found.logs[0].course is None and found.speeds == () and found.doubts == ()
+    assert found.logs[0].course is None and found.speeds == () and found.warnings == ()
 
 
 def test_residuals_without_any_noise_do_not_divide_by_it() -> None:
     found = whiteness(evaluation(np.zeros(2 * CLUSTERS * ROWS)), ("a", "b"))
-    assert found.doubts == () and found.coloured == ()
+    assert found.warnings == () and found.coloured == ()

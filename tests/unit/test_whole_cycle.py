@@ -11,13 +11,13 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from identification.estimators import lugre, shooting, whole_cycle
 from identification.estimators.base import Options
-from identification.estimators.shooting_segments import ArcProblem, Start
+from identification.estimators.shooting_segments import ShootingProblem, Start
 from identification.fit.fit import fit_friction
-from identification.laws import LAWS, LUGRE
+from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 
-CONTI = LAWS["Conti"]
+CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 BRISTLES = np.array([0.65, 0.35, 15.0, 2e4, 100.0])
 
@@ -38,19 +38,19 @@ def elastic() -> Pool:
     return bench(MicroSlip(2e4))
 
 
-def shot(ready: Pool) -> tuple[ArcProblem, np.ndarray]:
+def shot(ready: Pool) -> tuple[ShootingProblem, np.ndarray]:
     made = shooting.estimate(ready, CONTI, Options())
-    assert isinstance(made.problem, ArcProblem)
+    assert isinstance(made.problem, ShootingProblem)
     return made.problem, made.solution.values
 
 
-def exact(problem: ArcProblem) -> ArcProblem:
+def exact(problem: ShootingProblem) -> ShootingProblem:
     """The same problem with logs that the model follows exactly at the first values."""
-    arcs = [replace(a, measured=problem._seen(i, problem.first, [])[0]) for i, a in enumerate(problem.arcs)]
-    return replace(problem, arcs=tuple(arcs), starts=tuple(Start(s.at(problem.first)) for s in problem.starts))
+    segments = [replace(a, measured=problem._seen(i, problem.first, [])[0]) for i, a in enumerate(problem.segments)]
+    return replace(problem, segments=tuple(segments), starts=tuple(Start(s.at(problem.first)) for s in problem.starts))
 
 
-def check_gradient(problem: ArcProblem, steps: dict[str, float], near: float) -> None:
+def check_gradient(problem: ShootingProblem, steps: dict[str, float], near: float) -> None:
     problem = exact(problem)
     here = problem.evaluate(problem.first)
     for place, unknown in enumerate(problem.unknowns):
@@ -68,14 +68,14 @@ def check_gradient(problem: ArcProblem, steps: dict[str, float], near: float) ->
 def test_gradient_reaches_through_stick_and_release(rigid: Pool) -> None:
     slips, x = shot(rigid)
     problem = whole_cycle.cycle_problem(slips, x, CONTI, TRUTH, Options())
-    problem = replace(problem, arcs=problem.arcs[:2], starts=problem.starts[:2])
+    problem = replace(problem, segments=problem.segments[:2], starts=problem.starts[:2])
     check_gradient(problem, {"mu_s": 1e-6, "mu_k": 1e-6, "p": 1e-4, "gain": 1e-6}, 1e-6)
 
 
 def test_gradient_of_bristles(elastic: Pool) -> None:
     slips, x = shot(elastic)
-    problem = whole_cycle.cycle_problem(slips, x, LUGRE, BRISTLES, Options())
-    problem = replace(problem, arcs=problem.arcs[:2], starts=problem.starts[:2])
+    problem = whole_cycle.cycle_problem(slips, x, find_law("LuGre"), BRISTLES, Options())
+    problem = replace(problem, segments=problem.segments[:2], starts=problem.starts[:2])
     check_gradient(problem, {"mu_s": 1e-6, "mu_k": 1e-6, "p": 1e-4, "sigma0": 1.0, "sigma1": 0.01}, 3e-6)
 
 
@@ -84,11 +84,11 @@ def test_cycles_hold_a_stick_each_and_end_before_the_next_slip(rigid: Pool) -> N
     problem = whole_cycle.cycle_problem(slips, x, CONTI, x[:3], Options())
     gap = whole_cycle.ONSET * rigid.natural_period
     for log in (0, 1):
-        arcs = [arc for arc in problem.arcs if arc.log == log]
-        gaps = [after.time[0] - before.time[-1] for before, after in pairwise(arcs)]
+        segments = [segment for segment in problem.segments if segment.log == log]
+        gaps = [after.time[0] - before.time[-1] for before, after in pairwise(segments)]
         np.testing.assert_allclose(gaps, gap, atol=1.1e-3)
     slip, cluster = (getattr(problem.evaluate(problem.first), name) for name in ("slip", "cluster"))
-    whole = [label for label, arc in enumerate(problem.arcs) if arc.time[-1] < 5.9]
+    whole = [label for label, segment in enumerate(problem.segments) if segment.time[-1] < 5.9]
     assert all(np.isnan(slip[cluster == label]).any() for label in whole)
 
 
@@ -135,6 +135,6 @@ def test_an_interrupted_stage_leaves_the_one_before(rigid: Pool) -> None:
 
 def test_laws_that_bristles_do_not_fit_are_refused(rigid: Pool) -> None:
     with pytest.raises(StickslipError, match="bristles before Conti's law, not before 'Coulomb'"):
-        lugre.estimate(rigid, LAWS["Coulomb"], Options())
+        lugre.estimate(rigid, find_law("Coulomb"), Options())
     with pytest.raises(StickslipError, match="fitted by the estimator 'lugre'"):
         fit_friction(rigid, law="LuGre")

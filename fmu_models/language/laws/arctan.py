@@ -23,3 +23,6 @@ class Arctan(Smoothed):
     def shape(self, ratio: sympy.Expr) -> sympy.Expr:
         """2/pi atan(v/width) of the ratio v/width."""
         return 2 / sympy.pi * sympy.atan(ratio)
+
+
+LAW = Arctan

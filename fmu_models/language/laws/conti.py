@@ -11,22 +11,25 @@ dynamics, Nonlinear Dynamics 46 (2006), equation (2).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import final
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.dry_friction import DryFriction, falling
+from fmu_models.language.law_parameter import coefficient, declared
 
 
+@final
 @dataclass(frozen=True)
 class Conti(DryFriction):
     """Friction that falls hyperbolically from N mu_s at rest to N mu_k at high slip speed."""
 
     N: sympy.Expr
-    mu_s: sympy.Expr
-    mu_k: sympy.Expr
-    p: sympy.Expr
+    mu_s: sympy.Expr = field(metadata=coefficient(0.65, "friction coefficient at vanishing slip speed"))
+    mu_k: sympy.Expr = field(metadata=coefficient(0.35, "friction coefficient at great slip speed"))
+    p: sympy.Expr = field(metadata=declared(15.0, "s/m", "slope of the fall of friction with slip speed", 0.0, 1e4))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """N mu(speed), N, for a slip speed without sign, m/s."""
@@ -34,6 +37,8 @@ class Conti(DryFriction):
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Friction falls with the slip speed: with mu_k > mu_s a contact could neither stick nor slip."""
-        sentence = f"{self.mu_k} exceeds {self.mu_s}: Conti's law needs mu_s >= mu_k"
-        return (Requirement(self.mu_s - self.mu_k, sentence),)
+        """Friction falls with the slip speed."""
+        return (falling(self.mu_s, self.mu_k, "Conti"),)
+
+
+LAW = Conti

@@ -1,40 +1,37 @@
 """Conti's friction law with viscous friction.
 
-    lambda = -(N mu(|v|) sgn(v) + b v),    mu(|v|) = (mu_s - mu_k)/(1 + p |v|) + mu_k
+    lambda = -N (mu(|v|) sgn(v) + mu_v v),    mu(|v|) = (mu_s - mu_k)/(1 + p |v|) + mu_k
 
-v slip speed, lambda friction force along positive slip, b viscous friction; the rest as in ``conti``.
+v slip speed, lambda friction force along positive slip, mu_v rise of the friction coefficient with slip speed; the rest
+as in ``conti``.
 
 Source: equation (2) of Casini, Giannini, Vestroni, Nonlinear Dynamics 46 (2006), with the viscous part added.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, field
+from typing import ClassVar, final
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.dry_friction import DryFriction, braking
+from fmu_models.language.law_parameter import coefficient, declared, viscous
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import Parameter
 
 
+@final
 @dataclass(frozen=True)
 class ContiViscous(DryFriction):
-    """Conti's law with ``viscous`` friction, N s/m."""
+    """Conti's law with viscous friction in proportion to the normal force."""
 
+    label: ClassVar[str] = "Conti+viscous"
     N: sympy.Expr
-    mu_s: sympy.Expr
-    mu_k: sympy.Expr
-    p: sympy.Expr
-    viscous: sympy.Expr
-
-    @classmethod
-    def around(cls, own: Conti, suffix: str = "", *, viscous: float = 0.0) -> Self:
-        """Conti's law ``own`` with viscous friction, the parameter ``viscous<suffix>``."""
-        friction = Parameter(f"viscous{suffix}", viscous, "N s/m", "viscous friction", minimum=0.0)
-        return cls(own.N, own.mu_s, own.mu_k, own.p, friction)
+    mu_s: sympy.Expr = field(metadata=coefficient(0.65, "friction coefficient at vanishing slip speed"))
+    mu_k: sympy.Expr = field(metadata=coefficient(0.35, "friction coefficient at great slip speed"))
+    p: sympy.Expr = field(metadata=declared(15.0, "s/m", "slope of the fall of friction with slip speed", 0.0, 1e4))
+    mu_v: sympy.Expr = field(metadata=viscous())
 
     @property
     def dry(self) -> Conti:
@@ -43,14 +40,16 @@ class ContiViscous(DryFriction):
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Force, N, for a slip speed without sign, m/s."""
-        return self.dry.magnitude(speed) + self.viscous * speed
+        return self.dry.magnitude(speed) + self.N * self.mu_v * speed
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
-        return self.dry.force(slip, sign) - self.viscous * slip
+        """Friction force along positive slip, N; its viscous part knows no sign."""
+        return self.dry.force(slip, sign) - self.N * self.mu_v * slip
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Those of Conti's law, and no driving viscous friction."""
-        sentence = f"{self.viscous} is negative: viscous friction brakes"
-        return (*self.dry.requirements, Requirement(sympy.sympify(self.viscous), sentence))
+        return (*self.dry.requirements, braking(self.mu_v))
+
+
+LAW = ContiViscous

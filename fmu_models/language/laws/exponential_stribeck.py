@@ -11,31 +11,26 @@ compensation methods for the control of machines with friction, Automatica 30 (1
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, field
+from typing import ClassVar, final
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction
-from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import Parameter
+from fmu_models.language.dry_friction import DryFriction, falling
+from fmu_models.language.law_parameter import coefficient, declared
 
 
+@final
 @dataclass(frozen=True)
 class ExponentialStribeck(DryFriction):
     """Friction that falls exponentially from N mu_s at rest to N mu_k at high slip speed."""
 
+    label: ClassVar[str] = "Stribeck"
     N: sympy.Expr
-    mu_s: sympy.Expr
-    mu_k: sympy.Expr
-    v_s: sympy.Expr
-
-    @classmethod
-    def around(cls, own: Conti, suffix: str = "", *, v_s: float = 0.05) -> Self:
-        """Between the coefficients of Conti's law ``own``, over the speed ``v_s<suffix>``, a parameter."""
-        speed = Parameter(f"v_s{suffix}", v_s, "m/s", "slip speed over which friction falls", positive=True)
-        return cls(own.N, own.mu_s, own.mu_k, speed)
+    mu_s: sympy.Expr = field(metadata=coefficient(0.65, "friction coefficient at vanishing slip speed"))
+    mu_k: sympy.Expr = field(metadata=coefficient(0.35, "friction coefficient at great slip speed"))
+    v_s: sympy.Expr = field(metadata=declared(0.05, "m/s", "slip speed over which friction falls", 1e-4, 100.0))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """N mu(speed), N, for a slip speed without sign, m/s."""
@@ -44,6 +39,9 @@ class ExponentialStribeck(DryFriction):
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Friction falls with the slip speed, over a speed that is positive."""
-        falls = f"{self.mu_k} exceeds {self.mu_s}: Stribeck's law needs mu_s >= mu_k"
         speed = f"{self.v_s} must be positive: it is the speed over which friction falls"
-        return (Requirement(self.mu_s - self.mu_k, falls), Requirement(sympy.sympify(self.v_s), speed, strict=True))
+        falls = falling(self.mu_s, self.mu_k, "Stribeck")
+        return (falls, Requirement(sympy.sympify(self.v_s), speed, strict=True))
+
+
+LAW = ExponentialStribeck

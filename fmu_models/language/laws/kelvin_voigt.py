@@ -38,3 +38,6 @@ class KelvinVoigt:
     def requirements(self) -> tuple[Requirement, ...]:
         """None: a stop that pushes nothing is harmless."""
         return ()
+
+
+LAW = KelvinVoigt

@@ -44,3 +44,6 @@ class LankaraniNikravesh:
         e = self.restitution
         sentence = f"{e} must lie between 0 and 1: the coefficient of restitution of Lankarani and Nikravesh"
         return (Requirement(1 - e**2, sentence),)
+
+
+LAW = LankaraniNikravesh

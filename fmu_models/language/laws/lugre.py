@@ -13,34 +13,34 @@ Transactions on Automatic Control 40 (1995), equations (2) to (4), without visco
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, Self
+from types import SimpleNamespace
+from typing import Any, ClassVar, Self, final
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
+from fmu_models.language.dry_friction import DryFriction, parts_around
+from fmu_models.language.law_parameter import declared
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState, Parameter
+from fmu_models.language.quantities import InternalState
 
 
+@final
 @dataclass(frozen=True)
 class LuGre:
-    """Bristles of ``stiffness`` (N/m) and ``damping`` (N s/m) whose steady force is that of the law ``steady``."""
+    """Bristles of stiffness ``sigma0`` and damping ``sigma1`` whose steady force is that of the law ``steady``."""
 
-    steady: Conti
-    stiffness: sympy.Expr
-    damping: sympy.Expr
+    steady: DryFriction
+    sigma0: sympy.Expr = field(metadata=declared(2e5, "N/m", "stiffness of the bristles", 1e3, 2e6))
+    sigma1: sympy.Expr = field(metadata=declared(100.0, "N s/m", "damping of the bristles", 0.0, 1e4))
     bristle: InternalState = field(default_factory=lambda: _bristle("z"))
     sticks: ClassVar[bool] = False
 
     @classmethod
-    def around(cls, steady: Conti, suffix: str = "", *, stiffness: float = 2e5, damping: float = 100.0) -> Self:
-        """LuGre law with parameters ``sigma0<suffix>``, ``sigma1<suffix>`` and internal state ``z<suffix>``."""
-        return cls(
-            steady,
-            Parameter(f"sigma0{suffix}", stiffness, "N/m", "stiffness of the bristles", positive=True),
-            Parameter(f"sigma1{suffix}", damping, "N s/m", "damping of the bristles", minimum=0.0),
-            _bristle(f"z{suffix}"),
-        )
+    def around(cls, own: Any, suffix: str = "") -> Self:
+        """Bristles ``z<suffix>`` before a contact's own law, if it is dry friction, otherwise before Conti's."""
+        steady = own if isinstance(own, DryFriction) else Conti.around(own, suffix)
+        return cls(**parts_around(cls, SimpleNamespace(steady=steady, bristle=_bristle(f"z{suffix}")), suffix))
 
     @property
     def states(self) -> tuple[InternalState, ...]:
@@ -52,22 +52,30 @@ class LuGre:
         """Breakaway force, N."""
         return self.steady.capacity
 
+    def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
+        """Friction force in steady slip, N, for a slip speed without sign, m/s."""
+        return self.steady.magnitude(speed)
+
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
         (rate,) = self.rates(slip, sign)
-        return -(self.stiffness * self.bristle + self.damping * rate)
+        return -(self.sigma0 * self.bristle + self.sigma1 * rate)
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
         """Rate of the deflection of the bristles, m/s."""
         speed = sign * slip
-        return (slip - self.stiffness * speed * self.bristle / self.steady.magnitude(speed),)
+        return (slip - self.sigma0 * speed * self.bristle / self.steady.magnitude(speed),)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Those of the steady law, and a steady force that the bristles can lean against."""
-        sentence = f"{self.steady.N} or {self.steady.mu_s} is zero: LuGre's law divides by the steady friction force"
-        return (*self.steady.requirements, Requirement(self.steady.capacity, sentence, strict=True))
+        factors = " or ".join(map(str, sympy.Mul.make_args(self.capacity)))
+        sentence = f"{factors} is zero: LuGre's law divides by the steady friction force"
+        return (*self.steady.requirements, Requirement(self.capacity, sentence, strict=True))
 
 
 def _bristle(name: str) -> InternalState:
     return InternalState(name, "m", "mean deflection of the bristles", nominal=1e-5)
+
+
+LAW = LuGre

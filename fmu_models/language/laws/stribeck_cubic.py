@@ -11,21 +11,25 @@ Source: Leine, van Campen, Bifurcation phenomena in non-smooth dynamical systems
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import inf
+from typing import final
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.law_parameter import declared
 
 
+@final
 @dataclass(frozen=True)
 class StribeckCubic(DryFriction):
-    """Friction with the coefficients ``a0`` (N), ``a1`` (N s/m) and ``a3`` (N s3/m3)."""
+    """Friction whose force, not its coefficient, is a cubic."""
 
-    a0: sympy.Expr
-    a1: sympy.Expr
-    a3: sympy.Expr
+    a0: sympy.Expr = field(metadata=declared(1.5, "N", "friction force at rest", 0.0, inf))
+    a1: sympy.Expr = field(metadata=declared(1.5, "N s/m", "fall of the force with small slip speeds", -inf, inf))
+    a3: sympy.Expr = field(metadata=declared(0.45, "N s3/m3", "rise of the force with large slip speeds", -inf, inf))
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Force, N, for a slip speed without sign, m/s."""
@@ -39,3 +43,6 @@ class StribeckCubic(DryFriction):
     def requirements(self) -> tuple[Requirement, ...]:
         """A force at rest that is not negative."""
         return (Requirement(self.capacity, f"{self.a0} is negative: the cubic law needs a0 >= 0"),)
+
+
+LAW = StribeckCubic

@@ -23,3 +23,6 @@ class Tanh(Smoothed):
     def shape(self, ratio: sympy.Expr) -> sympy.Expr:
         """tanh(v/width) of the ratio v/width."""
         return sympy.tanh(ratio)
+
+
+LAW = Tanh

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,18 +13,9 @@ from matplotlib.figure import Figure
 from fmu_models.validation.bench.run import Comparison, Row
 
 MARKERS = {"event-driven": "o", "switch model": "s", "smoothing": "^", "time-stepping": "D"}
+LINES = ("-", "--", ":", "-.")
 TINIEST = 1e-17  # where an error of exactly zero is drawn
 LARGEST = 1e2  # and one of another motion
-
-
-def svg(made: Comparison) -> str:
-    """The diagram, to stand inside a page."""
-    figure = draw(made)
-    buffer = io.StringIO()
-    with mpl.rc_context({"svg.fonttype": "path", "svg.hashsalt": made.name}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
 
 
 def draw(made: Comparison) -> Figure:
@@ -33,9 +24,15 @@ def draw(made: Comparison) -> Figure:
     axes = figure.subplots(1, 3)
     names = list(dict.fromkeys(row.method for row in made.rows))
     colors = mpl.colormaps["tab20"]
+    seen: Counter[str] = Counter()
     for k, name in enumerate(names):
         rows = [row for row in made.rows if row.method == name]
-        style: dict[str, Any] = {"color": colors(k % 20), "marker": MARKERS[rows[0].family], "markersize": 5}
+        family = rows[0].family
+        style: dict[str, Any] = {"color": colors(k % 20), "marker": MARKERS[family], "markersize": 5}
+        # those of a family share its mark; line and filling tell them apart where colours do not
+        style |= {"linestyle": LINES[seen[family] % len(LINES)]}
+        style |= {"markerfacecolor": "white"} if seen[family] % 2 else {}
+        seen[family] += 1
         for axis, points in zip(axes, _points(rows), strict=True):
             axis.plot(*zip(*points, strict=True), linewidth=1.0, label=name, **style) if points else None
     for axis, cost in zip(axes, ("wall time (s)", "right-hand sides (1)", "wall time (s)"), strict=True):

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import csv
-import html
 import math
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
 from fmu_models.base.files import write_whole
+from fmu_models.base.html_table import html
+from fmu_models.base.table import Cell, Column, Table, table
+from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.bench.run import Comparison, Row
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-COLUMNS = (
-    *("method", "tolerance", "error", "ranked", "event time error, s", "missed", "extra", "right-hand sides"),
-    *("median, s", "spread, s", "of ours", "runs", "memory, kB"),
-)
-NARROW = ("method", ">tol.", ">error", ">event t.", ">missed", ">rhs", ">time, s", ">spread", ">of ours", ">kB")
 CAPTION = (
     "Error: largest difference of a state at the end, in its nominal value; '<' where it is no larger than three times "
-    "what the reference itself may be wrong, so that it does not rank. Event t.: largest error of an event time, s. "
+    "what the reference itself may be wrong, so that it does not rank. "
     "Missed, extra: events of the reference without counterpart, events without one there. Time: median and distance "
     "of quartiles of runs in turn; 'of ours': median of the ratios of pairs. Memory: peak of Python's allocations."
 )
@@ -49,43 +47,40 @@ def machine() -> str:
     return f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
-def cells(row: Row) -> list[str]:
-    """A row as text, by ``COLUMNS``."""
+def comparison_table(one: Comparison) -> Table:
+    """A row for each method and tolerance."""
+    columns = (
+        *("method", "tolerance", "error", "missed", Column("right-hand sides", spare=1), Column("time", "s")),
+        *(Column("of ours", spare=2), Column("event time error", "s", spare=4), Column("extra", spare=7)),
+        *(Column("spread", "s", spare=6), Column("runs", spare=8), Column("memory", "kB", spare=5)),
+    )
+    return table(f"{one.title} ({one.stop_time:g} s)", columns, map(_cells, one.rows))
+
+
+def _cells(row: Row) -> list[str | Cell]:
     events = row.events
-    return [
-        row.method,
+    ratio = "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}"
+    words = (
         f"{row.tolerance:.0e}",
         f"{'' if row.ranked else '<'}{row.error:.1e}" if math.isfinite(row.error) else "none",
-        "yes" if row.ranked else "no",
-        "-" if events is None or events.time is None else f"{events.time:.1e}",
         "-" if events is None else f"{events.missed} of {events.expected}",
-        "-" if events is None else str(events.extra),
         "-" if row.evaluations is None else str(row.evaluations),
         f"{row.seconds:.1e}",
+        ratio,
+        "-" if events is None or events.time is None else f"{events.time:.1e}",
+        "-" if events is None else str(events.extra),
         f"{row.spread:.0e}",
-        "-" if row.ratio is None else f"{row.ratio:.0f}" if row.ratio >= 100.0 else f"{row.ratio:.2g}",
         str(row.runs),
         "-" if row.memory is None else f"{row.memory / 1000:.0f}",
-    ]
+    )
+    return [row.method, *(Cell(text, "number") for text in words)]
 
 
 def print_table(made: Sequence[Comparison], out: Console) -> None:
-    """For people at a terminal, 120 columns wide."""
+    """For people at a terminal."""
     for one in made:
-        table = console.table(*NARROW, title=f"{one.title} ({one.stop_time:g} s)")
-        table.columns[0].no_wrap = True
-        last = ""
-        for row in one.rows:
-            text = dict(zip(COLUMNS, cells(row), strict=True))
-            missed = "-" if row.events is None else f"{row.events.missed}/{row.events.expected}"
-            table.add_row(
-                *("" if row.method == last else row.method, text["tolerance"], text["error"]),
-                *(text["event time error, s"], missed, text["right-hand sides"]),
-                *(text["median, s"], text["spread, s"], text["of ours"], text["memory, kB"]),
-            )
-            last = row.method
-        out.print(table)
-        out.print(f"Reference: {one.reference}.")
+        out.print(terminal(comparison_table(one)))
+        out.print(f"Reference: {one.reference}.", markup=False)
         if one.shortened:
             out.print(one.shortened)
         for why, names in _grouped(one).items():
@@ -130,9 +125,9 @@ def write_csv(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> Non
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1500px; padding: 0 1em; color: #111; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .15em .7em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
-th { white-space: normal; vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
-tr.unranked td { color: #777; } svg { width: 100%; height: auto; } .wide { overflow-x: auto; }
+th, td { padding: .15em .7em; text-align: left; border-bottom: 1px solid #ddd; white-space: nowrap; }
+th { white-space: normal; vertical-align: bottom; } .number { text-align: right; } caption { display: none; }
+tbody th { font-weight: normal; } svg { width: 100%; height: auto; } .wide { overflow-x: auto; }
 """
 
 
@@ -142,9 +137,9 @@ def write_page(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> No
     Raises:
         StickslipError: the file exists or cannot be written.
     """
-    parts = ["<h1>Error against run time</h1>", f"<p>{html.escape(CAPTION)} Measured on {html.escape(machine())}.</p>"]
-    for one in made:
-        parts += _section(one)
+    parts = ["<h1>Error against run time</h1>", f"<p>{escape(CAPTION)} Measured on {escape(machine())}.</p>"]
+    for number, one in enumerate(made):
+        parts += _section(one, f"scene{number}")
     text = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Error against run time</title>'
         f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(parts) + "\n</body></html>\n"
@@ -153,26 +148,20 @@ def write_page(made: Sequence[Comparison], path: Path, *, overwrite: bool) -> No
         temporary.write_text(text, "utf-8")
 
 
-def _section(one: Comparison) -> list[str]:
-    from fmu_models.validation.bench.diagram import svg
+def _section(one: Comparison, prefix: str) -> list[str]:
+    from fmu_models.report.inline_svg import inline_svg
+    from fmu_models.validation.bench.diagram import draw
 
-    heads = "".join(f"<th>{html.escape(name)}</th>" for name in COLUMNS)
-    body = "\n".join(
-        f"<tr{'' if row.ranked else ' class=unranked'}>"
-        + "".join(f"<td>{html.escape(text)}</td>" for text in cells(row))
-        + "</tr>"
-        for row in one.rows
-    )
-    left = "".join(
-        f"<li><b>{html.escape(', '.join(names))}</b>: {html.escape(why)}</li>" for why, names in _grouped(one).items()
-    )
+    left = "".join(f"<li><b>{escape(', '.join(names))}</b>: {escape(why)}</li>" for why, names in _grouped(one).items())
     events = "" if one.expected is None else f" {one.expected} events."
     return [
-        f"<h2>{html.escape(one.title)}</h2>",
-        f"<p>{html.escape(one.name)}, {one.stop_time:g} s.{events} Reference: {html.escape(one.reference)}.</p>",
-        f"<p>{html.escape(one.shortened)}</p>" if one.shortened else "",
-        svg(one) if one.rows else "<p>No method has finished.</p>",
-        f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>',
+        f"<h2>{escape(one.title)}</h2>",
+        f"<p>{escape(one.name)}, {one.stop_time:g} s.{events} Reference: {escape(one.reference)}.</p>",
+        f"<p>{escape(one.shortened)}</p>" if one.shortened else "",
+        inline_svg(draw(one), prefix, f"{one.title}: error against cost by method")
+        if one.rows
+        else "<p>No method has finished.</p>",
+        html(comparison_table(one)),
         f"<h3>Without a result</h3><ul>{left}</ul>" if left else "",
         "<p>Interrupted: not everything was run.</p>" if one.interrupted else "",
     ]

@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
-from fmu_models.scene.compute import arguments, period
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.registry import is_place
+from fmu_models.oscillators import MODELS
+from fmu_models.scene.compute import arguments
+from fmu_models.scene.kinds.kind import period
 from fmu_models.scene.read import SUFFIX, files, read_scene
 from fmu_models.scene.reduce import built_scene, reduced
 from fmu_models.scene.scene import Scene
@@ -19,7 +22,7 @@ STOP_TIME = 20.0  # s, of a model without a scene
 
 
 def problem(name: str, until: float | None = None) -> Problem:
-    """The problem of a scene (a TOML file, or the name of one in ``data/scenes``) or of a model with its defaults.
+    """The problem of a scene (a TOML file, or the name of one that comes along) or of a model with its defaults.
 
     Args:
         until: s, end of the run; that of the scene, or 20 s, if None.
@@ -34,27 +37,21 @@ def problem(name: str, until: float | None = None) -> Problem:
 
 
 def _scene(name: str) -> Scene:
-    from fmu_models import oscillators
-
-    if not name.endswith(SUFFIX) and name not in {file.stem for file in files()} and name in oscillators.names():
-        return of_model(name)
-    if not name.endswith(SUFFIX) and name not in {file.stem for file in files()}:
-        from fmu_models.base.errors import nearest
-
-        known = [*(file.stem for file in files()), *oscillators.names()]
-        raise StickslipError(f"There is no scene or model '{name}'.{nearest(name, known)}")
-    return read_scene(name)
+    scenes = [file.stem for file in files()]
+    if name.endswith(SUFFIX) or name in scenes:
+        return read_scene(name)
+    if not is_place(name) and name not in MODELS.names():
+        raise StickslipError(f"There is no scene or model '{name}'.{nearest(name, [*scenes, *MODELS.names()])}")
+    return of_model(name)
 
 
 def of_model(name: str) -> Scene:
     """A scene of a model with all its defaults held."""
-    from fmu_models import oscillators
-
-    model = oscillators.load(name)
+    model = MODELS.load(name)
     held = {q.name: q.value for q in (*model.parameters, *model.inputs)}
     return Scene(
-        name=name, title=model.title, source=model.source, model=name, contacts=None, laws={}, fixed=held, free={},
-        drives={}, start={}, outputs=(), stop_time=STOP_TIME,
+        name=model.name, title=model.title, source=model.source, model=name, contacts=None, laws={}, fixed=held,
+        free={}, drives={}, start={}, outputs=(), stop_time=STOP_TIME,
     )  # fmt: skip
 
 

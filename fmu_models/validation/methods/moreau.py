@@ -37,7 +37,7 @@ from fmu_models.validation.methods.result import (
     Switch,
     needs_fields_alone,
     needs_steady_inputs,
-    timed,
+    repeatable,
 )
 
 SWEEPS = 200  # of the projection; each costs a few products
@@ -68,15 +68,7 @@ class Moreau:
                 )
             needs_fields_alone(contact, "its steps do not see")
         stepping = _Stepping(Equations(problem.system), self.theta)
-        warm: list[bool] = []
-
-        def make(tolerance: float) -> MethodRun:
-            if not warm:
-                stepping.run(problem, 1e-2)  # compiles what it meets
-                warm.append(True)
-            return timed(lambda: stepping.run(problem, tolerance), stepping.equations.n)
-
-        return make
+        return repeatable(lambda tolerance: stepping.run(problem, tolerance), stepping.equations.n, first=1e-2)
 
 
 class _Stepping:

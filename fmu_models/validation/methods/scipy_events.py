@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmu_models.validation.methods.equations import Equations, Mode
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs, timed
+from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs, repeatable
 from fmu_models.validation.methods.switching import Run
 
 FINEST = 2.3e-14  # scipy's smallest relative tolerance
@@ -43,20 +43,13 @@ class ScipyEvents:
         equations = Equations(problem.system)
         run = Run(equations)
         stepper = _Stepper(run, self.solver, problem, self.longest)
-        known: set[float] = set()
 
-        def make(tolerance: float) -> MethodRun:
-            def once() -> tuple[Any, tuple, int]:
-                stepper.begin(tolerance)
-                end = run.to(stepper, equations.start(problem.start), problem.stop_time)
-                return end, tuple(run.switches), stepper.evaluations
+        def once(tolerance: float) -> tuple[Any, tuple, int]:
+            stepper.begin(tolerance)
+            end = run.to(stepper, equations.start(problem.start), problem.stop_time)
+            return end, tuple(run.switches), stepper.evaluations
 
-            if not known:  # the first run compiles the modes that it meets: that is start-up, not run time
-                once()
-                known.add(tolerance)
-            return timed(once, equations.n)
-
-        return make
+        return repeatable(once, equations.n)
 
 
 class _Stepper:

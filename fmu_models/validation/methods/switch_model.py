@@ -39,7 +39,7 @@ from fmu_models.validation.methods.result import (
     Problem,
     needs_fields_alone,
     needs_steady_inputs,
-    timed,
+    repeatable,
 )
 from fmu_models.validation.methods.runge_kutta_fehlberg import steps
 from fmu_models.validation.methods.sides import Sides
@@ -73,18 +73,11 @@ class SwitchModel:
         equations = Equations(problem.system, pull=_frequency(problem))
         model = _Bands(equations, self.eta)
         sides = Sides(equations)
-        warm: list[bool] = []
 
-        def make(tolerance: float) -> MethodRun:
-            def once() -> tuple[Any, tuple, int]:
-                return _run(model, sides, problem, tolerance, self.frozen)
+        def once(tolerance: float) -> tuple[Any, tuple, int]:
+            return _run(model, sides, problem, tolerance, self.frozen)
 
-            if not warm:
-                _run(model, sides, problem, 1e-5, self.frozen)  # compiles the modes
-                warm.append(True)
-            return timed(once, equations.n)
-
-        return make
+        return repeatable(once, equations.n, first=1e-5)
 
 
 def _frequency(problem: Problem) -> float:

@@ -8,13 +8,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.table import Table, number, table
+from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import Console
 
 # of a cell in words, the longest line of a message that is printed
 WIDTH = 90
+# up to which a heat map has a column for each
+CASES = 24
+MARKS = {"r": "some refused with a reason", "F": "some failed"}
 
 
 def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
@@ -54,24 +60,27 @@ def group(cell: Cell) -> str:
 
 def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool = False) -> None:
     """One table per model with the counts of each group of cases; every cell that is not accurate by name."""
-    from fmu_models.base.console import table
-
     for model in dict.fromkeys(cell.case.model for cell in cells):
         own = [cell for cell in cells if cell.case.model == model]
-        made = table("about", *(f">{verdict}" for verdict in VERDICTS), ">largest error", "in", title=model)
-        for about in dict.fromkeys(map(group, own)):
-            chosen = [cell for cell in own if group(cell) == about]
-            counts = Counter(cell.verdict for cell in chosen)
-            worst = max((c for c in chosen if c.error is not None), key=lambda c: c.error or 0.0, default=None)
-            shown = (f"{worst.error:.1e}", worst.case.name) if worst is not None and worst.error else ("", "")
-            made.add_row(about, *(str(counts[verdict] or "") for verdict in VERDICTS), *shown)
-        out.print(made)
+        out.print(terminal(groups_table(model, own)))
         for cell in own:
             if every or cell.verdict != "accurate":
                 out.print(f"  {sentence(cell)}", markup=False)
         out.print()
     totals = Counter(cell.verdict for cell in cells)
     out.print(f"{len(cells)} of {asked} cells: " + ", ".join(f"{totals[verdict]} {verdict}" for verdict in VERDICTS))
+
+
+def groups_table(model: str, cells: Sequence[Cell]) -> Table:
+    """A row for each group of a model's cases: how many got which verdict, and the largest error."""
+    rows = []
+    for about in dict.fromkeys(map(group, cells)):
+        chosen = [cell for cell in cells if group(cell) == about]
+        counts = Counter(cell.verdict for cell in chosen)
+        worst = max((c for c in chosen if c.error), key=lambda c: c.error or 0.0, default=None)
+        shown = (number(worst.error, ".1e"), worst.case.name) if worst is not None else (number(None), "")
+        rows.append([about, *(number(counts[verdict] or None, "d") for verdict in VERDICTS), *shown])
+    return table(model, ("about", *VERDICTS, "largest error", "in"), rows)
 
 
 def sentence(cell: Cell) -> str:
@@ -84,38 +93,52 @@ def sentence(cell: Cell) -> str:
 
 
 def draw(cells: Sequence[Cell], path: Path, *, overwrite: bool = False) -> None:
-    """Heat map: one row per model, one column per group of cases, the worst error of each as its colour.
+    """Heat map: a row for each model, a column for each case, or where these are many for each group of cases; the
+    largest error as colour and as its power of ten.
 
     Raises:
         StickslipError: the file exists or cannot be written.
     """
+    from fmu_models.report.figures import save_figure
+
+    save_figure(heat_map(cells), path, overwrite=overwrite)
+
+
+def heat_map(cells: Sequence[Cell]) -> Figure:
+    """The figure of `draw`."""
     import numpy as np
     from matplotlib.figure import Figure
 
-    from fmu_models.report.figures import save_figure
-
     models = list(dict.fromkeys(cell.case.model for cell in cells))
-    groups = sorted(set(map(group, cells)))
-    errors = np.full((len(models), len(groups)), np.nan)
-    letters: dict[tuple[int, int], str] = {}
+    names = list(dict.fromkeys(cell.case.name for cell in cells))
+    by_case = len(names) <= CASES
+    columns = names if by_case else sorted(set(map(group, cells)))
+    errors = np.full((len(models), len(columns)), np.nan)
+    marks: dict[tuple[int, int], str] = {}
     for cell in cells:
-        at = models.index(cell.case.model), groups.index(group(cell))
+        at = models.index(cell.case.model), columns.index(cell.case.name if by_case else group(cell))
         if cell.error is not None:
             size = math.log10(min(max(cell.error, 1e-16), 1.0))
             errors[at] = np.nanmax([errors[at], size])
         mark = {"refused": "r", "failed": "F"}.get(cell.verdict, "")
-        letters[at] = max(letters.get(at, ""), mark, key=lambda m: ("", "r", "F").index(m))
-    figure = Figure(figsize=(3.5 + 0.36 * len(groups), 2.4 + 0.3 * len(models)), layout="constrained")
+        marks[at] = max(marks.get(at, ""), mark, key=("", "r", "F").index)
+    size = (max(3.6 + 0.42 * len(columns), 7.0), 2.6 + 0.3 * len(models) + 0.07 * max(map(len, columns)))
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots()
     image = axes.imshow(errors, vmin=-16, vmax=0, cmap="YlOrRd", aspect="auto")
     axes.set_facecolor("0.85")
-    axes.set_xticks(range(len(groups)), groups, rotation=60, ha="right")
+    axes.set_xticks(range(len(columns)), columns, rotation=60, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(len(models)), models)
-    for (row, column), letter in letters.items():
-        axes.text(column, row, letter, ha="center", va="center", fontsize=8)
-    figure.colorbar(image, ax=axes, label="log10 of the largest relative error")
-    axes.set_xlabel("what is extreme")
-    axes.set_title(
-        f"accurate up to {ACCURATE:g}; r: some refused with a reason, F: some failed; grey: no such case, or none ran"
-    )
-    save_figure(figure, path, overwrite=overwrite)
+    for (row, column), mark in marks.items():
+        power = "" if np.isnan(errors[row, column]) else f"{errors[row, column]:.0f}"
+        dark = errors[row, column] > -4
+        axes.text(
+            column, row, f"{power}{mark}", ha="center", va="center", fontsize=8, color="white" if dark else "black"
+        )
+    figure.colorbar(image, ax=axes, label="log10 of the largest\nrelative error (1)")
+    axes.set_xlabel("case" if by_case else "what is extreme")
+    said = [f"accurate up to {math.log10(ACCURATE):.0f}"]
+    said += [f"{mark}: {words}" for mark, words in MARKS.items() if mark in marks.values()]
+    said += ["grey: no such case, or no error to be had"] if np.isnan(errors).any() else []
+    axes.set_title(f"Numbers: log10 of the largest error\n{'; '.join(said)}", fontsize="small")
+    return figure

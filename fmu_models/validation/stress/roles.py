@@ -26,10 +26,10 @@ Model = Mechanism | Automaton
 # by the name of a field of a law
 _FIELDS = {
     "k": "stiffness",
-    "stiffness": "stiffness",
+    "sigma0": "stiffness",
     "c": "damping",
-    "damping": "damping",
-    "viscous": "damping",
+    "sigma1": "damping",
+    "mu_v": "damping",
     "p": "steepness",
     "N": "load",
     "a0": "load",

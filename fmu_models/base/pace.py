@@ -1,0 +1,59 @@
+"""How long work will still take, from what was done when.
+
+    speed = what was done in the latter part of the time so far / that time
+    end   = now + (1 - done)/speed, and its running mean
+
+The end is told while the latter half and the latter quarter of the time agree on it: work whose parts go at different
+speeds (a quick fit before a long bootstrap) says nothing for a while instead of something wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+
+PARTS = (0.5, 0.25)  # of the time so far: the shares whose speeds must agree
+STEPS = 3  # at least, in the shorter of them
+AGREED = 1.6  # ratio of remaining times up to which they do
+SMOOTHED = 0.1  # of the time so far: how long the running mean remembers
+EARLY = 4.0  # s before which nobody can say
+APART = 0.05  # s between samples that are kept
+
+
+class Pace:
+    """Of one piece of work, which begins now (0 s) with nothing done."""
+
+    def __init__(self) -> None:
+        self.times, self.done = [0.0], [0.0]
+        self.mean: float | None = None
+
+    def remaining(self, elapsed: float, done: float) -> float | None:
+        """Seconds still needed when a share ``done`` is finished after ``elapsed`` s; None where nobody can say yet."""
+        last = self.times[-1]
+        if elapsed >= last + APART:
+            self.times.append(elapsed)
+            self.done.append(done)
+        left = [self._left(part, elapsed, done) for part in PARTS]
+        least, most = min(left), max(left)
+        if elapsed < EARLY or not most < math.inf or most > AGREED * least + 1:
+            self.mean = None
+            return None
+        end = elapsed + left[0]
+        share = 1 - math.exp(-(elapsed - last) / (SMOOTHED * elapsed))
+        self.mean = end if self.mean is None else self.mean + share * (end - self.mean)
+        return max(self.mean - elapsed, 0.0)
+
+    def _left(self, part: float, elapsed: float, done: float) -> float:
+        """Seconds at the speed of the latter part of the time so far; infinite where too little was done in it."""
+        since = bisect_right(self.times, elapsed * (1 - part)) - 1
+        if len(set(self.done[since:])) <= STEPS:
+            return math.inf
+        return (1 - done) * (elapsed - self.times[since]) / (done - self.done[since])
+
+
+def spoken(seconds: float) -> str:
+    """A duration as people say it."""
+    whole = math.ceil(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole // 3600} h {whole // 60 % 60:02d} min"

@@ -1,0 +1,40 @@
+"""What comes along with the program: scenes, recipes, systems, example logs.
+
+In a checkout it is the folder ``data`` beside the packages; an installed suite has it as ``stickslip_data`` there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+ROOM = Path(__file__).parents[2]
+NAME = "data"  # how commands and messages call the folder, wherever it is
+LOGS = "rigs"  # a folder for each set of logs; the other parts hold single files
+
+
+def folder(part: str = "") -> Path:
+    """The folder, or a part of it such as "scenes"."""
+    installed = ROOM / "stickslip_data"
+    return (installed if installed.is_dir() else ROOM / NAME) / part
+
+
+def files(part: str, suffix: str = ".toml") -> list[Path]:
+    """The files of a part, by name."""
+    return sorted(folder(part).glob(f"*{suffix}"))
+
+
+def items() -> dict[str, Path]:
+    """All that can be copied, by a name such as "rigs/paper_rubber" or "scenes/disc_rig_class_a"."""
+    found = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}
+    for part in ("recipes", "scenes", "systems"):
+        found |= {f"{part}/{path.stem}": path for path in files(part)}
+    return found | {"README.md": folder() / "README.md"}
+
+
+def hint(path: Path) -> str:
+    """How to get a file or folder that is missing here and comes along; empty if it does not."""
+    inside = Path(*path.parts[1:])
+    if path.parts[:1] != (NAME,) or not inside.parts or not (folder() / inside).exists():
+        return ""
+    named = (name for name, item in items().items() if (folder() / inside).is_relative_to(item))
+    return next((f" It comes along; copy it here: stickslip data copy {name}" for name in named), "")

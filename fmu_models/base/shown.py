@@ -1,0 +1,188 @@
+"""How values show themselves: a few lines in a terminal, a table in a notebook, a data frame, a data set, a picture.
+
+A value says what it is in a heading and names what is in it; no array is written out, and no number longer than people
+read it.
+"""
+
+from __future__ import annotations
+
+import html
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from functools import singledispatch
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.base.errors import StickslipError
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+LINES = 10  # of a repr
+WIDTH = 100  # characters of a line
+Rows = Sequence[tuple[str, str]]
+
+
+class Shown:
+    """A value with a short repr.
+
+    A subclass says what it is by ``_heading`` and what is in it by ``_contents``; by default its name and its fields.
+    """
+
+    def __init_subclass__(cls) -> None:
+        if "__repr__" not in vars(cls):
+            cls.__repr__ = cls.__repr__  # its own, or a dataclass would make one
+
+    def _heading(self) -> str:
+        return type(self).__name__
+
+    def _contents(self) -> Mapping[str, Any]:
+        """What is shown, by name."""
+        assert is_dataclass(self)
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.init}
+
+    def _rows(self) -> Rows:
+        rows = [(name, brief(value)) for name, value in self._contents().items() if value is not None]
+        kept = rows if len(rows) < LINES else rows[: LINES - 2]
+        return kept if kept == rows else [*kept, ("...", f"and {', '.join(name for name, _ in rows[LINES - 2 :])}")]
+
+    def __repr__(self) -> str:
+        heading, rows = self._heading(), self._rows()
+        line = f"{heading}({', '.join(f'{name}={text}' for name, text in rows)})"
+        if heading == type(self).__name__ and len(line) <= WIDTH:
+            return line
+        wide = max((len(name) for name, _ in rows), default=0)
+        return "\n".join([_cut(heading), *(_cut(f"  {name:{wide}}  {text}") for name, text in rows)])
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{html.escape(text)}</td></tr>" for name, text in self._rows()
+        )
+        return f"<table><caption>{html.escape(self._heading())}</caption><tbody>{rows}</tbody></table>"
+
+
+class Tabular(Shown, ABC):
+    """A value that is a table too."""
+
+    @property
+    @abstractmethod
+    def frame(self) -> pandas.DataFrame:
+        """It as a table; units by column in ``frame.attrs["units"]`` where they differ from column to column."""
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(self._heading())}</p>{self.frame.to_html(max_rows=LINES)}"
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The table as a data set, with units as attributes.
+
+        Raises:
+            StickslipError: xarray is not installed.
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise StickslipError("xarray is not installed. Install it: pip install 'stickslip[xarray]'") from error
+        frame = self.frame
+        found = xarray.Dataset.from_dataframe(frame)
+        for name, unit in frame.attrs.get("units", {}).items():
+            found[name].attrs["units"] = unit
+        return found
+
+
+class Pictured(Tabular):
+    """A value whose pictures and words are made on a higher floor: in ``report.views`` of its package, which registers
+    them with ``draw`` and ``tell`` and is imported when the first is asked for."""
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it, in axes of a new figure where none are given."""
+        axes = axes_or_new(ax)
+        _view(draw, self)(self, axes)
+        return axes
+
+    def summary(self) -> str:
+        """All that it says, as in a terminal."""
+        return _view(tell, self)(self)
+
+
+@singledispatch
+def draw(value: Any, axes: Axes) -> None:
+    """Draw a value in axes."""
+    raise NotImplementedError(type(value).__name__)
+
+
+@singledispatch
+def tell(value: Any) -> str:
+    """Everything a value says, as in a terminal."""
+    raise NotImplementedError(type(value).__name__)
+
+
+def _view(function: Any, value: Pictured) -> Callable[..., Any]:
+    import_module(f"{type(value).__module__.partition('.')[0]}.report.views")
+    return function.dispatch(type(value))
+
+
+def brief(value: Any) -> str:
+    """A value in few words."""
+    import numpy as np
+
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    if isinstance(value, Shown):
+        text = repr(value)
+        return str(vars(value).get("name", type(value).__name__)) if "\n" in text else text
+    if isinstance(value, bool | int | None):
+        return str(value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, complex):
+        return f"{value.real:.6g}{value.imag:+.6g}j"
+    if isinstance(value, str):
+        return _cut(value)
+    if isinstance(value, Mapping):
+        return _list([f"{key} {brief(one)}" for key, one in value.items()])
+    if isinstance(value, list | tuple | set | frozenset):
+        return _list([brief(one) for one in value])
+    return _cut(str(value).partition("\n")[0])
+
+
+def _array(value: NDArray[Any]) -> str:
+    if value.size and value.size <= 4 and value.ndim == 1:
+        return _list([brief(one) for one in value])
+    return f"{' x '.join(str(size) for size in value.shape)} values {span(value)}".rstrip()
+
+
+def span(value: NDArray[Any], unit: str = "1") -> str:
+    """The range of the numbers in an array, such as "from 0 to 1 rad"; empty where they have none."""
+    if not value.size or value.dtype.kind not in "iuf":
+        return ""
+    return f"from {brief(value.min())} to {brief(value.max())}" + ("" if unit == "1" else f" {unit}")
+
+
+def _list(parts: Sequence[str]) -> str:
+    """Parts between commas, as many as a line takes."""
+    shown: list[str] = []
+    for part in parts:
+        if sum(len(one) + 2 for one in shown) + len(part) > WIDTH - 25:
+            return f"{', '.join(shown)} ... ({len(parts)})" if shown else _cut(part)
+        shown.append(part)
+    return ", ".join(shown) or "none"
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= WIDTH else f"{text[: WIDTH - 4]} ..."
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """The axes to draw in; those of a new figure where none are given."""
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    return pyplot.subplots(layout="constrained")[1]

@@ -1,0 +1,13 @@
+"""Version of this suite."""
+
+from __future__ import annotations
+
+
+def version() -> str:
+    """As the installed distribution says it."""
+    from importlib import metadata  # takes as long as all else that a command imports before it begins
+
+    try:
+        return metadata.version("stickslip")
+    except metadata.PackageNotFoundError:
+        return "(from source)"

@@ -1,0 +1,34 @@
+"""What commands about models take: a model, or a scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models.base.errors import StickslipError
+
+if TYPE_CHECKING:
+    from fmu_models.scene.scene import Scene
+
+NAMED = "its name in 'stickslip models', my_model.py, my_model.py:NAME or package.module:NAME"
+Model = Annotated[str, typer.Argument(metavar="MODEL", help=f"A model: {NAMED}.")]
+ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), or a model: {NAMED}.")]
+
+
+def is_scene(model: str) -> bool:
+    """Whether what stands for a model is the path of a scene."""
+    return model.endswith(".toml")
+
+
+def scene_of(path: str, contacts: str | None) -> Scene:
+    """The scene of a path.
+
+    Raises:
+        StickslipError: it cannot be read, or contacts are to be chosen beside it.
+    """
+    from fmu_models.scene.read import read_scene
+
+    if contacts is not None:
+        raise StickslipError("A scene says itself which contacts are in use: change 'contacts' there.")
+    return read_scene(path)

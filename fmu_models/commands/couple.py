@@ -1,0 +1,59 @@
+"""Command that simulates several FMUs as one system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.files import refuse_existing
+
+SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
+
+
+def couple(
+    path: Annotated[
+        Path,
+        typer.Argument(metavar="SYSTEM", help="A system of FMUs: .toml, .ssd or .ssp, or a name of 'stickslip data'."),
+    ],
+    until: Annotated[float | None, typer.Option(help="End of the run, s (default: what the system says).")] = None,
+    solver: Annotated[str | None, typer.Option(help=f"How to run it: {SOLVERS} (default: what it says).")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step of a co-simulation, s.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
+    samples: Annotated[int | None, typer.Option(help="Number of output times.", min=2)] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
+    ] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Simulate several FMUs as one system.
+
+    Where all have Model Exchange they are integrated as one, with common events; otherwise, or by --solver jacobi and
+    gauss-seidel, they are stepped one by one.
+
+    Example: stickslip couple data/systems/disc_rig_motors.toml -o rig.csv
+    """
+    import numpy as np
+
+    from fmu_models.coupling import run
+    from fmu_models.coupling.toml_system import read_system
+    from fmu_models.report import coupled_summary
+    from fmu_models.simulation.results import check_suffix
+
+    refuse_existing(output, overwrite=overwrite)
+    check_suffix(output)
+    system = read_system(path)
+    changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
+    system = system.changed(**{name: value for name, value in changes.items() if value is not None})
+    times = np.linspace(system.start_time, system.stop_time, samples) if samples else None
+    with console.output_of_libraries(), console.progress("simulating") as advance:
+        recording = run.recorded(system, output_times=times, progress=advance)
+    if output:
+        recording.write(output, overwrite=overwrite)
+    content = coupled_summary.summary(system, recording)
+    content["files"] = [str(output)] if output else []
+    console.say(json, content, lambda out: coupled_summary.print_summary(content, out))

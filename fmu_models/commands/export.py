@@ -1,0 +1,83 @@
+"""Command that writes an FMU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Contacts, Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.commands.arguments import ModelOrScene, is_scene, scene_of
+from fmu_models.oscillators import MODELS
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fmu_models.scene.scene import Scene
+
+
+def export(
+    model: ModelOrScene,
+    path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
+    fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
+    contacts: Contacts = None,
+    settings: Settings = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
+
+    Parameters that are set become the start values of the FMU.
+
+    Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
+    """
+    from fmu_models.codegen.package import export as write_fmu
+    from fmu_models.codegen.package import kept_by_name
+    from fmu_models.fmu.fmu import Fmu
+
+    values = console.assignments(settings, "parameter")
+    if is_scene(model):
+        scene = scene_of(model, contacts)
+        path = path or Path(f"{scene.name}.fmu")
+        _export_scene(scene, path, values, fmi, overwrite)
+    else:
+        name = model if kept_by_name(model) else MODELS.load(model).name
+        path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
+        kept = console.chosen(contacts)
+        write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
+    fmu = Fmu.open(path)
+    content = {
+        "file": str(path),
+        "fmi_version": fmi,
+        "kinds": ["Model Exchange", "Co-Simulation"],
+        "bytes": path.stat().st_size,
+        "states": fmu.states,
+        "inputs": fmu.inputs,
+        "outputs": fmu.outputs,
+        "parameters": fmu.parameters,
+        "contacts": fmu.contacts,
+    }
+
+    def show(out: Console) -> None:
+        out.print(f"[bold]{path}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB")
+        for what in ("states", "inputs", "outputs", "contacts", "parameters"):
+            out.print(f"  {what:10s} {', '.join(content[what]) or 'none'}")
+
+    console.say(json, content, show)
+
+
+def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, overwrite: bool) -> None:
+    import dataclasses
+
+    from fmu_models.scene.compute import arguments
+    from fmu_models.scene.reduce import export_scene
+
+    free = arguments(scene, parameters=values)["parameters"]
+    if unknown := [name for name in free if name not in scene.free]:
+        raise StickslipError(
+            f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
+        )
+    export_scene(dataclasses.replace(scene, free=free), path, fmi_version=fmi, overwrite=overwrite)

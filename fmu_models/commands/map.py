@@ -1,0 +1,175 @@
+"""Command that looks for the motions of a map."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Settings
+from fmu_models.base.digits import value_with_sd
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.maps import MAPS
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fmu_models.analyses.bifurcation import Bifurcation
+    from fmu_models.analyses.crossings import Crossings
+    from fmu_models.analyses.maps import Iteration, PeriodicMotion
+
+
+def show_map(
+    name: Annotated[
+        str, typer.Argument(metavar="MAP", help="A map: its name in 'stickslip maps', or my_map.py, my_map.py:NAME.")
+    ],
+    settings: Settings = None,
+    period: Annotated[int, typer.Option(help="Number of points of the motions to look for.", min=1)] = 1,
+    negative: Annotated[bool, typer.Option("--negative", help="Take the inverse map.")] = False,
+    lyapunov: Annotated[bool, typer.Option("--lyapunov", help="Lyapunov exponents, from --start.")] = False,
+    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
+    vary: Annotated[
+        str | None, typer.Option(metavar="NAME=TO", help="Saddle-nodes and flips as this parameter goes there.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Look for the motions of a map: points, eigenvalues, what those mean, jumps across the diagonal.
+
+    Example: stickslip map henon --set a=1.2 --period 2 --lyapunov
+    """
+    from fmu_models.analyses.maps import Iteration, find_iterate_crossings, find_periodic
+
+    if start and not lyapunov:
+        raise StickslipError("A start value is where --lyapunov begins; motions are sought everywhere. Add --lyapunov.")
+    declared = MAPS.load(name)
+    values = console.assignments(settings, "parameter")
+    iteration = Iteration.of(declared, values, backward=negative)
+    rule = (declared.inverse if negative else declared.rule) or {}
+    content: dict[str, Any] = {
+        "map": declared.name,
+        "title": declared.title,
+        "source": declared.source,
+        "negative": negative,
+        "rule": {state.name: str(rule[state]) for state in declared.states},
+        "parameters": dict(zip([p.name for p in declared.parameters], iteration.parameters, strict=True)),
+        "box": {state.name: list(declared.box[state]) for state in declared.states},
+        "period": period,
+        "motions": [_motion(iteration, motion) for motion in find_periodic(iteration, period)],
+    }
+    if len(iteration.states) == 1 and not declared.modulus:
+        content["jumps"] = _jumps(find_iterate_crossings(iteration, period))
+    if vary:
+        content["bifurcations"] = _bifurcations(iteration, vary, period, values)
+    if lyapunov:
+        content["lyapunov"] = _exponents(iteration, console.assignments(start, "start value"))
+    console.say(json, content, lambda out: _print_map(content, out))
+
+
+def _motion(iteration: Iteration, motion: PeriodicMotion) -> dict[str, Any]:
+    return {
+        "points": [dict(zip(iteration.states, point, strict=True)) for point in motion.points.tolist()],
+        "eigenvalues": [{"real": float(one.real), "imag": float(one.imag)} for one in motion.stability.eigenvalues],
+        "classes": list(motion.stability.classes),
+        "stable": motion.stability.stable,
+        "hyperbolic": motion.stability.hyperbolic,
+    }
+
+
+def _jumps(crossings: Crossings) -> list[dict[str, Any]]:
+    return [
+        {"x": jump.x, "left": jump.left, "right": jump.right, "crosses_diagonal": jump.crosses_diagonal}
+        for jump in crossings.jumps
+    ]
+
+
+def _bifurcations(iteration: Iteration, vary: str, period: int, values: dict[str, float]) -> list[dict[str, Any]]:
+    from fmu_models.analyses.bifurcation import find_bifurcations
+
+    ((parameter, end),) = console.assignments([vary], "parameter").items()
+    known = {p.name: value for p, value in zip(iteration.map.parameters, iteration.parameters, strict=True)}
+    found: tuple[Bifurcation, ...] = find_bifurcations(
+        iteration.map, parameter, known.get(parameter, 0.0), end, period=period, values=values
+    )
+    return [
+        {"parameter": one.parameter, "value": one.value, "kind": one.kind} | _motion(iteration, one.motion)
+        for one in found
+    ]
+
+
+def _exponents(iteration: Iteration, start: dict[str, float]) -> dict[str, Any]:
+    from fmu_models.analyses.lyapunov import lyapunov_exponents
+
+    for state in start:
+        if state not in iteration.states:
+            raise StickslipError(f"{iteration.map.name} has no state '{state}'.{nearest(state, iteration.states)}")
+    begin = [start.get(state.name, state.start) for state in iteration.map.states]
+    with console.progress("exponents") as advance:
+        found = lyapunov_exponents(iteration, begin, steps=4000, progress=advance)
+    return {
+        # JSON has no infinity: null where every difference is lost in one step
+        "exponents": [value if math.isfinite(value) else None for value in found.values.tolist()],
+        "standard_errors": found.errors.tolist(),
+        "steps": found.steps,
+    }
+
+
+def _print_map(content: dict[str, Any], out: Console) -> None:
+    out.print(f"[bold]{content['map']}[/bold]: {content['title']}{' (negative map)' if content['negative'] else ''}")
+    out.print(f"Source: {content['source']}")
+    for name, rule in content["rule"].items():
+        out.print(f"  {name} <- {rule}")
+    out.print("  " + ", ".join(f"{name} = {value:g}" for name, value in content["parameters"].items()))
+    period = content["period"]
+    what = "Fixed points" if period == 1 else f"Motions of period {period}"
+    where = ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high) in content["box"].items())
+    if content["motions"]:
+        out.print(_motion_table(content, f"{what}, {where}"))
+    else:
+        out.print(f"{what}: none found for {where}")
+    if content.get("jumps"):
+        made = console.table(">jump at", ">left", ">right", "", title=f"Jumps of the {_iterate(period)}")
+        for row in content["jumps"]:
+            crossing = "crosses the diagonal; no fixed point" if row["crosses_diagonal"] else ""
+            made.add_row(*(f"{round(row[key], 9):.6g}" for key in ("x", "left", "right")), crossing)
+        out.print(made)
+    if "bifurcations" in content:
+        _print_bifurcations(content["bifurcations"], out)
+    if "lyapunov" in content:
+        found = content["lyapunov"]
+        pairs = zip(found["exponents"], found["standard_errors"], strict=True)
+        shown = ", ".join("-inf" if value is None else value_with_sd(value, error) for value, error in pairs)
+        out.print(f"Lyapunov exponents: {shown} per step, from {found['steps']} steps")
+
+
+def _iterate(period: int) -> str:
+    return "map" if period == 1 else f"map applied {period} times"
+
+
+def _motion_table(content: dict[str, Any], title: str) -> Any:
+    states = list(content["rule"])
+    made = console.table(*(f">{name}" for name in states), ">eigenvalues", "class", "", title=title)
+    for motion in content["motions"]:
+        values = "\n".join(_complex(one) for one in motion["eigenvalues"])
+        verdict = "stable" if motion["stable"] else "unstable" if motion["hyperbolic"] else "undecided"
+        columns = ("\n".join(f"{point[name]:.10g}" for point in motion["points"]) for name in states)
+        made.add_row(*columns, values, "\n".join(motion["classes"]), verdict)
+    return made
+
+
+def _print_bifurcations(rows: list[dict[str, Any]], out: Console) -> None:
+    if not rows:
+        out.print("On the way these motions meet neither a saddle-node nor a flip.")
+        return
+    made = console.table("parameter", ">value", "what", "at", title="On the way")
+    for row in rows:
+        place = ", ".join(f"{name} {value:.6g}" for name, value in row["points"][0].items())
+        made.add_row(row["parameter"], f"{row['value']:.14g}", row["kind"], place)
+    out.print(made)
+
+
+def _complex(eigenvalue: dict[str, float]) -> str:
+    if eigenvalue["imag"] == 0:
+        return f"{eigenvalue['real']:.8g}"
+    return f"{eigenvalue['real']:.6g} {'+' if eigenvalue['imag'] > 0 else '-'} {abs(eigenvalue['imag']):.6g}i"

@@ -1,0 +1,176 @@
+"""Command that simulates a model, a scene or the FMU of anybody."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Contacts, Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import refuse_existing
+from fmu_models.commands.arguments import NAMED, is_scene, scene_of
+from fmu_models.report.figures import check_format, save_figure
+
+if TYPE_CHECKING:
+    from fmu_models.base.processes import Limits
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.importer.experiment import Experiment
+
+MANY = 20_000  # variables from which checking a description takes seconds
+SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
+METHODS = "auto, dopri5, dop853, stiff, co-simulation"
+OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
+
+
+def simulate(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help=f"The .fmu file of anybody, a scene (.toml), or a model: {NAMED}.")
+    ],
+    until: Annotated[
+        float | None,
+        typer.Option(help="End of the run, s (default: 20, or what the scene or the FMU of somebody else says)."),
+    ] = None,
+    settings: Settings = None,
+    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None,
+    inputs: Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant input.")] = None,
+    contacts: Contacts = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            help="Number of output times (default: 2001; of a co-simulation its communication points).", min=2
+        ),
+    ] = None,
+    method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative tolerance (default: of the method).")] = None,
+    step: Annotated[float | None, typer.Option(help="Communication step, s: asks for a co-simulation.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw phase portrait and time series of each coordinate (png, svg, pdf).")
+    ] = None,
+    plot: Annotated[
+        list[str] | None,
+        typer.Option(metavar="X,V|X:V", help="Draw these over time (x,v), or one over another (x:v); repeat for more."),
+    ] = None,
+    error: Annotated[
+        bool, typer.Option("--error", help="Run again four times otherwise, and estimate the error.")
+    ] = False,
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
+    time_limit: Annotated[
+        float | None, typer.Option(help="With --isolate: wall time after which the run is stopped, s (default: 600).")
+    ] = None,
+    memory_limit: Annotated[
+        float | None, typer.Option(help="With --isolate: memory that the run may use, MB (Linux; default: 4096).")
+    ] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Simulate a model, or the FMU of anybody, and tell what happened.
+
+    With --isolate an FMU that crashes, hangs or eats memory is a failed run and nothing else. A limit of inf is none.
+
+    Example: stickslip simulate disc_rig --contacts disc0 --input w0=0.41 --until 25 --figure portrait.png
+
+    Example: stickslip simulate woodpecker --until 0.5 --figure run.png --plot y,phi_M,phi_S --plot phi_S:w_S
+
+    Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
+    """
+    from fmu_models.importer.experiment import perform, perform_with_error
+    from fmu_models.report import run_summary
+    from fmu_models.simulation.results import check_suffix
+
+    refuse_existing(output, figure, overwrite=overwrite)
+    check_suffix(output)
+    if figure:
+        check_format(figure)
+    if plot and not figure:
+        raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
+    limits = _limits(isolate, time_limit, memory_limit)
+    changed = {
+        "parameters": console.assignments(settings, "parameter"),
+        "start": console.assignments(start, "start value"),
+        "inputs": console.assignments(inputs, "input"),
+    }
+    fmu, given = _to_run(model, contacts, until, changed)
+    experiment = _experiment(
+        fmu, given.pop("stop_time"), samples, **given, tolerance=tolerance, method=method, step=step
+    )
+    estimate = None
+    with console.output_of_libraries(), console.progress("simulating") as advance:
+        if error:
+            recording, estimate = perform_with_error(fmu, experiment, limits=limits, progress=advance)
+        else:
+            recording = perform(fmu, experiment, limits=limits, progress=advance)
+    drawn = None
+    if figure:
+        from fmu_models.report.trajectory_figure import trajectory_figure
+
+        drawn = trajectory_figure(recording.trajectory, fmu, plot or ())
+    if output:
+        recording.write(output, overwrite=overwrite)
+    if figure and drawn:
+        save_figure(drawn, figure, overwrite=overwrite)
+    content = run_summary.summary(fmu, recording, estimate)
+    for name, time in content["not_finite"].items():
+        console.warn(f"'{name}' is not a finite number from t = {time:.9g} s on, or now and then.")
+    content["files"] = [str(path) for path in (output, figure) if path]
+    console.say(json, content, lambda out: run_summary.print_summary(content, out))
+
+
+def _to_run(
+    model: str, contacts: str | None, until: float | None, changed: dict[str, dict[str, float]]
+) -> tuple[Fmu, dict[str, Any]]:
+    """The FMU of a model, file or scene, and what is asked of the run."""
+    from fmu_models.fmu.fmu import Fmu
+
+    if is_scene(model):
+        from fmu_models.scene.compute import arguments
+        from fmu_models.scene.reduce import built_scene
+
+        scene = scene_of(model, contacts)
+        return Fmu.open(built_scene(scene)), arguments(scene, until, **changed)
+    return _opened(model, contacts), {"stop_time": until, **changed}
+
+
+def _opened(model: str, contacts: str | None) -> Fmu:
+    """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
+    from fmu_models.fmu.load import load
+
+    fmu = load(model, contacts=console.chosen(contacts))
+    if not fmu.ours and len(fmu.variables) < MANY and fmu.problems:
+        console.warn(
+            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
+            f"stickslip inspect {fmu.path} lists them."
+        )
+    return fmu
+
+
+def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
+    from fmu_models.base.processes import Limits
+
+    if not isolate and not (time_limit is None and memory_limit is None):
+        raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
+    if not isolate:
+        return None
+    default = Limits.default()
+    return Limits(
+        default.time if time_limit is None else time_limit, default.memory if memory_limit is None else memory_limit
+    )
+
+
+def _experiment(fmu: Fmu, until: float | None, samples: int | None, **asked: Any) -> Experiment:
+    """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
+    import numpy as np
+
+    from fmu_models.importer.experiment import Experiment
+
+    begin, end = (0.0, 20.0) if fmu.ours else fmu.suggested_times()
+    experiment = Experiment(end if until is None else until, begin, **asked)
+    if not experiment.stop_time > begin or (samples is None and experiment.is_co_simulation(fmu)):
+        return experiment
+    return replace(experiment, output_times=np.linspace(begin, experiment.stop_time, samples or SAMPLES))

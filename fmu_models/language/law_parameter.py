@@ -1,0 +1,57 @@
+"""A parameter of a friction law as its declaration states it, once: for the model and for a fit.
+
+A law is a frozen dataclass whose fields are its parameters:
+
+    mu: sympy.Expr = field(metadata=coefficient(0.5, "friction coefficient at any slip speed"))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class LawParameter:
+    """A parameter of a friction law. value: default, where a search starts that has no better guess; minimum, maximum:
+    bounds of the search; a model refuses values that are not positive (minimum > 0) or negative (minimum = 0)."""
+
+    name: str
+    value: float
+    unit: str
+    description: str
+    minimum: float
+    maximum: float
+
+
+def declared(value: float, unit: str, description: str, minimum: float, maximum: float) -> Mapping[str, Any]:
+    """Metadata of the field that is the parameter; as in `LawParameter`."""
+    return {"declared": (value, unit, description, minimum, maximum)}
+
+
+def coefficient(value: float, description: str) -> Mapping[str, Any]:
+    """Metadata of a friction coefficient."""
+    return declared(value, "1", description, 0.0, 10.0)
+
+
+def viscous() -> Mapping[str, Any]:
+    """Metadata of the coefficient mu_v of viscous friction N mu_v v."""
+    return declared(0.0, "s/m", "rise of the friction coefficient with slip speed, viscous", 0.0, 100.0)
+
+
+def parameters_of(law: Any) -> Iterator[LawParameter]:
+    """Parameters that a class of laws declares, in order."""
+    for one in fields(law):
+        if "declared" in one.metadata:
+            yield LawParameter(one.name, *one.metadata["declared"])
+
+
+def declared_in(law: Any) -> Iterator[tuple[Any, LawParameter]]:
+    """Values of the declared parameters of a law, those of laws within it included, and what they are."""
+    for one in fields(law):
+        value = getattr(law, one.name)
+        if "declared" in one.metadata:
+            yield value, LawParameter(one.name, *one.metadata["declared"])
+        elif is_dataclass(value):
+            yield from declared_in(value)

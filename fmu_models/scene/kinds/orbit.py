@@ -1,0 +1,30 @@
+"""The periodic motion near the start, stable or not, and its multipliers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fmu_models.analyses.orbits import find_orbit
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.kinds.kind import Kind, Row, period
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.run import simulate
+
+
+def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
+    how = scene.compute
+    length = period(scene, run["parameters"])
+    guess = {name: float(run["start"].get(name, fmu.variables[name].start or 0.0)) for name in fmu.states}
+    fixed = {name: run[name] for name in ("parameters", "inputs")}
+    orbit = find_orbit(fmu, length, guess, autonomous=how.autonomous, **fixed)
+    values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}
+    for i, multiplier in enumerate(orbit.multipliers, 1):
+        values |= {f"multiplier{i}": float(abs(multiplier)), f"multiplier{i}_real": float(multiplier.real)}
+    times = np.linspace(0.0, orbit.period, how.samples)
+    trajectory = simulate(fmu, orbit.period, start=dict(orbit.start), output_times=times, **fixed)
+    return Row(None, values, trajectory)
+
+
+KIND = Kind(_orbit, periodic=True)

@@ -1,0 +1,25 @@
+"""The run itself: states and outputs at its end, and their extremes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.kinds.kind import Kind, Row
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.run import simulate
+
+
+def run_row(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
+    """The run of a scene, at ``samples`` times."""
+    times = np.linspace(0.0, run["stop_time"], scene.compute.samples)
+    trajectory = simulate(fmu, **run, output_times=times)
+    values = {name: float(trajectory[name][-1]) for name in (*fmu.states, *fmu.outputs)}
+    for name in (*fmu.states, *fmu.outputs):
+        values |= {f"{name}_min": float(trajectory[name].min()), f"{name}_max": float(trajectory[name].max())}
+    return Row(None, {**values, "events": float(len(trajectory.events))}, trajectory)
+
+
+KIND = Kind(run_row)

@@ -1,0 +1,61 @@
+"""Command that says which experiment would tell the parameters apart."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.terminal_table import terminal
+from identification.commands.fits import FitFile
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from identification.next_step.design import Design
+
+
+def design(
+    fitted: FitFile,
+    speeds: Annotated[str | None, typer.Option(help="Drive speeds to try, rad/s, separated by commas.")] = None,
+    loads: Annotated[str | None, typer.Option(help="Normal forces to try, N, separated by commas.")] = None,
+    duration: Annotated[float, typer.Option(help="Of the log to come, s.")] = 20.0,
+    json: Json = False,
+) -> None:
+    """Name the drive speed and load whose log would tell the fitted parameters apart best.
+
+    Example: stickslip design fit.json
+    """
+    from identification.fit.result import read_fit
+    from identification.next_step.design import design as designed
+
+    fit = read_fit(fitted)
+    asked = {"speeds": _numbers(speeds, "--speeds"), "loads": _numbers(loads, "--loads")}
+    with console.progress("simulating candidates") as advance:
+        found = designed(fit, **asked, duration=duration, progress=advance)
+    console.say(json, found.to_dict(), lambda out: _print_design(found, out))
+
+
+def _numbers(text: str | None, option: str) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise StickslipError(
+            f"{option} takes numbers separated by commas, such as 0.2,0.41; found '{text}'."
+        ) from error
+
+
+def _print_design(found: Design, out: Console) -> None:
+    from identification.report.tables import design_table
+
+    out.print(terminal(design_table(found)))
+    refused = [one for one in found.candidates if one.refused is not None]
+    for reason in dict.fromkeys(one.refused for one in refused):
+        where = ", ".join(f"{one.drive_speed:.2g} rad/s {one.load:.2g} N" for one in refused if one.refused == reason)
+        out.print(f"Refused ({reason}): {where}.")
+    out.print(found.advice)

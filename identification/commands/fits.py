@@ -1,0 +1,116 @@
+"""What several commands do with fits: make, read, draw and print them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import write_whole
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from identification.fit.result import FrictionFit
+    from identification.measurement.free_decay import FreeDecay
+    from identification.measurement.pooling import Pool
+    from identification.model_check.families import FamilyComparison
+    from rig_io.logs.log import RigLog
+
+FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")]
+FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
+
+
+def decay_of(
+    logs: Sequence[RigLog], constants: Collection[str] = (), ratios: Mapping[str, float] = MappingProxyType({})
+) -> FreeDecay | None:
+    """The free decay, if there is one among the logs, with ratios in place of its own.
+
+    Raises:
+        StickslipError: a ratio is set and there is no free decay, or a constant that the decay takes the place of.
+    """
+    from identification.measurement.free_decay import fit_free_decay
+
+    decays = [log for log in logs if log.kind == "free-decay"]
+    if not decays:
+        if ratios:
+            name = next(iter(ratios))
+            raise StickslipError(f"{name} is known from a free decay, and none is among the logs. Set {name[0]} and J.")
+        return None
+    for name in ("k", "c"):
+        if name in constants:
+            raise StickslipError(
+                f"{name}/J is known from the free decay '{decays[0].name}', so that {name} is not used. Set {name}/J."
+            )
+    return fit_free_decay(decays[0]).with_ratios(ratios)
+
+
+def fit_logs(
+    logs: Sequence[RigLog], decay: FreeDecay | None, *, allow_no_stick: bool = False, **options: Any
+) -> tuple[Pool, FrictionFit]:
+    """What was made ready for the fit, and the fit.
+
+    options: of `identification.fit.fit_friction`.
+    """
+    from identification.fit.fit import fit_friction
+    from identification.measurement.pooling import pool
+
+    ready = pool(logs, free_decay=decay, allow_no_stick=allow_no_stick)
+    return ready, fit_friction(ready, **options)
+
+
+def write_text(path: Path, text: str, overwrite: bool) -> None:
+    """Write a text file whole."""
+    with write_whole(path, overwrite=overwrite) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def draw_friction(found: FrictionFit, ready: Pool, path: Path, overwrite: bool) -> None:
+    """Write the figure of a fit."""
+    from fmu_models.report.figures import save_figure
+    from identification.fit.samples import samples_by_disc
+    from identification.report.friction_figure import friction_figure
+
+    save_figure(friction_figure(found, samples_by_disc(found, ready)), path, overwrite=overwrite)
+
+
+def draw_families(families: Sequence[FamilyComparison], path: Path, overwrite: bool) -> tuple[Path, ...]:
+    """Write a figure for each family; those after the first have the names of their discs added to theirs."""
+    from fmu_models.report.figures import save_figure
+    from identification.report.family_figure import family_figure
+
+    written = family_paths(path, families)
+    for family, target in zip(families, written, strict=True):
+        save_figure(family_figure(family), target, overwrite=overwrite)
+    return written
+
+
+def family_paths(path: Path, families: Sequence[FamilyComparison]) -> tuple[Path, ...]:
+    """The file of each family's figure."""
+    discs = ("-".join(family.members[0].drive_speeds) for family in families)
+    return tuple(path.with_stem(f"{path.stem}-{names}") if i else path for i, names in enumerate(discs))
+
+
+def print_fit(decay: FreeDecay | None, found: FrictionFit, files: Sequence[str], out: Console) -> None:
+    from identification.report.fit_summary import fit_summary
+
+    out.print(fit_summary(found, decay))
+    print_files(files, out)
+
+
+def print_comparison(families: Sequence[FamilyComparison], files: Sequence[str], out: Console) -> None:
+    """Families, and the files written."""
+    from identification.model_check.table import comparison_report
+
+    out.print(comparison_report(families))
+    print_files(files, out)
+
+
+def print_files(files: Sequence[str], out: Console) -> None:
+    """The files written."""
+    for path in files:
+        out.print(f"written: {path}")

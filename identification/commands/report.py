@@ -1,0 +1,62 @@
+"""Command that reports on a fit in one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import refuse_existing
+from identification.commands.fits import FitFile, print_files
+from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def report(
+    fitted: FitFile,
+    logs: Logs,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Page to write (.html).")] = Path("report.html"),
+    settings: Settings = None,
+    repair: Repairs = None,
+    reader: ReaderOption = None,
+    residuals: Annotated[
+        bool, typer.Option(help="Run the fit once more, for the correlation of its residuals and as a check.")
+    ] = True,
+    uncertainty: Annotated[
+        bool, typer.Option(help="Carry the uncertainty of the fit on to the predicted bifurcation speeds.")
+    ] = True,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Write one HTML page that holds all of a fit: verdicts, figures, tables, assumptions, and its data as JSON.
+
+    It needs nothing but itself: no network, no scripts. Logs that were not fitted are compared as well.
+
+    Example: stickslip report fit.json data/rigs/paper_rubber -o report.html
+    """
+    from identification.fit.result import read_fit
+    from identification.report.findings import findings
+    from identification.report.page import summary, write_report
+
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise StickslipError(f"'{output}' is to be a page: end it in .html.")
+    refuse_existing(output, overwrite=overwrite)
+    found = read_fit(fitted)
+    with console.progress("reporting") as advance:
+        read = read_logs(logs, console.assignments(settings, "rig constant"), repair, reader)
+        made = findings(found, read, residuals=residuals, uncertainty=uncertainty, progress=advance)
+        write_report(made, output, overwrite=overwrite)
+    content = {"file": str(output), "bytes": output.stat().st_size, "summary": summary(made), **made.to_dict()}
+
+    def show(out: Console) -> None:
+        for sentence in content["summary"]:
+            out.print(sentence)
+        print_files([str(output)], out)
+
+    console.say(json, content, show)

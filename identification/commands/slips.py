@@ -1,0 +1,56 @@
+"""Command that finds slip events in a log and compares their statistics with a model."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite, Settings
+from identification.commands.fits import FigurePath, print_files
+from identification.commands.recipes import Log, RecipeArgument, ResultPath, check_targets, finish
+
+
+def slips(
+    recipe: RecipeArgument,
+    log: Log,
+    settings: Settings = None,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap.", min=0)] = 0,
+    result: ResultPath = None,
+    figure: FigurePath = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Find the slip events in a log of friction, and compare their statistics with a block on a belt.
+
+    --set gives mass (kg), stiffness (N/m), speed (m/s), damping (N s/m), smoothing (s), share in place of the recipe's.
+
+    Example: stickslip slips slider data/machines/slider.csv --set stiffness=50
+    """
+    from identification.measurement.recipe import read_recipe
+    from identification.slips.block_on_belt import fit_slip_model
+    from identification.slips.statistics import slip_statistics
+
+    check_targets(result, figure, overwrite)
+    with console.progress("looking for slips") as advance:
+        given = console.assignments(settings, "constant")
+        statistics, events = slip_statistics(read_recipe(recipe), log, given, seed=seed)
+        advance(0.4)
+        model = fit_slip_model(statistics)
+        advance(0.8)
+        if figure:
+            from fmu_models.report.figures import save_figure
+            from identification.report.machine_figures import slip_figure
+
+            save_figure(slip_figure(statistics, events, model), figure, overwrite=overwrite)
+    found = {**statistics.to_dict(), "model": model.to_dict() if model else None, "table": events.to_dict()}
+    content = finish(found, result, figure, overwrite)
+
+    def show(out: Any) -> None:
+        from identification.report.machine_tables import slip_report
+
+        out.print(slip_report(statistics, model))
+        print_files(content["files"], out)
+
+    console.say(json, content, show)

@@ -1,0 +1,313 @@
+"""Which law the data ask for: laws compared by information criteria, and by the prediction of data not yet seen.
+
+Residuals are coloured, so that n of them say less than n independent ones. With C the covariance that allows for colour
+and C_w that of white residuals, both of the law with the most parameters,
+    inflation = trace(C_w^-1 C)/m,    n_e = n/inflation      effective number of observations
+    AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
+(quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
+others (with one log alone: each part of it); S_h is the sum of squares over all. Laws are ordered by BIC, those whose
+values contradict what they mean last. How sure that is, is told by the lead over the next law, and by the difference of
+S_h against its chance (scatter from cluster to cluster, and the spread of the fits that predict).
+
+Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
+(1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured, Shown
+from identification.inference.choice import coloured_covariance
+from identification.inference.problem import Problem, Solution, determines, information, solve
+from identification.inference.uncertainty import inflation, plain_covariance
+from identification.inference.whiteness import whiteness
+
+if TYPE_CHECKING:
+    import pandas
+
+POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
+SURE = 2.0  # standard errors of a difference in held-out prediction
+SEARCH = 1e-6  # relative, of a fit to some of the logs
+SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
+FEWEST = 4  # clusters, of which halves can be made
+
+
+@dataclass(frozen=True)
+class LawScore(Shown):
+    """How well one law does.
+
+    values, deviations (standard; NaN where the data do not determine a parameter), units: of all unknowns; rms: root
+    mean square of the residuals; criteria as above; held_out: root mean square of the held-out residuals, relative to
+    the fit of the law with the most parameters (1: predicts as well as that fits); worse: by how many standard errors
+    its held-out prediction is worse than that of the first law; bounds: parameters that lie on a bound; warnings: why
+    its values mean nothing, empty if they do.
+    """
+
+    law: str
+    values: Mapping[str, float]
+    deviations: Mapping[str, float]
+    units: Mapping[str, str]
+    rms: float
+    aic: float
+    aicc: float
+    bic: float
+    held_out: float
+    worse: float
+    bounds: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class LawComparison(Pictured):
+    """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; warnings: what speaks
+    against even the first law; verdict: what decides, and how sure it is."""
+
+    scores: tuple[LawScore, ...]
+    residuals: int
+    effective: float
+    warnings: tuple[str, ...]
+    verdict: str
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each law, best first: criteria, error of held-out logs, by how many standard errors it is worse."""
+        import pandas
+
+        names = ("bic", "aicc", "aic", "held_out", "worse")
+        rows = [{name: getattr(one, name) for name in names} for one in self.scores]
+        return pandas.DataFrame(rows, index=pandas.Index([one.law for one in self.scores], name="law"))
+
+    def _heading(self) -> str:
+        return f"LawComparison: {self.verdict}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        least = self.best.bic
+        return {one.law: f"BIC {one.bic - least:+.1f}, held out {one.held_out:.3g}" for one in self.scores}
+
+    @property
+    def best(self) -> LawScore:
+        """The law that comes first."""
+        return self.scores[0]
+
+    @property
+    def preferred(self) -> str | None:
+        """Name of the best law; None if the values of none mean what it says."""
+        return None if self.best.warnings else self.best.law
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values only."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Comparing:
+    """How laws are compared. covariance: "jackknife" over clusters or "hac"; parts: of a log that stands alone, each
+    predicted by the law fitted to the others; warnings: by law, why its values mean nothing: it is put aside."""
+
+    covariance: str = "jackknife"
+    parts: int = 2
+    warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A law's problem with its solution, covariance (m, m), the held-out sum of squares of each cluster (k,), and the
+    variance of their sum that comes from the fits to the other logs."""
+
+    name: str
+    problem: Problem
+    found: Solution
+    covariance: np.ndarray | None
+    held_out: np.ndarray
+    chance: float
+    warnings: tuple[str, ...]
+
+    @property
+    def sum(self) -> float:
+        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
+
+    @property
+    def rows(self) -> int:
+        return len(self.found.evaluation.residual)
+
+    @property
+    def count(self) -> int:
+        return sum(unknown.prior is None for unknown in self.problem.unknowns)
+
+
+DEFAULT = Comparing()
+
+
+def compare_problems(
+    problems: Mapping[str, Problem],
+    logs: Sequence[str],
+    *,
+    solutions: Mapping[str, Solution] | None = None,
+    asked: Comparing = DEFAULT,
+    progress: Callable[[float], None] | None = None,
+) -> LawComparison:
+    """Compare laws by their problems, which hold the same residuals (the same logs, reduced in the same way).
+
+    solutions: of the problems that are solved already; logs: names by the numbers of the evaluations. ``progress`` is
+    told the fraction done.
+
+    Raises:
+        StickslipError: no two laws, residuals that differ in number, or too few clusters to hold any out.
+    """
+    if len(problems) < 2:
+        raise StickslipError("A comparison needs two laws or more.")
+    candidates = []
+    for number, (name, problem) in enumerate(problems.items()):
+        candidates.append(_candidate(name, problem, solutions[name] if solutions else solve(problem), asked))
+        if progress is not None:
+            progress((number + 1) / len(problems))
+    sizes = sorted({one.rows for one in candidates})
+    if sizes[-1] > SAME * sizes[0]:
+        raise StickslipError(
+            f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sizes))}): compare them with "
+            "an estimator that reduces the logs in the same way for every law (weak-form)."
+        )
+    richest = max(candidates, key=lambda one: (one.covariance is not None, one.count))
+    effective = _effective(richest)
+    ranked = sorted(candidates, key=lambda one: (bool(one.warnings), _criteria(one, effective)[2]))
+    scores = tuple(_score(one, ranked[0], richest, effective) for one in ranked)
+    white = whiteness(ranked[0].found.evaluation, logs).warnings
+    held = f"held-out {'logs' if len(logs) > 1 else 'parts of the log'}"
+    return LawComparison(scores, richest.rows, effective, white, _verdict(scores, held, white))
+
+
+def single_law(name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str) -> LawComparison:
+    """What there is to say of a law that no other comes near."""
+    one = _candidate(name, problem, found, DEFAULT)
+    effective = _effective(one)
+    warnings = whiteness(found.evaluation, logs).warnings
+    return LawComparison((_score(one, one, one, effective),), one.rows, effective, warnings, verdict)
+
+
+def _candidate(name: str, problem: Problem, found: Solution, asked: Comparing) -> _Candidate:
+    warnings = tuple(asked.warnings.get(name, ()))
+    covariance = _covariance(problem, found, asked)
+    return _Candidate(name, problem, found, covariance, *_held_out(problem, found, asked), warnings)
+
+
+def _covariance(problem: Problem, found: Solution, asked: Comparing) -> np.ndarray | None:
+    """Covariance (m, m); None where the data do not determine the unknowns one by one."""
+    if not determines(information(problem, found.evaluation)):
+        return None
+    return coloured_covariance(problem, found, asked.covariance)
+
+
+def _held_out(problem: Problem, found: Solution, asked: Comparing) -> tuple[np.ndarray, float]:
+    """Sum of squares (k,) of each cluster, in the order of their labels, by the law fitted to the other folds; and the
+    variance of their sum by chance of these fits: with covariance C of a fit and H = G'G of what it predicts, the
+    variance 2 tr (C H)^2 of the prediction's own square."""
+    cluster, log = found.evaluation.cluster, found.evaluation.log
+    labels, first = np.unique(cluster, return_index=True)
+    fold = log[first]
+    if len(np.unique(fold)) == 1:
+        if len(labels) < max(FEWEST, asked.parts):
+            raise StickslipError(
+                f"The logs hold {len(labels)} slips, too few to fit some and predict the others. Record longer, or at "
+                "more drive speeds."
+            )
+        edges = [len(labels) * part // asked.parts for part in range(1, asked.parts)]
+        fold = np.searchsorted(edges, np.arange(len(labels)), side="right")
+    sums, chance = np.zeros(len(labels)), 0.0
+    for number in np.unique(fold):
+        others = solve(problem.resampled(labels[fold != number]), found.values, tolerance=SEARCH)
+        predicted = np.zeros((len(problem.unknowns),) * 2)
+        for place in np.flatnonzero(fold == number):
+            seen = problem.resampled(labels[place : place + 1]).evaluate(others.values)
+            sums[place] = seen.residual @ seen.residual
+            predicted = predicted + seen.gradient.T @ seen.gradient
+        covariance = _covariance(problem, others, asked)
+        if covariance is not None:
+            spread = covariance @ predicted
+            chance += 2 * float(np.sum(spread * spread.T))
+    return sums, chance
+
+
+def _effective(one: _Candidate) -> float:
+    """How many independent residuals those of a law are worth."""
+    here = one.found.evaluation
+    if one.covariance is None:
+        return float(one.rows)
+    return one.rows / inflation(plain_covariance(here.gradient, here.residual), one.covariance)
+
+
+def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
+    """AIC, AICc and BIC; the variance of the residuals counts as a parameter."""
+    count = one.count + 1
+    misfit = effective * float(np.log(one.sum / one.rows))
+    aic = misfit + 2 * count
+    spare = max(effective - count - 1, 1.0)
+    return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(effective))
+
+
+def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: float) -> LawScore:
+    aic, aicc, bic = _criteria(one, effective)
+    names = [unknown.name for unknown in one.problem.unknowns]
+    deviations = np.full(len(names), np.nan) if one.covariance is None else np.sqrt(np.diag(one.covariance))
+    return LawScore(
+        law=one.name,
+        values=dict(zip(names, map(float, one.found.values), strict=True)),
+        deviations=dict(zip(names, map(float, deviations), strict=True)),
+        units={unknown.name: unknown.unit for unknown in one.problem.unknowns},
+        rms=float(np.sqrt(one.sum / one.rows)),
+        aic=aic,
+        aicc=aicc,
+        bic=bic,
+        held_out=float(np.sqrt(np.sum(one.held_out) / richest.sum)),
+        worse=_worse(one, best) if one is not best else 0.0,
+        bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
+        warnings=one.warnings,
+    )
+
+
+def _worse(one: _Candidate, best: _Candidate) -> float:
+    """Difference of held-out sums in standard errors: their scatter from cluster to cluster, and the chance of fits."""
+    sums, least = one.held_out, best.held_out
+    if len(sums) == len(least):
+        scatter = len(sums) * float(np.var(sums - least, ddof=1))
+    else:
+        scatter = len(sums) * float(np.var(sums, ddof=1)) + len(least) * float(np.var(least, ddof=1))
+    error = float(np.sqrt(scatter + one.chance + best.chance))
+    return float(np.sum(sums) - np.sum(least)) / error if error > 0 else 0.0
+
+
+def _verdict(scores: Sequence[LawScore], parts: str, warnings: Sequence[str]) -> str:
+    best, second = scores[:2]
+    if best.warnings:
+        return "None of the laws has values that mean what it says."
+    if second.warnings:
+        return f"{best.law}: it alone has values that mean what it says."
+    lead = second.bic - best.bic
+    held = (
+        f"{parts} agree ({second.worse:.1f} standard errors)"
+        if second.worse > SURE
+        else f"{parts} speak for {second.law} ({-second.worse:.1f} standard errors)"
+        if second.worse < -SURE
+        else f"{parts} do not tell the two apart ({second.worse:+.1f} standard errors)"
+    )
+    words = f"{best.law} before {second.law} by {lead:.3g} in BIC; {held}."
+    simple = min(scores[:2], key=lambda one: len(one.values))
+    if second.worse < -SURE:
+        sure = "Undecided: the two criteria disagree."
+    elif lead > VERY_STRONG:
+        sure = "Sure."
+    elif set(second.values) > set(best.values):
+        sure = f"Likely: what {second.law} has more gains nothing."
+    elif lead > POSITIVE:
+        sure = "Likely, not sure."
+    elif second.worse > SURE:
+        sure = "Likely: the held-out logs decide."
+    else:
+        fewer = f"; {simple.law} has fewer parameters" if len(best.values) != len(second.values) else ""
+        sure = f"Undecided: a lead below {POSITIVE:g} says nothing{fewer}."
+    return f"{words} {sure}" + (f" But even {best.law} is not the whole truth, see below." if warnings else "")

@@ -1,0 +1,166 @@
+"""lmfit in and out: what a user says of the unknowns, and a solved problem that he goes on with in lmfit.
+
+In: an `lmfit.Parameters` gives first values, bounds and what is held (``vary=False``). Out: an `lmfit.Minimizer` of the
+same residuals, with their exact gradient, and a `MinimizerResult` at the solution, whose deviations allow for the
+colour of the residuals. `lmfit.fit_report`, `lmfit.conf_interval` and `Minimizer.emcee` take these.
+
+Source: Newville et al., LMFIT (2014), doi 10.5281/zenodo.11813.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from identification.inference.problem import (
+    Problem,
+    Search,
+    Solution,
+    identifier,
+    lmfit_alone,
+    lmfit_parameters,
+    values_of,
+)
+
+if TYPE_CHECKING:
+    from lmfit import Minimizer, Parameters
+
+
+class Bounded(Protocol):
+    """What has bounds: an unknown, or a parameter of a law."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def minimum(self) -> float: ...
+    @property
+    def maximum(self) -> float: ...
+
+
+Some = TypeVar("Some", bound=Bounded)
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a user says of unknowns, by their names as lmfit takes them: first values, bounds, and values held."""
+
+    first: Mapping[str, float] = field(default_factory=dict)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    held: Mapping[str, float] = field(default_factory=dict)
+
+    def check(self, names: Iterable[str]) -> None:
+        """Refuse what is said of none of these unknowns.
+
+        Raises:
+            StickslipError: which name is unknown.
+        """
+        known = [identifier(name) for name in names]
+        for name in self.bounds:
+            if name not in known:
+                raise StickslipError(
+                    f"The fit has no unknown '{name}'; it has {', '.join(known)}.{nearest(name, known)}"
+                )
+
+    def fixed(self, problem: Problem) -> dict[str, float]:
+        """Unknowns of a problem that are held."""
+        pairs = {unknown.name: identifier(unknown.name) for unknown in problem.unknowns}
+        return {name: self.held[key] for name, key in pairs.items() if key in self.held}
+
+    def start(self, problem: Problem) -> np.ndarray:
+        """First values (m,) of the unknowns of a problem; its own where nothing is said."""
+        return self.put([unknown.name for unknown in problem.unknowns], problem.start(), self.first)
+
+    def put(self, names: Sequence[str], values: np.ndarray, said: Mapping[str, float] | None = None) -> np.ndarray:
+        """Values (m,) of these unknowns with those that are held (or ``said``) in place."""
+        said = self.held if said is None else said
+        return np.array([said.get(identifier(name), value) for name, value in zip(names, values, strict=True)])
+
+    def bounded(self, unknowns: Iterable[Some]) -> tuple[Some, ...]:
+        """Unknowns with the bounds that both sides allow.
+
+        Raises:
+            StickslipError: there is nothing between them.
+        """
+        found = []
+        for one in unknowns:
+            low, high = self.bounds.get(identifier(one.name), (-np.inf, np.inf))
+            low, high = max(low, one.minimum), min(high, one.maximum)
+            if low >= high:
+                raise StickslipError(
+                    f"The bounds of '{one.name}' leave nothing: it must lie in [{one.minimum:g}, {one.maximum:g}]. "
+                    "Widen them, or hold it (vary=False) at a value."
+                )
+            found.append(replace(one, minimum=low, maximum=high) if identifier(one.name) in self.bounds else one)  # type: ignore[type-var]
+        return tuple(found)
+
+
+NOTHING = Given()
+
+
+def given(parameters: Parameters | None) -> Given:
+    """What `lmfit.Parameters` say.
+
+    Raises:
+        StickslipError: a parameter is an expression of others, or has no finite value though it is held.
+    """
+    first, bounds, held = {}, {}, {}
+    for name, one in (parameters or {}).items():
+        if one.expr is not None:
+            raise StickslipError(
+                f"The parameter '{name}' is the expression '{one.expr}', whose derivative is not known here. Give it "
+                "a value, or bounds."
+            )
+        bounds[name] = (float(one.min), float(one.max)) if one.vary else (-np.inf, np.inf)
+        if one.vary and np.isfinite(one.value):
+            first[name] = float(one.value)
+        elif not one.vary:
+            if not np.isfinite(one.value):
+                raise StickslipError(f"The parameter '{name}' is held (vary=False) without a value. Give it one.")
+            held[name] = float(one.value)
+    return Given(first, bounds, held)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A solved problem, and the covariance (m, m) of all its unknowns that is stated (0 for those held)."""
+
+    problem: Problem
+    solution: Solution
+    covariance: np.ndarray
+
+    def to_lmfit(self) -> tuple[Minimizer, Any]:
+        """The problem as an `lmfit.Minimizer`, and its solution as a `MinimizerResult` with the stated deviations.
+
+        Residuals are whitened (in deviations of the noise where it is known); the last rows are those of priors.
+        """
+        problem, names = self.problem, [identifier(unknown.name) for unknown in self.problem.unknowns]
+        free = np.array([unknown.name not in self.solution.fixed for unknown in problem.unknowns])
+        search = Search(problem, [True] * len(names), None)
+
+        def residual(p: Any) -> np.ndarray:
+            return search.at(values_of(p))[0]
+
+        def gradient(p: Any) -> np.ndarray:
+            return search.at(values_of(p))[1][:, [one.vary for one in p.values()]]
+
+        parameters = lmfit_parameters(problem, self.solution.values, free)
+        minimizer = lmfit_alone().Minimizer(
+            residual, parameters, scale_covar=not problem.noise_known, nan_policy="propagate", Dfun=gradient
+        )
+        result = minimizer.minimize(method="leastsq")
+        result.covar = self.covariance[np.ix_(free, free)]
+        deviations = dict(zip(result.var_names, np.sqrt(np.diag(result.covar)), strict=True))
+        for i, name in enumerate(result.var_names):
+            one = result.params[name]
+            one.stderr = float(deviations[name])
+            one.correl = {
+                other: float(result.covar[i, j] / (deviations[name] * deviations[other]))
+                for j, other in enumerate(result.var_names)
+                if j != i
+            }
+        result.errorbars = True
+        return minimizer, result

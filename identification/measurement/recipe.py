@@ -1,0 +1,239 @@
+"""Recipe for the log of a machine: which columns it has, how they are filtered and differentiated.
+
+A recipe is a TOML file without data; the log is named beside it. Every signal is a column (times a gain) or the
+derivative of another signal, then perhaps filtered. What is to be found in them stands in tables that others read:
+[terms] and [friction] (estimators.inverse_terms), [slips] (slips.statistics). Which keys there are: data/README.md.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmu_models.base import shipped
+from fmu_models.base.errors import nearest
+from fmu_models.base.files import named_file
+from fmu_models.base.toml_document import Document, read_document
+
+SUFFIX = ".toml"
+TIME = "time"
+POSITION, VELOCITY, ACCELERATION, EFFORT, WEIGHT = "position", "velocity", "acceleration", "effort", "weight"
+FRICTION = "friction"
+# what each signal of a known name must be measured in
+ROLES: Mapping[str, tuple[str, ...]] = {
+    TIME: ("s",),
+    POSITION: ("m", "rad"),
+    VELOCITY: ("m/s", "rad/s"),
+    ACCELERATION: ("m/s2", "rad/s2"),
+    EFFORT: ("N", "N m"),
+    WEIGHT: ("1",),
+    FRICTION: ("1",),
+}
+# left out, these are central differences of the signal before
+IMPLIED = {VELOCITY: POSITION, ACCELERATION: VELOCITY}
+TASKS = ("terms", "slips")  # tables that say what is to be found
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A speed as a recipe gives it; unit: m/s or rad/s, None for a plain number, which is in that of the body."""
+
+    value: float
+    unit: str | None = None
+
+    def fits(self, turning: bool) -> bool:
+        """Whether it is one of a body that turns (or slides)."""
+        return self.unit in (None, "rad/s" if turning else "m/s")
+
+
+NO_SPEED = Speed(0.0)
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Butterworth low-pass, forward and backward. cutoff: Hz, or a share of the Nyquist frequency where ``relative``;
+    padding: samples by which the ends are reflected before filtering."""
+
+    order: int
+    cutoff: float
+    relative: bool
+    padding: int
+
+
+@dataclass(frozen=True)
+class SavitzkyGolay:
+    """Local polynomial of an order over a window, s."""
+
+    order: int
+    window: float
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal: a ``column`` in ``unit`` times ``gain`` (a number or a single number of the file, in ``gain_unit``),
+    or the ``derivative``-th derivative of the signal ``of``; filtered at last."""
+
+    name: str
+    column: str | None
+    unit: str | None
+    gain: float | str
+    gain_unit: str
+    of: str | None
+    derivative: int
+    savitzky_golay: SavitzkyGolay | None
+    filter: Filter | None
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """rate: Hz of the clock, None to take the stamps as they are; drop: samples left out at the begin (edges of the
+    filters); decimate: one sample in so many is kept; least_speed: slower samples are left out."""
+
+    rate: float | None = None
+    drop: int = 0
+    decimate: int = 1
+    least_speed: Speed = NO_SPEED
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A recipe as read. document: of the file, for those who read its other tables."""
+
+    document: Document
+    title: str
+    source: str
+    signals: Mapping[str, Signal]
+    sampling: Sampling
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+        return self.document.path.name
+
+
+def read_recipe(path: str | os.PathLike[str]) -> Recipe:
+    """Read a recipe: a TOML file, or the name of one that comes along.
+
+    Raises:
+        StickslipError: no such file, or what is wrong in it, with its line.
+    """
+    document = read_document(named_file(path, recipes(), "recipe"))
+    document.check_keys(("title", "source", "signals", "sampling", "terms", "friction", "slips"))
+    names = document.table("signals")
+    signals = {name: _signal(document, name, names) for name in names}
+    for name, of in IMPLIED.items():
+        if name not in signals and of in signals:
+            signals[name] = Signal(name, None, None, 1.0, "1", of, 1, None, None)
+    if TIME not in signals:
+        raise document.fault("there is no signal 'time'. Add [signals.time] with its column and unit.", "signals")
+    for name in signals:
+        _refuse_circle(document, signals, name)
+    if not any(task in document.data for task in TASKS):
+        raise document.fault("it has neither [terms] for inverse dynamics nor [slips] for slip statistics. Add one.")
+    title, source = document.text("title"), document.text("source", default="")
+    return Recipe(document, title, source, signals, _sampling(document))
+
+
+def recipes() -> list[Path]:
+    """The recipes that come along."""
+    return shipped.files("recipes", SUFFIX)
+
+
+def _signal(document: Document, name: str, names: Mapping[str, Any]) -> Signal:
+    place = ("signals", name)
+    document.check_keys(
+        ("column", "unit", "gain", "gain_unit", "derivative_of", "derivative", "savitzky_golay", "filter"), *place
+    )
+    table = document.table(*place)
+    if ("column" in table) == ("derivative_of" in table):
+        raise document.fault(f"signal '{name}' needs either 'column' (with 'unit') or 'derivative_of'.", *place)
+    of = document.text("derivative_of", *place) if "derivative_of" in table else None
+    known = (*names, *(implied for implied, source in IMPLIED.items() if source in names))
+    if of is not None and of not in known:
+        raise document.fault(f"there is no signal '{of}'.{nearest(of, known)}", *place, "derivative_of")
+    for key in ("derivative", "savitzky_golay") if of is None else ("unit", "gain", "gain_unit"):
+        if key in table:
+            kind = "a column" if of is None else "a derivative"
+            raise document.fault(f"'{key}' says nothing of {kind}. Leave it out of signal '{name}'.", *place, key)
+    gain = table.get("gain", 1.0)
+    if isinstance(gain, bool) or not isinstance(gain, int | float | str):
+        raise document.fault(
+            f"'gain' must be a number, or the name of a single number in the log, found {gain!r}.", *place, "gain"
+        )
+    return Signal(
+        name,
+        document.text("column", *place) if of is None else None,
+        document.text("unit", *place) if of is None else None,
+        gain if isinstance(gain, str) else float(gain),
+        document.text("gain_unit", *place, default="1"),
+        of,
+        document.count("derivative", 1, 1, *place),
+        _savitzky_golay(document, *place, "savitzky_golay") if "savitzky_golay" in table else None,
+        _filter(document, *place, "filter") if "filter" in table else None,
+    )
+
+
+def _filter(document: Document, *place: str) -> Filter:
+    document.check_keys(("order", "cutoff", "padding"), *place)
+    table = document.table(*place)
+    if "cutoff" not in table:
+        raise document.fault('a filter needs "cutoff", such as "100 Hz" or "0.2 Nyquist".', *place)
+    order = document.count("order", 4, 1, *place)
+    raw = table["cutoff"]
+    relative = isinstance(raw, str) and raw.strip().lower().endswith("nyquist")
+    if relative:
+        raw = raw.strip()[: -len("nyquist")].strip()
+    cutoff = document.value(raw, "1" if relative else "Hz", *place, "cutoff")
+    if cutoff <= 0 or (relative and cutoff >= 1):
+        raise document.fault(
+            "'cutoff' must lie above 0 and below the Nyquist frequency (half the sampling rate).", *place, "cutoff"
+        )
+    return Filter(order, cutoff, relative, document.count("padding", 3 * order, 0, *place))
+
+
+def _savitzky_golay(document: Document, *place: str) -> SavitzkyGolay:
+    document.check_keys(("order", "window"), *place)
+    table = document.table(*place)
+    if "window" not in table:
+        raise document.fault('savitzky_golay needs "window", such as "20 ms".', *place)
+    window = document.value(table["window"], "s", *place, "window")
+    if window <= 0:
+        raise document.fault("'window' must be a time above 0.", *place, "window")
+    return SavitzkyGolay(document.count("order", 3, 1, *place), window)
+
+
+def _refuse_circle(document: Document, signals: Mapping[str, Signal], name: str) -> None:
+    seen = [name]
+    while (of := signals[seen[-1]].of) is not None:
+        if of in seen:
+            raise document.fault(
+                f"the signals {' -> '.join([*seen, of])} are derivatives of one another. One of them must be a column.",
+                "signals",
+                name,
+            )
+        seen.append(of)
+
+
+def _sampling(document: Document) -> Sampling:
+    document.check_keys(("rate", "drop", "decimate", "least_speed"), "sampling")
+    table = document.table("sampling")
+    rate = document.value(table["rate"], "Hz", "sampling", "rate") if "rate" in table else None
+    if rate is not None and rate <= 0:
+        raise document.fault("'rate' must be above 0 Hz.", "sampling", "rate")
+    return Sampling(
+        rate,
+        document.count("drop", 0, 0, "sampling"),
+        document.count("decimate", 1, 1, "sampling"),
+        speed(document, table.get("least_speed", 0.0), "sampling", "least_speed"),
+    )
+
+
+def speed(document: Document, raw: Any, *place: str) -> Speed:
+    """A speed. The recipe alone does not say whether the body slides or turns: the text's own unit is kept."""
+    if not isinstance(raw, str):
+        return Speed(document.value(raw, "m/s", *place))
+    unit = "rad/s" if any(word in raw for word in ("rad", "deg", "rpm", "turn")) else "m/s"
+    return Speed(document.value(raw, unit, *place), unit)

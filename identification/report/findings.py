@@ -1,0 +1,58 @@
+"""Everything that a report of a fit shows, gathered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from fmu_models.base.errors import StickslipError
+from identification.fit.result import FrictionFit
+from identification.fit.samples import samples_by_disc
+from identification.measurement.free_decay import fit_free_decay
+from identification.measurement.pooling import pool
+from identification.model_check.families import compare_families
+from identification.next_step.design import design
+from identification.report.page import Findings
+from identification.report.residuals import refitted
+from rig_io.logs.log import RigLog
+
+
+def findings(
+    fit: FrictionFit,
+    logs: Sequence[RigLog],
+    *,
+    residuals: bool = True,
+    uncertainty: bool = True,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Findings:
+    """Everything that is in the report of a fit; what cannot be had is left out with a note.
+
+    logs: those fitted, and others that are only compared. residuals: fit once more, for the correlation of residuals
+    and as a check; uncertainty: carried on to the predicted bifurcation speeds. ``progress`` is told the fraction done.
+
+    Raises:
+        StickslipError: as in `compare_families`.
+    """
+    families = compare_families(fit, logs, uncertainty=uncertainty, progress=lambda share: progress(0.5 * share))
+    decays = [log for log in logs if log.kind == "free-decay"]
+    names = {one.name for one in fit.logs}
+    fitted = [log for log in logs if log.name in names]
+    missing = sorted(names - {log.name for log in fitted})
+    notes, samples, evaluation = [], None, None
+    if missing:
+        notes.append(f"Not among the logs given, though fitted: {', '.join(missing)}. Figures of the fit lack them.")
+    try:
+        ready = pool([*fitted, *decays[:1]], allow_no_stick=True)
+        samples = samples_by_disc(fit, ready) if not missing else None
+        if residuals and not missing:
+            evaluation, said = refitted(fit, ready)
+            notes += said
+    except StickslipError as error:
+        notes.append(f"Residuals could not be found again: {error}")
+    progress(0.9)
+    decay = fit_free_decay(decays[0]) if decays else None
+    try:
+        following = design(fit)
+    except StickslipError as error:
+        following = None
+        notes.append(f"No next experiment is proposed: {error}")
+    return Findings(fit, logs, families, decay, samples, evaluation, following, notes)

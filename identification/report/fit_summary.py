@@ -1,0 +1,58 @@
+"""Everything that a fit says, for a terminal (rich)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fmu_models.base.terminal_table import terminal
+from identification.inference.uncertainty import LAG_RULE
+from identification.report.tables import (
+    constants_table,
+    correlation_table,
+    decay_table,
+    nuisance_table,
+    parameter_table,
+    sensors_table,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from identification.fit.result import FrictionFit
+    from identification.measurement.free_decay import FreeDecay
+
+
+def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
+    """Tables and sentences of a fit, those of its free decay first."""
+    from rich.console import Group
+    from rich.text import Text
+
+    tables = [decay_table(decay)] if decay is not None else []
+    tables += [parameter_table(fit), correlation_table(fit)]
+    tables += [nuisance_table(fit.nuisance)] if fit.nuisance else []
+    tables += [constants_table(fit)]
+    tables += [sensors_table(fit)] if fit.sensors else []
+    said = ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
+    warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
+    return Group(*map(terminal, tables), *map(Text, said), *warnings)
+
+
+def _certainty(fit: FrictionFit) -> list[str]:
+    """What a fit says of its identifiability, of its residuals and of the contact in stick."""
+    said = [f"Deviations: {LAG_RULE}."] if fit.covariance == "hac" else []
+    if fit.collinearity:
+        judged = "nearly collinear" if fit.collinearity.poor else "told apart"
+        said.append(f"Collinearity index {fit.collinearity.index:.3g} ({judged}): {fit.collinearity.words}.")
+    if fit.whiteness:
+        coloured = fit.whiteness.coloured
+        names = f"coloured in {' and '.join(coloured)} (the deviations allow for it)" if coloured else "white"
+        beyond, tried = len(fit.whiteness.beyond), len(fit.whiteness.speeds)
+        said.append(
+            f"Residuals: {names} (Ljung-Box, 1 %); beyond 3 standard errors in {beyond} of {tried} ranges of slip "
+            "speed."
+        )
+    if fit.presliding and not fit.presliding.elastic:
+        reach = fit.presliding.compliance + 2 * fit.presliding.deviation
+        least = f"above {1 / reach:.1g} N/m" if reach > 0 else "beyond measure"
+        said.append(f"In stick the contact is as good as rigid: its stiffness is {least} (95 %).")
+    return said

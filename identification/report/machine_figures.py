@@ -1,0 +1,126 @@
+"""Figures: measured and modelled effort, friction against speed; slip events in time and their distributions.
+
+matplotlib is imported only here, inside the functions.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.estimators.inverse_terms import KINDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from identification.fit.inverse import InverseRun
+    from identification.slips.block_on_belt import SlipModel
+    from identification.slips.events import SlipEvents
+    from identification.slips.statistics import SlipStatistics
+
+BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
+MARKS = 4000  # more marks hide each other
+
+
+def inverse_figure(run: InverseRun) -> Figure:
+    """Effort in time with the model and the residual below; friction (effort less the other terms) against speed."""
+    from matplotlib.figure import Figure
+
+    result, prepared = run.result, run.prepared
+    unit, time = prepared.effort_unit, prepared.time
+    figure = Figure(figsize=(11.0, 5.5), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(2.2, 1), width_ratios=(1.5, 1))
+    above = figure.add_subplot(grid[0, 0])
+    below = figure.add_subplot(grid[1, 0], sharex=above)
+    speeds = figure.add_subplot(grid[:, 1])
+    draw_effort(above, run)
+    above.set_xlabel("")  # as below
+    below.plot(time, run.residual, color=RED, linewidth=0.8)
+    below.axhline(0.0, color="black", linewidth=0.8)
+    below.set_ylabel(f"residual ({unit})")
+    below.set_xlabel("time (s)")
+    figure.legend(
+        *above.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize="small", frameon=False
+    )
+    explained = f"{100 * result.score.explained:.1f} % of the variance explained"
+    above.set_title(f"relative error {100 * result.score.relative_error:.2f} %, {explained}", fontsize="medium")
+    _friction(speeds, run)
+    for axes in (above, below, speeds):
+        axes.grid(alpha=0.25)
+    figure.suptitle(result.title)
+    return figure
+
+
+def draw_effort(axes: Axes, run: InverseRun) -> None:
+    """Effort in time, measured and of the model."""
+    effort, time = run.prepared.effort, run.prepared.time
+    axes.plot(time, effort, color=BLUE, linewidth=1.6, label="measured")
+    axes.plot(time, effort - run.residual, color="black", linewidth=0.9, linestyle="--", label="model")
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel(f"effort ({run.prepared.effort_unit})")
+
+
+def _friction(axes: Axes, run: InverseRun) -> None:
+    prepared, terms, values = run.prepared, run.problem.terms, run.solved.solution.values
+    friction = [KINDS[term.kind].friction for term in terms]
+    modelled = prepared.thinned(
+        lambda s: sum(
+            (v * t.regressor(s) for t, v, of_friction in zip(terms, values, friction, strict=True) if of_friction),
+            np.zeros_like(s["velocity"]),
+        )
+    )
+    speed = prepared.speed
+    every = max(len(speed) // MARKS, 1)
+    axes.plot(speed[::every], (modelled + run.residual)[::every], ".", color=BLUE, markersize=2, alpha=0.5)
+    line = np.linspace(speed.min(), speed.max(), 801)
+    signals = {"velocity": line, "position": np.zeros_like(line), "acceleration": np.zeros_like(line)}
+    curve = sum(
+        (v * t.regressor(signals) for t, v, of_friction in zip(terms, values, friction, strict=True) if of_friction),
+        np.zeros_like(line),
+    )
+    axes.plot(line, curve, color="black", linewidth=1.6, label="model")
+    axes.set_xlabel(f"speed ({prepared.speed_unit})")
+    axes.set_ylabel(f"friction: effort less the other terms ({prepared.effort_unit})")
+
+
+def slip_figure(statistics: SlipStatistics, events: SlipEvents, model: SlipModel | None) -> Figure:
+    """Friction in time with peaks and after-slip values, a stretch of it, and histograms."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 7.0), layout="constrained")
+    grid = figure.add_gridspec(2, 6)
+    whole, part = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
+    middle = len(events.time) // 2
+    last = min(middle + 4, len(events.time) - 1)
+    begin, end = events.time[max(middle - 4, 0)], events.time[last] + float(np.median(np.diff(events.time))) / 4
+    inside = (events.smooth_time >= begin) & (events.smooth_time <= end)
+    every = max(len(events.smooth) // 20000, 1)
+    whole.plot(events.smooth_time[::every], events.smooth[::every], color=GREY, linewidth=0.5)
+    part.plot(events.smooth_time[inside], events.smooth[inside], color=GREY, linewidth=1.0)
+    for axes, chosen in ((whole, slice(None)), (part, slice(max(middle - 4, 0), middle + 5))):
+        axes.plot(events.time[chosen], events.peak[chosen], "^", color=BLUE, markersize=3, label="peak")
+        axes.plot(events.time[chosen], events.after[chosen], "v", color=RED, markersize=3, label="after slip")
+        axes.set_xlabel("time (s)")
+        axes.set_ylabel("force over weight (1)")
+    figure.legend(
+        *part.get_legend_handles_labels(), loc="outside upper right", ncols=2, fontsize="small", frameon=False
+    )
+    lines = {one.name: one.modelled for one in model.predictions} if model else {}
+    histograms = (
+        ("peak friction", events.peak, statistics.peak.value, "1"),
+        ("friction after slip", events.after, statistics.after.value, "1"),
+        ("period", events.interval[np.isfinite(events.interval)], statistics.period.value, "s"),
+    )
+    for place, (name, values, centre, unit) in enumerate(histograms):
+        axes = figure.add_subplot(grid[1, 2 * place : 2 * place + 2])
+        axes.hist(values, bins="auto", color="#c6dbef", edgecolor=BLUE)
+        axes.axvline(centre, color=BLUE, linewidth=1.6, label=f"measured {centre:.4g}")
+        if name in lines:
+            axes.axvline(lines[name], color="black", linestyle="--", linewidth=1.6, label=f"model {lines[name]:.4g}")
+        axes.set_xlabel(f"{name} ({unit})")
+        axes.set_ylabel("slip events")
+        axes.legend(fontsize="small", frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    figure.suptitle(f"{statistics.title}: {statistics.events} slip events")
+    return figure

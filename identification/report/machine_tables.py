@@ -1,0 +1,82 @@
+"""Results of inverse dynamics and slip statistics as tables for a terminal (rich)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fmu_models.base.console import plain, table
+from fmu_models.base.digits import deviation, like_sd
+from identification.report.law_table import LEGEND, law_table
+
+if TYPE_CHECKING:
+    from rich.console import Group, RenderableType
+
+    from identification.fit.inverse import InverseResult
+    from identification.slips.block_on_belt import SlipModel
+    from identification.slips.statistics import SlipStatistics
+
+
+def inverse_report(result: InverseResult) -> Group:
+    """Everything that a log says of a model."""
+    from rich.console import Group
+
+    parts: list[RenderableType] = [plain(result.title, "bold"), plain(f"{result.source}\n" if result.source else "")]
+    shown = table(
+        "parameter", "term", ">value", ">sd", ">sd if white", ">ratio", "unit", title=f"Values from {result.log}"
+    )
+    for e in result.estimates:
+        deviations = (deviation(e.standard_deviation), deviation(e.white_deviation), f"{e.factor:.1f}")
+        shown.add_row(e.name, e.term, like_sd(e.value, e.standard_deviation), *deviations, e.unit)
+    parts += [shown, _scores(result)]
+    parts.append(
+        plain(
+            f"{result.samples} samples, worth {result.effective_samples:.0f} independent ones; condition of the "
+            f"regressors {result.condition:.5g}. Deviations: {result.covariance}."
+        )
+    )
+    if result.laws:
+        parts += [law_table(result.laws), plain(LEGEND)]
+    parts += [plain(f"- {verdict}") for verdict in result.verdicts]
+    return Group(*parts)
+
+
+def _scores(result: InverseResult) -> table:
+    shown = table("log", ">relative error, %", ">variance explained, %", title="Scores")
+    rows = {"fitted": result.score, "its blocks, left out in turn": result.unseen, **result.held_out}
+    for name, score in rows.items():
+        shown.add_row(name, f"{100 * score.relative_error:.4f}", f"{100 * score.explained:.2f}")
+    return shown
+
+
+def slip_report(statistics: SlipStatistics, model: SlipModel | None) -> Group:
+    """Statistics of slip events, and the model beside them."""
+    from rich.console import Group
+
+    shown = table(
+        "", ">value", ">95 %", ">sd of one", "unit", title=f"{statistics.events} slip events of {statistics.log}"
+    )
+    for name, one, unit in (
+        ("peak friction, median", statistics.peak, "1"),
+        ("after slip, median", statistics.after, "1"),
+        ("drop, median", statistics.drop, "1"),
+        ("period, mean", statistics.period, "s"),
+        ("slip time, median", statistics.slip_time, "s"),
+    ):
+        shown.add_row(name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", f"{deviation(one.spread)}", unit)
+    parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
+    parts.append(
+        plain(
+            f"Period varies by {100 * statistics.period_variation:.0f} %. Noise {statistics.noise:.2g}, least drop "
+            f"counted {statistics.threshold:.3g}."
+        )
+    )
+    if model:
+        compared = table("", ">measured", ">model", ">ratio", "", title="Block on a belt with the slider's constants")
+        for one in model.predictions:
+            mark = "fitted" if one.fitted else "in the 95 % interval" if one.inside else "outside"
+            row = (f"{one.measured:.4g}", f"{one.modelled:.4g}", f"{one.ratio:.3f}", mark)
+            compared.add_row(f"{one.name}{'' if one.unit == '1' else f', {one.unit}'}", *row)
+        values = f"mu_s = {model.mu_s:.4g}, mu_k = {model.mu_k:.4g}, p = {model.p:.3g} s/m assumed"
+        parts += [compared, plain(f"{values}. {model.verdict}")]
+    parts += [plain(f"- {verdict}") for verdict in statistics.verdicts]
+    return Group(*parts)

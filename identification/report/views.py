@@ -1,0 +1,88 @@
+"""How fits and comparisons are drawn in given axes, and what they say in words (`fmu_models.base.shown`)."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import TYPE_CHECKING
+
+from fmu_models.base.shown import draw, tell
+from identification.fit.inverse import InverseRun
+from identification.fit.result import FrictionFit
+from identification.inference.comparison import LawComparison
+from identification.model_check.families import FamilyComparison
+from identification.model_check.portraits import PortraitComparison
+from identification.model_check.table import comparison_report
+from identification.report.family_figure import draw_diagram, draw_portrait
+from identification.report.fit_summary import fit_summary
+from identification.report.friction_figure import draw_fit
+from identification.report.machine_figures import draw_effort
+from identification.report.machine_tables import inverse_report
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from rich.console import RenderableType
+
+WIDTH = 100  # characters of a line
+
+
+@draw.register(FrictionFit)
+def _(fit: FrictionFit, axes: Axes) -> None:
+    draw_fit(axes, fit)
+
+
+@draw.register(FamilyComparison)
+def _(family: FamilyComparison, axes: Axes) -> None:
+    draw_diagram(axes, family, tuple(family.members[0].drive_speeds))
+
+
+@draw.register(PortraitComparison)
+def _(portrait: PortraitComparison, axes: Axes) -> None:
+    draw_portrait(axes, portrait)
+
+
+@draw.register(LawComparison)
+def _(laws: LawComparison, axes: Axes) -> None:
+    """By how much each law is behind the first."""
+    names = [one.law for one in laws.scores]
+    axes.barh(names, [one.bic - laws.best.bic for one in laws.scores], color="0.6", edgecolor="black")
+    axes.invert_yaxis()
+    axes.set_xlabel("BIC behind that of the first law (above 10: very strong)")
+
+
+@draw.register(InverseRun)
+def _(run: InverseRun, axes: Axes) -> None:
+    draw_effort(axes, run)
+
+
+@tell.register(InverseRun)
+def _(run: InverseRun) -> str:
+    return _text(inverse_report(run.result))
+
+
+@tell.register(FrictionFit)
+def _(fit: FrictionFit) -> str:
+    return _text(fit_summary(fit))
+
+
+@tell.register(FamilyComparison)
+def _(family: FamilyComparison) -> str:
+    return _text(comparison_report([family]))
+
+
+@tell.register(LawComparison)
+def _(laws: LawComparison) -> str:
+    return f"{laws.frame.to_string()}\n\n{laws.verdict}"
+
+
+@tell.register(PortraitComparison)
+def _(portrait: PortraitComparison) -> str:
+    said = f"{portrait.log}: measured {portrait.measured.words}; model {portrait.model.words}."
+    return f"{said}\n\n{portrait.frame.to_string()}"
+
+
+def _text(renderable: RenderableType) -> str:
+    from rich.console import Console
+
+    out = StringIO()
+    Console(file=out, width=WIDTH, highlight=False).print(renderable)
+    return out.getvalue().rstrip()

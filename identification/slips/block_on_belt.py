@@ -1,0 +1,182 @@
+"""A block on a belt, fitted to slip statistics and compared with them.
+
+Phases of irregular stick-slip cannot be compared, statistics can. The FMU of ``block_on_belt`` is run with the slider's
+mass, spring and speed; its mu_s and mu_k are moved until peak and after-slip value, found in its friction by the very
+detector that found them in the log, are the measured ones. Period, slip time and loading are then predictions. Friction
+falls from mu_s to mu_k within a small part of the greatest slip speed,
+    v_max = (mu_s - mu_k) g sqrt(m/k),    1/p = v_max/STEEP,
+since statistics say nothing of the fall's shape.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.measurement.signals import GRAVITY
+from identification.slips.events import find_slips
+from identification.slips.statistics import SMOOTHING, SlipStatistics
+
+STEEP = 200.0  # slip speeds 1/p in v_max
+CYCLES = 6
+TRANSIENT = 2  # cycles
+ACCURACY = 1e-4  # relative, of peak and after-slip value
+ITERATIONS = 12
+SAMPLES = 200  # per natural period: the smoothing's window holds 20
+NEEDED = ("mass", "stiffness", "speed")
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One statistic, measured and modelled; ``fitted``: the model was made to have it; ``inside``: the model's lies in
+    the 95 % interval of the measured one."""
+
+    name: str
+    unit: str
+    measured: float
+    modelled: float
+    fitted: bool
+    inside: bool
+
+    @property
+    def ratio(self) -> float:
+        """Modelled over measured."""
+        return self.modelled / self.measured
+
+
+@dataclass(frozen=True)
+class SlipModel:
+    """The fitted model: friction coefficients, steepness p (s/m, assumed), its statistics beside the measured ones."""
+
+    mu_s: float
+    mu_k: float
+    p: float
+    predictions: tuple[Prediction, ...]
+    verdict: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True)
+class _Cycle:
+    """Statistics of a simulated motion."""
+
+    peak: float
+    after: float
+    period: float
+    slip_time: float
+
+
+def fit_slip_model(statistics: SlipStatistics) -> SlipModel | None:
+    """Fit the block on a belt; None where mass, stiffness or speed is unknown.
+
+    Raises:
+        StickslipError: no friction coefficients give the measured peak and after-slip value.
+    """
+    if any(name not in statistics.known for name in NEEDED):
+        return None
+    target = np.array([statistics.peak.value, statistics.after.value])
+    # a steep fall without damping overshoots as far as it fell: the middle is mu_k
+    guess = np.array([target[0], target.mean()])
+    p = STEEP / ((guess[0] - guess[1]) * GRAVITY * np.sqrt(statistics.known["mass"] / statistics.known["stiffness"]))
+    block = _Block(statistics, float(p))
+    for _ in range(ITERATIONS):
+        cycle = block.cycle(float(guess[0]), float(guess[1]))
+        miss = np.array([cycle.peak, cycle.after]) - target
+        if np.max(np.abs(miss)) <= ACCURACY * target[0]:
+            return _compared(statistics, guess, float(p), cycle)
+        # d peak/d mu_s = 1, d after/d (mu_s, mu_k) = (-1, 2) for the steep fall
+        guess = guess - np.array([miss[0], (miss[1] + miss[0]) / 2])
+    raise StickslipError(
+        f"No friction coefficients give the block on a belt a peak of {target[0]:.4g} and {target[1]:.4g} after it at "
+        f"{statistics.known['speed']:g} m/s (last tried mu_s = {guess[0]:.4g}, mu_k = {guess[1]:.4g}): at this speed "
+        "the friction of one law does not stick and slip. Look at the verdicts on the log."
+    )
+
+
+class _Block:
+    """The FMU of the block on a belt with the slider's constants."""
+
+    def __init__(self, statistics: SlipStatistics, p: float) -> None:
+        from fmu_models.codegen.package import built
+        from fmu_models.fmu.fmu import Fmu
+
+        known = statistics.known
+        self.fmu = Fmu.open(built("block_on_belt"))
+        self.weight = known["mass"] * GRAVITY
+        self.known, self.p = known, p
+        self.natural_period = float(2 * np.pi * np.sqrt(known["mass"] / known["stiffness"]))
+        self.length = CYCLES * statistics.period.value
+
+    def cycle(self, mu_s: float, mu_k: float) -> _Cycle:
+        """Statistics of the motion after a transient; friction is read from the spring, as in the log."""
+        from fmu_models.simulation.run import simulate
+
+        known = self.known
+        step = self.natural_period / SAMPLES
+        parameters = {
+            "m": known["mass"],
+            "k": known["stiffness"],
+            "c": known.get("damping", 0.0),
+            "N": self.weight,
+            "mu_s": mu_s,
+            "mu_k": mu_k,
+            "p": self.p,
+        }
+        begin = mu_k * self.weight / known["stiffness"]
+        time = np.arange(0.0, self.length + TRANSIENT * self.natural_period, step)
+        run = simulate(
+            self.fmu,
+            time[-1],
+            output_times=time,
+            parameters=parameters,
+            inputs={"v_belt": known["speed"]},
+            start={"x": begin, "v": known["speed"]},
+        )
+        friction = run["x"] * known["stiffness"] / self.weight
+        found = find_slips([(run.time, friction)], step, SMOOTHING * self.natural_period)
+        if len(found.time) < TRANSIENT + 1:
+            raise StickslipError(
+                f"With mu_s = {mu_s:.4g} and mu_k = {mu_k:.4g} the block on a belt shows {len(found.time)} slips in "
+                f"{self.length:.3g} s: at {known['speed']:g} m/s it slides steadily. The log's slips are not those of "
+                "one friction law on this spring."
+            )
+        return _Cycle(
+            float(np.median(found.peak[1:])),
+            float(np.median(found.after[1:])),
+            float(np.mean(found.interval[2:])) if len(found.time) > TRANSIENT else float("nan"),
+            float(np.median(found.duration[1:])),
+        )
+
+
+def _compared(statistics: SlipStatistics, found: np.ndarray, p: float, cycle: _Cycle) -> SlipModel:
+    rows = (
+        ("peak friction", "1", statistics.peak, cycle.peak, True),
+        ("friction after slip", "1", statistics.after, cycle.after, True),
+        ("period", "s", statistics.period, cycle.period, False),
+        ("slip time", "s", statistics.slip_time, cycle.slip_time, False),
+    )
+    predictions = tuple(
+        Prediction(name, unit, measured.value, modelled, fitted, measured.low <= modelled <= measured.high)
+        for name, unit, measured, modelled, fitted in rows
+    )
+    return SlipModel(float(found[0]), float(found[1]), p, predictions, _verdict(statistics, predictions[2]))
+
+
+def _verdict(statistics: SlipStatistics, period: Prediction) -> str:
+    place = "inside" if period.inside else "outside"
+    told = (
+        f"The model's period is {period.modelled:.4g} s, {place} the 95 % interval of the measured mean "
+        f"{statistics.period.low:.4g} .. {statistics.period.high:.4g} s."
+    )
+    spread = statistics.peak.spread / statistics.drop.value
+    return (
+        f"{told} One law repeats itself; measured periods vary by {100 * statistics.period_variation:.0f} % and peaks "
+        f"by {100 * spread:.0f} % of a drop, which no law of slip speed alone explains."
+    )

@@ -1,0 +1,136 @@
+"""Slip events in a log of friction (force over weight) against time.
+
+The log is smoothed by a running median. Peaks and valleys alternate; a fall from a peak to the valley after it counts
+    beyond noise       larger than 6 standard deviations of the noise (log less smoothed log)
+    as a slip event    larger than a share of the root mean square of those beyond noise, smaller ones are partial slips
+(the energy that a slip frees goes with the square of its fall).
+
+Source of the measurement: Colas, Pustelnik, Oliver, Abry, Geminard, Vidal, Nonlinear denoising for solid friction
+dynamics characterization, Physical Review E.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.measurement.motion import odd_count
+
+NOISE_FACTOR = 6.0  # standard deviations: noise alone falls so far in one of 1e9 samples
+STICK = (0.2, 0.8)  # part of the loading between two events where its rate is measured: off the rounded ends
+ORDINARY = 0.9  # of the falls' heights: begin at 5 %, end at 95 %
+
+
+@dataclass(frozen=True, eq=False)
+class SlipEvents:
+    """Slip events of one log, by number. time: (n,) s of the peak; peak, after: (n,) friction; rise: (n,) s that the
+    slip takes; interval: (n,) s since the event before, NaN for the first behind a gap; loading: (n,) 1/s, rate in the
+    stick before, NaN likewise; beyond_noise: number of falls that noise does not explain; threshold: least drop;
+    noise: standard deviation; smooth_time, smooth: the smoothed log."""
+
+    time: np.ndarray
+    peak: np.ndarray
+    after: np.ndarray
+    duration: np.ndarray
+    interval: np.ndarray
+    loading: np.ndarray
+    beyond_noise: int
+    threshold: float
+    noise: float
+    smooth_time: np.ndarray
+    smooth: np.ndarray
+
+    @property
+    def drop(self) -> np.ndarray:
+        """Fall of friction (n,)."""
+        return self.peak - self.after
+
+    def to_dict(self) -> dict[str, list[float]]:
+        """One list per column, a value for each event."""
+        columns = ("time", "peak", "after", "duration", "interval", "loading")
+        return {name: getattr(self, name).tolist() for name in columns}
+
+
+def find_slips(
+    pieces: list[tuple[np.ndarray, np.ndarray]], step: float, window: float, share: float = 0.5
+) -> SlipEvents:
+    """Slip events. pieces: times (n,) s and friction (n,) between gaps, every ``step`` s; window: s, of the running
+    median; share: of the root mean square fall, above which a fall is a slip event."""
+    from scipy.ndimage import median_filter
+
+    count = odd_count(window, step)
+    smooth = [median_filter(friction, count, mode="nearest") for _, friction in pieces]
+    away = np.concatenate([friction - s for (_, friction), s in zip(pieces, smooth, strict=True)])
+    # from the mean absolute value: coarse resolution makes the median zero, spikes make the rms large
+    noise = float(np.sqrt(np.pi / 2) * np.mean(np.abs(away)))
+    least = max(NOISE_FACTOR * noise, 1e-9 * float(np.ptp(np.concatenate(smooth))))
+    falls = [_falls(s, least) for s in smooth]
+    drops = np.concatenate([s[peak] - s[valley] for s, (peak, valley) in zip(smooth, falls, strict=True)])
+    threshold = max(least, share * float(np.sqrt(np.mean(drops**2)))) if drops.size else least
+    parts = []
+    for (time, _), s in zip(pieces, smooth, strict=True):
+        peak, valley = _falls(s, threshold)
+        slips = [_slip_time(time, s, i, j) for i, j in zip(peak, valley, strict=True)]
+        loads = [np.nan, *(_loading(time, s, j, i) for j, i in zip(valley[:-1], peak[1:], strict=True))]
+        interval = np.diff(time[peak], prepend=np.nan)
+        parts.append((time[peak], s[peak], s[valley], np.array(slips), interval, np.array(loads[: len(peak)])))
+    at, peak, after, duration, interval, loading = (np.concatenate(column) for column in zip(*parts, strict=True))
+    everywhere = np.concatenate([time for time, _ in pieces])
+    return SlipEvents(
+        at,
+        peak,
+        after,
+        duration,
+        interval,
+        loading,
+        len(drops),
+        threshold,
+        noise,
+        everywhere,
+        np.concatenate(smooth),
+    )
+
+
+def _falls(values: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
+    """Peaks and the valleys after them, indices (n,) each: every fall and the rise after it are ``least`` or more.
+
+    A fall that the log begins or ends in is left out: its peak or valley was not seen.
+    """
+    steps = np.diff(values)
+    moving = np.flatnonzero(steps)
+    turns = moving[:-1][np.sign(steps[moving[:-1]]) != np.sign(steps[moving[1:]])] + 1
+    peaks, valleys = [], []
+    high, low = 0, -1
+    for i in (*turns, len(values) - 1):
+        value = values[i]
+        if low < 0:
+            if value > values[high]:
+                high = i
+            elif values[high] - value >= least:
+                low = i
+        elif value < values[low]:
+            low = i
+        elif value - values[low] >= least:
+            if high > 0:
+                peaks.append(high)
+                valleys.append(low)
+            high, low = i, -1
+    return np.array(peaks, dtype=int), np.array(valleys, dtype=int)
+
+
+def _slip_time(time: np.ndarray, values: np.ndarray, peak: int, valley: int) -> float:
+    """Time, s, of the middle `ORDINARY` part of a fall."""
+    fallen = (values[peak] - values[peak : valley + 1]) / (values[peak] - values[valley])
+    edge = (1 - ORDINARY) / 2
+    end = int(np.argmax(fallen >= 1 - edge))
+    begin = int(np.flatnonzero(fallen[: end + 1] <= edge)[-1])
+    return float(time[peak + end] - time[peak + begin])
+
+
+def _loading(time: np.ndarray, values: np.ndarray, valley: int, peak: int) -> float:
+    """Rate, 1/s, at which friction rises from a valley to the next peak; NaN if there are too few samples."""
+    begin, end = (valley + round(part * (peak - valley)) for part in STICK)
+    if end - begin < 4:
+        return float("nan")
+    return float(np.polyfit(time[begin:end] - time[begin], values[begin:end], 1)[0])

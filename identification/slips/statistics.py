@@ -1,0 +1,227 @@
+"""Statistics of the slip events in a log of friction (force over weight) against time.
+
+A slip event has a peak (static friction), a value after it, a drop, and the time since the event before. While it
+sticks, a slider of mass m on a spring k drawn at speed V loads at d(F/mg)/dt = k V/(m g): a check of units and
+constants. Medians and means have 95 % intervals by a bootstrap of blocks of successive events.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Tabular
+from identification.inference.uncertainty import lag_count
+from identification.measurement.recipe import FRICTION, TIME, Recipe
+from identification.measurement.signals import GRAVITY, prepare
+from identification.slips.events import SlipEvents, find_slips
+from rig_io.readers import read_table
+
+if TYPE_CHECKING:
+    import pandas
+
+UNITS = {"mass": "kg", "stiffness": "N/m", "speed": "m/s", "damping": "N s/m", "smoothing": "s"}
+SETTINGS = (*UNITS, "share")
+SMOOTHING = 0.1  # of the natural period: a tenth of a slip's two halves keeps its edges
+LEAST_EVENTS = 5
+LOADING_SUSPECT = 0.15  # relative difference of the loading rate from k V/(m g)
+SLOW = 1.0  # natural periods: a slip that lasts longer is not one of a free slider
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """A median (of the period: mean) with its 95 % interval (bootstrap by blocks) and the standard deviation of single
+    values."""
+
+    value: float
+    low: float
+    high: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class SlipStatistics(Tabular):
+    """Statistics of a log. period_variation: standard deviation over mean; loading_expected: k V/(m g), None where a
+    constant is unknown; verdicts: in words."""
+
+    title: str
+    source: str
+    log: str
+    duration: float
+    events: int
+    beyond_noise: int
+    threshold: float
+    noise: float
+    peak: Statistic
+    after: Statistic
+    drop: Statistic
+    period: Statistic
+    period_variation: float
+    slip_time: Statistic
+    loading: float
+    loading_expected: float | None
+    known: dict[str, float]
+    verdicts: tuple[str, ...]
+
+    @property
+    def frame(self) -> pandas.DataFrame:
+        """A row for each statistic: its value, its 95 % interval, and the standard deviation of single values."""
+        import pandas
+
+        names = ("peak", "after", "drop", "period", "slip_time")
+        return pandas.DataFrame([vars(getattr(self, name)) for name in names], index=pandas.Index(names, name="of"))
+
+    def _heading(self) -> str:
+        return f"SlipStatistics: {self.title}, {self.events} slips in {self.duration:.4g} s"
+
+    def _contents(self) -> Mapping[str, Any]:
+        found = {name: getattr(self, name) for name in ("peak", "after", "drop", "period", "slip_time")}
+        return {name: f"{one.value:.4g} ({one.low:.4g} to {one.high:.4g})" for name, one in found.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values."""
+        return dataclasses.asdict(self)
+
+
+def slip_statistics(
+    recipe: Recipe, log: str | os.PathLike[str], settings: Mapping[str, float] | None = None, *, seed: int = 0
+) -> tuple[SlipStatistics, SlipEvents]:
+    """Slip events of a log and what they amount to. settings: SI values of `SETTINGS`, in place of
+    the recipe's.
+
+    Raises:
+        StickslipError: unknown setting, the log cannot be read or does not fit the recipe, a constant is missing or not
+            above zero, or there are hardly any slip events.
+    """
+    if "slips" not in recipe.document.data or FRICTION not in recipe.signals:
+        raise StickslipError(
+            f"Recipe {recipe.name} needs [slips] and [signals.{FRICTION}] for slip statistics; without them it is one "
+            "for 'stickslip inverse'."
+        )
+    for name in settings or {}:
+        if name not in SETTINGS:
+            raise StickslipError(f"There is no setting '{name}'.{nearest(name, SETTINGS)}")
+    known = {**read_slips(recipe), **(settings or {})}
+    share = known.pop("share")
+    if not 0 <= share < 1:
+        raise StickslipError(f"'share' must lie from 0 to below 1, found {share:g}.")
+    for name, value in known.items():
+        if value <= 0 and not (name == "damping" and value == 0):
+            raise StickslipError(f"'{name}' must be above 0, found {value:g}.")
+    window = _window(recipe, known)
+    prepared = prepare(recipe, read_table(log))
+    pieces = [(piece.values[TIME], piece.values[FRICTION]) for piece in prepared.pieces]
+    events = find_slips(pieces, prepared.step, window, share)
+    if len(events.time) < LEAST_EVENTS:
+        raise StickslipError(
+            f"{prepared.source} shows {len(events.time)} slip events (noise {events.noise:.2g}); statistics need "
+            f"{LEAST_EVENTS} or more. Check the column, 'smoothing' and 'share', or record for longer."
+        )
+    return _summary(recipe, os.fspath(log), known, events, seed), events
+
+
+def read_slips(recipe: Recipe) -> dict[str, float]:
+    """The table [slips] of a recipe, SI: what is known of the slider, and ``share`` of the root mean square fall, below
+    which a fall is a partial slip.
+
+    Raises:
+        StickslipError: what is wrong in it, with its line.
+    """
+    document = recipe.document
+    document.check_keys(SETTINGS, "slips")
+    table = document.table("slips")
+    known = {name: document.value(table[name], unit, "slips", name) for name, unit in UNITS.items() if name in table}
+    share = document.value(table.get("share", 0.5), "1", "slips", "share")
+    if not 0 <= share < 1:
+        raise document.fault(f"'share' must lie from 0 to below 1, found {share:g}.", "slips", "share")
+    return {**known, "share": share}
+
+
+def _window(recipe: Recipe, known: Mapping[str, float]) -> float:
+    if "smoothing" in known:
+        return known["smoothing"]
+    if "mass" in known and "stiffness" in known:
+        return SMOOTHING * _natural_period(known)
+    missing = ", ".join(f"{name}=..." for name in ("mass", "stiffness") if name not in known)
+    raise StickslipError(
+        f"Recipe {recipe.name} does not say how far to smooth: give {missing} (from which follows the time a slip "
+        "takes), or smoothing=... in s, in [slips] or with --set."
+    )
+
+
+def _natural_period(known: Mapping[str, float]) -> float:
+    return float(2 * np.pi * np.sqrt(known["mass"] / known["stiffness"]))
+
+
+def _summary(recipe: Recipe, log: str, known: dict[str, float], events: SlipEvents, seed: int) -> SlipStatistics:
+    interval = events.interval[np.isfinite(events.interval)]
+    loading = float(np.nanmedian(events.loading)) if np.isfinite(events.loading).any() else float("nan")
+    expected = None
+    if all(name in known for name in ("mass", "stiffness", "speed")):
+        expected = known["stiffness"] * known["speed"] / (known["mass"] * GRAVITY)
+    slip_time = statistic(events.duration, seed)
+    return SlipStatistics(
+        recipe.title,
+        recipe.source,
+        log,
+        float(events.smooth_time[-1] - events.smooth_time[0]),
+        len(events.time),
+        events.beyond_noise,
+        events.threshold,
+        events.noise,
+        statistic(events.peak, seed),
+        statistic(events.after, seed),
+        statistic(events.drop, seed),
+        statistic(interval, seed, mean=True),
+        float(np.std(interval) / np.mean(interval)),
+        slip_time,
+        loading,
+        expected,
+        known,
+        tuple(_verdicts(events, known, slip_time.value, loading, expected)),
+    )
+
+
+def statistic(values: np.ndarray, seed: int, *, mean: bool = False, draws: int = 1000) -> Statistic:
+    """Median or mean of (n,) with a 95 % interval: blocks of successive values are drawn anew."""
+    centre = np.mean if mean else np.median
+    rng = np.random.default_rng(seed)
+    length = lag_count(len(values))
+    starts = rng.integers(0, len(values), size=(draws, -(-len(values) // length)))
+    rows = (starts[:, :, None] + np.arange(length)).reshape(draws, -1)[:, : len(values)] % len(values)
+    low, high = np.quantile(centre(values[rows], axis=1), [0.025, 0.975])
+    return Statistic(float(centre(values)), float(low), float(high), float(np.std(values)))
+
+
+def _verdicts(
+    events: SlipEvents, known: Mapping[str, float], slip_time: float, loading: float, expected: float | None
+) -> list[str]:
+    said = []
+    partial = events.beyond_noise - len(events.time)
+    if partial > 0:
+        said.append(
+            f"{partial} smaller falls beyond noise (below {events.threshold:.3g}) are counted as partial slips: the "
+            "number of events and the period depend on 'share'."
+        )
+    if expected is not None:
+        ratio = loading / expected
+        rate = f"Loading in stick: {loading:.4g} 1/s, from k V/(m g) {expected:.4g} 1/s, ratio {ratio:.3f}"
+        if abs(ratio - 1) <= LOADING_SUSPECT:
+            said.append(f"{rate}: stiffness, speed and mass fit the log.")
+        else:
+            said.append(
+                f"{rate}: a stiffness, speed or mass is not that of this log, or the slider creeps or swings instead "
+                "of sticking."
+            )
+    if "mass" in known and "stiffness" in known and slip_time > SLOW * _natural_period(known):
+        said.append(
+            f"A slip takes {slip_time:.3g} s, longer than the natural period of {_natural_period(known):.3g} s: what "
+            "falls is not a free slider."
+        )
+    return said

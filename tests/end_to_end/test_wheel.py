@@ -1,0 +1,141 @@
+"""The wheel in an environment of its own, away from the checkout: what the manual says works there too.
+
+The heavy dependencies are those of the environment that runs the tests; the suite itself is the one of the wheel.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+MANUAL = (ROOT / "README.md").read_text("utf-8")
+PARTS = ("pyproject.toml", "README.md", "LICENSE", "fmu_models", "identification", "rig_io", "data")
+
+# what a command of the manual needs that does not come along
+ABSENT = {"pump.fmu", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"}
+# minutes of work in parts that other commands here have shown to be in the wheel
+LONG = (
+    *("demo", "laws", "stress", "bench", "fit two", "emulate two"),
+    *("scene disc_rig_class_a --explain", "fit data/rigs/paper_rubber --covariance", "compare"),
+)
+
+
+def commands() -> list[list[str]]:
+    """Those of the manual, without the word stickslip; lines that go on are joined."""
+    lines = MANUAL.replace("\\\n", "").splitlines()
+    found = [shlex.split(line, comments=True)[1:] for line in lines if line.startswith("    stickslip ")]
+    known = [one for one in found if not ABSENT & set(one)]
+    return [one for one in known if not " ".join(one).startswith(LONG)]
+
+
+def files(folder: Path) -> set[Path]:
+    """Of a folder and those in it, hidden and compiled ones left out."""
+    found = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+    return {path for path in found if not path.name.startswith(".") and "__pycache__" not in path.parts}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    source, made = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
+    for part in PARTS:
+        if (ROOT / part).is_dir():
+            shutil.copytree(ROOT / part, source / part, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copyfile(ROOT / part, source / part)
+    options = ("--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(made))
+    subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(source)], check=True)
+    (found,) = made.glob("*.whl")
+    return found
+
+
+class Installed:
+    """The wheel in a fresh environment; programs of it run in an empty folder."""
+
+    def __init__(self, wheel: Path, place: Path, folder: Path) -> None:
+        venv.create(place, with_pip=False)
+        self.folder = folder
+        self.site = Path(sysconfig.get_path("purelib", vars={"base": str(place), "platbase": str(place)}))
+        self._scripts = place / ("Scripts" if os.name == "nt" else "bin")
+        # a path in a .pth file is searched last, and its own .pth files, such as that of a checkout, are not read
+        (self.site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
+        options = ("--quiet", "--no-deps", "--no-index", "--disable-pip-version-check")
+        python = str(self._scripts / Path(sys.executable).name)
+        subprocess.run([sys.executable, "-m", "pip", "--python", python, "install", *options, str(wheel)], check=True)
+        kept = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+        self._environment = kept | {"MPLBACKEND": "agg"}
+
+    def __call__(self, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+        line = [str(self._scripts / program), *arguments]
+        return subprocess.run(line, cwd=self.folder, env=self._environment, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory) -> Installed:
+    return Installed(wheel, tmp_path_factory.mktemp("environment"), tmp_path_factory.mktemp("empty"))
+
+
+def test_the_wheel_holds_the_folder_data_and_every_file_of_the_packages(installed):
+    for part, folder in {"data": "stickslip_data", **{name: name for name in PARTS[3:6]}}.items():
+        missing = files(ROOT / part) - files(installed.site / folder)
+        assert not missing, f"{part}: not in the wheel: {sorted(map(str, missing))}"
+
+
+def test_the_manual_s_commands_run_there(installed):
+    code = "import fmu_models, identification, rig_io; print(fmu_models.__file__, fmu_models.__version__)"
+    found = installed("python", "-c", code)
+    assert found.stdout.startswith(str(installed.site)), found.stdout + found.stderr
+    assert installed("stickslip", "--version").stdout == f"stickslip {found.stdout.split()[1]}\n"
+
+    missing = installed("stickslip", "fit", "data/rigs/paper_rubber")
+    assert missing.returncode == 2 and "stickslip data copy rigs/paper_rubber" in missing.stderr
+    assert installed("stickslip", "data", "copy", "rigs/paper_rubber").returncode == 0
+    listed = commands()
+    assert {"fit", "report", "apply", "simulate", "export", "scene", "couple", "map"} <= {one[0] for one in listed}
+    for line in listed:
+        answer = installed("stickslip", *line)
+        assert answer.returncode == 0, f"stickslip {shlex.join(line)}\n{answer.stdout}\n{answer.stderr}"
+    written = {path.name for path in installed.folder.iterdir()}
+    assert {
+        "fit.json",
+        "friction.png",
+        "report.html",
+        "rig.fmu",
+        "portrait.png",
+        "figure_9.png",
+    } <= written
+
+
+def test_the_manual_s_python_runs_there(installed):
+    installed("stickslip", "data", "copy", "rigs/paper_rubber", "--overwrite")
+    blocks = re.findall(r"```python\n(.*?)```", MANUAL, re.S)
+    answer = installed("python", "-W", "error", "-c", "\n".join(blocks))
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    assert "np.float64" not in answer.stdout and "array(" not in answer.stdout
+
+
+def test_what_comes_along_is_listed_and_copied(installed):
+    names = [item["name"] for item in json.loads(installed("stickslip", "data", "--json").stdout)["items"]]
+    assert {
+        "rigs/paper_rubber",
+        "scenes/disc_rig_class_a",
+        "recipes/emps",
+        "systems/disc_rig_motors",
+        "README.md",
+    } <= set(names)
+    assert installed("stickslip", "data", "copy", "-o", "all", *names).returncode == 0
+    assert files(installed.folder / "all") == files(ROOT / "data")
+    again = installed("stickslip", "data", "copy", "-o", "all", names[0])
+    assert again.returncode == 2 and "--overwrite" in again.stderr
+    wrong = installed("stickslip", "data", "copy", "scenes/disc_rig_clas_a")
+    assert wrong.returncode == 2 and "Did you mean 'scenes/disc_rig_class_a'" in wrong.stderr

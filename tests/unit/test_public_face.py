@@ -1,0 +1,71 @@
+"""What the packages offer by one short name: it is there, says what it is, and costs nothing until it is asked for."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("fmu_models", "rig_io", "identification")
+NAMES = [(package, name) for package in PACKAGES for name in importlib.import_module(package).__all__]
+
+
+@pytest.mark.parametrize(("package", "name"), NAMES)
+def test_every_name_resolves_and_has_a_docstring(package, name):
+    found = getattr(importlib.import_module(package), name)
+    assert found.__name__ == name, f"{package}.{name} is '{found.__name__}': one name each"
+    said = found.__doc__ or ""
+    assert said.strip() and not said.startswith(f"{name}("), f"{package}.{name} has no docstring of its own"
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_name_is_that_of_a_room(package):
+    rooms = {path.name for path in (ROOT / package).iterdir() if path.is_dir()}
+    assert not rooms & set(importlib.import_module(package).__all__), "importing the room would hide the name"
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_package_knows_its_version_and_what_it_does_not_have(package):
+    module = importlib.import_module(package)
+    assert re.fullmatch(r"\d+\.\d+.*", module.__version__)
+    assert {"__version__", *module.__all__} <= set(dir(module))
+    assert (Path(module.__file__ or "").parent / "py.typed").is_file()
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = module.nonsense
+
+
+def test_importing_the_packages_loads_nothing_heavy():
+    code = (
+        "import sys, fmu_models, rig_io, identification\n"
+        "heavy = {'numpy', 'scipy', 'sympy', 'matplotlib', 'pandas', 'fmpy', 'pint'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+        "from fmu_models import Fmu\n"
+        "assert 'sympy' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_star_imports_bring_all_of_it():
+    names: dict[str, object] = {}
+    exec("from rig_io import *", names)
+    assert set(importlib.import_module("rig_io").__all__) <= set(names)
+
+
+def test_the_manual_imports_from_package_roots_alone():
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
+    assert blocks
+    for line in "\n".join(blocks).splitlines():
+        if found := re.match(r"\s*(?:from|import) ((?:fmu_models|rig_io|identification)[\w.]*)", line):
+            assert found[1] in PACKAGES, line
+
+
+def test_the_papers_name_the_version():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text("utf-8")

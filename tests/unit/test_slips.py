@@ -1,0 +1,193 @@
+"""Slip events against the engine's own events, and statistics of series whose truth is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from machine_log import coloured, recipe_of
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
+from identification.measurement.recipe import read_recipe
+from identification.measurement.signals import GRAVITY
+from identification.slips.block_on_belt import fit_slip_model
+from identification.slips.events import find_slips
+from identification.slips.statistics import slip_statistics, statistic
+from rig_io.readers.csv_log import write
+
+M, K, V = 0.5, 50.0, 0.01  # kg, N/m, m/s
+MU_S, MU_K = 0.6, 0.45
+STEP = 1e-3  # s
+PERIOD = 2 * np.pi * np.sqrt(M / K)
+RECIPE = """title = "slider"
+
+[signals.time]
+column = "time"
+unit = "s"
+
+[signals.friction]
+column = "f"
+unit = "1"
+
+[slips]
+mass = "0.5 kg"
+stiffness = 50
+speed = "10 mm/s"
+"""
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A block on a belt for 60 s: friction over weight from the spring, and the engine's events."""
+    fmu = Fmu.open(built("block_on_belt"))
+    time = np.arange(0.0, 60.0, STEP)
+    parameters = {"m": M, "k": K, "c": 0.0, "N": M * GRAVITY, "mu_s": MU_S, "mu_k": MU_K, "p": 2000.0}
+    done = simulate(
+        fmu, time[-1], output_times=time, parameters=parameters, inputs={"v_belt": V}, start={"x": 0.04, "v": V}
+    )
+    return done, done["x"] * K / (M * GRAVITY)
+
+
+def tears(run) -> np.ndarray:
+    """Times at which the engine lets the block go."""
+    return np.array([event.time for event in run.events if event.before == 0])
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002], ids=["clean", "noisy"])
+def test_every_tear_of_the_engine_is_found_at_its_time(run, noise):
+    done, friction = run
+    rng = np.random.default_rng(1)
+    seen = friction + noise * rng.normal(size=len(friction))
+    spikes = rng.integers(0, len(seen), 50 if noise else 0)
+    seen[spikes] += 0.05  # glitches of single samples, as recorders have them
+    found = find_slips([(done.time, seen)], STEP, 0.1 * PERIOD)
+    expected = tears(done)
+    assert len(found.time) == len(expected) > 10
+    # a peak is as sharp as its noise lets it be: 6 standard deviations at the loading rate
+    late = found.time - expected
+    assert np.max(np.abs(late)) < 0.03 + 6 * noise / (K * V / (M * GRAVITY))
+    assert np.median(found.peak) == pytest.approx(MU_S, abs=1e-3 + 2 * noise)
+    # a steep law without damping overshoots as far as it fell
+    assert np.median(found.after) == pytest.approx(2 * MU_K - MU_S, abs=0.02)
+    assert np.nanmedian(found.loading) == pytest.approx(K * V / (M * GRAVITY), rel=0.01)
+
+
+def test_noise_alone_has_no_slips():
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        steady = 0.4 + 0.01 * rng.normal(size=20_000)
+        assert len(find_slips([(np.arange(20_000) * STEP, steady)], STEP, 20 * STEP).time) == 0
+
+
+@given(
+    drops=st.lists(st.floats(0.05, 0.2), min_size=6, max_size=20),
+    gain=st.floats(0.2, 5.0),
+    shift=st.floats(-1.0, 1.0),
+    resolution=st.sampled_from([0.0, 0.002]),
+)
+@settings(max_examples=30, deadline=None)
+def test_a_saw_gives_its_teeth_in_any_unit_and_resolution(drops, gain, shift, resolution):
+    """Rise of any size, then a fall within 20 samples: peaks, valleys and intervals are those of the saw."""
+    rise = np.array(drops)
+    heights = [np.linspace(0, up, 200, endpoint=False) for up in rise]
+    falls = [np.linspace(up, 0, 20, endpoint=False) for up in rise]
+    saw = np.concatenate(
+        [part for pair in zip(heights, falls, strict=True) for part in pair] + [np.linspace(0, 0.3, 300)]
+    )
+    if resolution:
+        saw = np.round(saw / resolution) * resolution
+    time = np.arange(len(saw)) * STEP
+    found = find_slips([(time, gain * saw + shift)], STEP, 5 * STEP, share=0.1)
+    assert len(found.time) == len(rise)
+    assert found.drop == pytest.approx(gain * rise, abs=gain * (0.012 + resolution))
+    assert found.interval[1:] == pytest.approx(0.22, abs=0.01 + 0.02 * (resolution > 0))
+
+
+def test_a_fall_whose_begin_or_end_was_not_recorded_is_no_event():
+    tooth = np.concatenate([np.linspace(0, 0.2, 200), np.linspace(0.2, 0, 20)])
+    saw = np.tile(tooth, 8)
+    cut = saw[207:-5]  # from the middle of the first fall to that of the last
+    found = find_slips([(np.arange(len(cut)) * STEP, cut)], STEP, 3 * STEP)
+    assert len(found.time) == 6
+    assert found.time[0] == pytest.approx(0.213, abs=0.003)
+
+
+def test_partial_slips_are_counted_apart():
+    rng = np.random.default_rng(0)
+    rises = np.tile([0.2, 0.2, 0.03], 10)
+    parts = [np.concatenate([np.linspace(0, up, 200), np.linspace(up, 0, 20)]) for up in rises]
+    saw = np.concatenate([*parts, np.linspace(0, 0.3, 300)]) + 1e-3 * rng.normal(size=30 * 220 + 300)
+    pieces = [(np.arange(len(saw)) * STEP, saw)]
+    assert (len(find_slips(pieces, STEP, 5 * STEP).time), find_slips(pieces, STEP, 5 * STEP).beyond_noise) == (20, 30)
+    assert len(find_slips(pieces, STEP, 5 * STEP, share=0.0).time) == 30
+
+
+def test_no_period_reaches_across_a_gap(tmp_path, run):
+    done, friction = run
+    keep = (done.time < 20) | (done.time > 35)
+    write(tmp_path / "log.csv", {"time": done.time[keep], "f": friction[keep]})
+    statistics, events = slip_statistics(read_recipe(recipe_of(tmp_path, RECIPE)), tmp_path / "log.csv")
+    whole = find_slips([(done.time, friction)], STEP, 0.1 * PERIOD)
+    assert np.nanmax(events.interval) < 1.01 * np.nanmax(whole.interval)
+    assert np.sum(~np.isfinite(events.interval)) == 2
+    assert statistics.period.value == pytest.approx(np.nanmean(whole.interval), rel=0.01)
+
+
+def test_the_model_that_made_a_log_is_found_again(tmp_path, run):
+    done, friction = run
+    noise = 0.001 * np.random.default_rng(3).normal(size=len(friction))
+    write(tmp_path / "log.csv", {"time": done.time, "f": friction + noise})
+    statistics, _ = slip_statistics(read_recipe(recipe_of(tmp_path, RECIPE)), tmp_path / "log.csv")
+    model = fit_slip_model(statistics)
+    assert model is not None
+    assert (model.mu_s, model.mu_k) == pytest.approx((MU_S, MU_K), rel=0.01)
+    assert model.predictions[2].ratio == pytest.approx(1.0, abs=0.02)
+    assert any("stiffness, speed and mass fit the log" in verdict for verdict in statistics.verdicts)
+
+
+def test_a_wrong_stiffness_shows_in_the_loading(tmp_path, run):
+    done, friction = run
+    write(tmp_path / "log.csv", {"time": done.time, "f": friction})
+    recipe = read_recipe(recipe_of(tmp_path, RECIPE))
+    statistics, _ = slip_statistics(recipe, tmp_path / "log.csv", {"stiffness": 100.0})
+    assert statistics.loading_expected is not None
+    assert statistics.loading / statistics.loading_expected == pytest.approx(0.5, rel=0.02)
+    assert any("is not that of this log" in verdict for verdict in statistics.verdicts)
+
+
+def test_the_interval_of_a_median_grows_with_the_memory_of_the_series():
+    """Blocks as long as the memory: for AR(1) of 0.8 the mean varies 3 times as much as for white noise."""
+    rng = np.random.default_rng(4)
+    white, slow = rng.normal(size=400), coloured(400, 0.8, rng)
+    width = {name: s.high - s.low for name, s in (("white", statistic(white, 0)), ("slow", statistic(slow, 0)))}
+    assert width["white"] == pytest.approx(2 * 1.96 * 1.2533 / 20, rel=0.3)
+    assert 1.7 < width["slow"] / width["white"] < 4
+    assert statistic(white, 7) == statistic(white, 7)
+
+
+@pytest.mark.parametrize(
+    ("text", "setting", "message"),
+    [
+        (RECIPE, {"stifness": 2.0}, "no setting 'stifness'. Did you mean 'stiffness'"),
+        (RECIPE, {"mass": 0.0}, "'mass' must be above 0"),
+        (RECIPE, {"share": 1.2}, "'share' must lie from 0 to below 1"),
+        (RECIPE.replace('mass = "0.5 kg"\n', ""), {}, r"give mass=\.\.\."),
+        (RECIPE.split("[slips]")[0] + '[terms]\nc = "viscous"\n', {}, r"needs \[slips\]"),
+    ],
+)
+def test_what_is_missing_or_wrong_is_said(tmp_path, run, text, setting, message):
+    done, friction = run
+    write(tmp_path / "log.csv", {"time": done.time[:5000], "f": friction[:5000]})
+    with pytest.raises(StickslipError, match=message):
+        slip_statistics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.csv", setting)
+
+
+def test_a_log_without_slips_is_refused(tmp_path):
+    time = np.arange(5000) * STEP
+    write(tmp_path / "log.csv", {"time": time, "f": 0.4 + 0.01 * np.random.default_rng(0).normal(size=5000)})
+    with pytest.raises(StickslipError, match="shows 0 slip events"):
+        slip_statistics(read_recipe(recipe_of(tmp_path, RECIPE)), tmp_path / "log.csv")

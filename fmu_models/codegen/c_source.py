@@ -247,7 +247,7 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
 
 
-def _part_left(expression: sympy.Expr, system: HybridSystem, values: Mapping[Any, str]) -> str:
+def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str]) -> str:
     """An expression in parts of its terms, and of how it would change over the typical magnitudes of the states."""
     if not expression.free_symbols:
         return "1.0"

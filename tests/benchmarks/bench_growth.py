@@ -39,7 +39,7 @@ def chain(n: int) -> Mechanism:
         title="chain",
         source="benchmark",
         coordinates=q,
-        kinetic_energy=sum(m * x.v**2 / 2 for x in q),
+        kinetic_energy=sympy.Add(*(m * x.v**2 / 2 for x in q)),
         potential_energy=k * q[0] ** 2 / 2 + sum(k * (q[i + 1] - q[i]) ** 2 / 2 for i in range(n - 1)),
         contacts=[
             Friction(name=f"f{i}", slip=x.v, law=Coulomb(N, sympy.Float(4 + i % 7 / 2))) for i, x in enumerate(q)

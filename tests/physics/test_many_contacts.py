@@ -44,7 +44,7 @@ def chain(n: int, between: bool) -> Fmu:
             title="chain",
             source="test",
             coordinates=q,
-            kinetic_energy=sum(m * x.v**2 / 2 for x in q),
+            kinetic_energy=sympy.Add(*(m * x.v**2 / 2 for x in q)),
             potential_energy=springs,
             contacts=[
                 Friction(name=f"f{i}", slip=slip, law=Coulomb(N, sympy.Float(CAPACITY[i])))

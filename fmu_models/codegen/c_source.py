@@ -17,11 +17,17 @@ from fmu_models.codegen.jets import Constants, Recurrences, Slots
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
-from fmu_models.lowering.hybrid_system import HybridSystem
+from fmu_models.lowering.hybrid_system import HybridSystem, terms
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
 _ARGUMENTS = "const Real *p, const Real *d, Jets *j, int k"
+# zeros of W and G that are written one by one; more of them by a loop, or the compiler takes minutes
+_FEW = 100
+_CLEAR_INERTIA = [
+    f"for (int i = 0; i < MODEL_{rows}; i++) {{ for (int c = 0; c < MODEL_NC; c++) {{ j->{letter}[i][c][k] = 0.0; }} }}"
+    for letter, rows in (("W", "NV"), ("G", "NC"))
+]
 _UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
 
 
@@ -44,12 +50,22 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
     functions = _functions(system, names)
     facts = _facts(system)
-    guards = [_violation(system, names), *(_magnitude(system, names, what) for what in ("slip", "depth", "rate"))]
+    guards = [
+        _violation(system, names),
+        *(_magnitude(system, names, what) for what in ("slip", "depth", "rate")),
+        _lever(system, names),
+    ]
     # the constants in d are collected while the other functions are made
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
     arithmetic.insert(0, _prepare(names))
     head = _HEAD.format(name=system.name) + _legend(system)
-    model = "\n".join([head + '#include "model/model.h"\n\n#include <math.h>\n#include <stddef.h>\n', *facts, *guards])
+    model = "\n".join(
+        [
+            head + '#include "model/model.h"\n\n#include <float.h>\n#include <math.h>\n#include <stddef.h>\n',
+            *facts,
+            *guards,
+        ]
+    )
     model += '\n#include "model/jets.h"\n#include "model_kind.c"\n'
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     sizes = _sizes(system, names)
@@ -103,6 +119,9 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
         for row in range(matrix.rows)
         for column in range(matrix.cols)
     }
+    sparse = sum(value == 0 for value in inertia.values()) > max(len(inertia) / 2, _FEW)
+    cleared = _CLEAR_INERTIA if sparse else []
+    inertia = {entry: value for entry, value in inertia.items() if value != 0 or not sparse}
     depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
     forces = [{} if c.kind.startswith("impact") else {f"j->force[{i}]": c.force} for i, c in contacts]
     releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
@@ -133,7 +152,7 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
         _function("model_slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
         _function("model_depth", body(depths)),
         _function("model_acceleration", body(accelerations)),
-        _function("model_inertia", body(inertia)),
+        _function("model_inertia", [*cleared, *body(inertia)]),
         _by_contact("law", [law.lines for law in laws]),
         _by_contact("release", [body(release, *met) for release in releases]),
         _by_contact("stick", [body(stick, *moving) for stick in sticks]),
@@ -204,11 +223,41 @@ def _magnitude(system: HybridSystem, names: _Names, what: str) -> str:
         if what == "rate" and contact.kind.startswith("impact"):
             parts = (contact.slip_rate.xreplace(accelerations),)
         if parts:
-            terms = " + ".join(_magnitude_of(term, values) for term in parts)
-            cases.append(f"    case {i}: return {terms};\n")
+            total = " + ".join(_magnitude_of(term, values) for term in parts)
+            cases.append(f"    case {i}: return {total};\n")
     head = f"double model_{what}_magnitude(const double *p, const double *d, const Jets *j, int c)"
     choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+
+
+def _lever(system: HybridSystem, names: _Names) -> str:
+    """What is left of every lever d slip/dv; of a switch, of the part of its rate that changes with its sign."""
+    values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
+    cases = []
+    for i, contact in enumerate(system.contacts):
+        levers = [sympy.diff(contact.slip, v) for v in system.driven]
+        parts = [system.G[i, i]] if contact.kind == "switch" else levers
+        ratios = [_part_left(sympy.sympify(part), system, values) for part in parts if part != 0]
+        largest = ratios[0] if ratios else "0.0"
+        for ratio in ratios[1:]:
+            largest = f"fmax({largest}, {ratio})"
+        cases.append(f"    case {i}: return {largest};\n")
+    choice = f"    switch (c) {{\n{''.join(cases)}    default: break;\n    }}\n" if cases else ""
+    head = "double model_lever(const double *p, const double *d, const Jets *j, int c)"
+    return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
+
+
+def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str]) -> str:
+    """An expression in parts of its terms, and of how it would change over the typical magnitudes of the states."""
+    if not expression.free_symbols:
+        return "1.0"
+    scale = [_magnitude_of(term, values) for term in terms(expression)]
+    for state in system.states:
+        slope = sympy.diff(expression, state)
+        if slope != 0:
+            place = f"(fabs({values[state]}) + {c_number(state.nominal)})"
+            scale += [f"{_magnitude_of(term, values)} * {place}" for term in terms(slope)]
+    return f"fabs({c_expression(expression, values)}) / fmax({' + '.join(scale)}, DBL_MIN)"
 
 
 def _magnitude_of(expression: Any, values: Mapping[Any, str]) -> str:

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
+from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law

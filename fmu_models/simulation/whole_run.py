@@ -17,7 +17,9 @@ from fmu_models.codegen.c_structures import declarations
 
 _C = declarations("engine/model/run_state.h", "engine/whole_run/whole_run.h", "engine/whole_run/sensitivity_run.h")
 _RUN = _C.constants(prefix="WHOLE_RUN_")
-EVENT_CAPACITY = 65536
+EVENT_CAPACITY = (
+    1 << 18
+)  # an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
 EVENT = np.dtype(_C.structure("ContactEvent"))

@@ -17,6 +17,11 @@ int placement_at_zero_slip(const Run *r, int c)
     return fabs(r->scratch.slip[c][0]) <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
 }
 
+int placement_has_lever(const Run *r, int c)
+{
+    return model_lever(r->at.p, r->at.d, &r->scratch, c) > r->tolerances.slip;
+}
+
 /* slip speeds and depths at r's instant, in scratch */
 void placement_load(Run *r)
 {

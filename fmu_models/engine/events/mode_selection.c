@@ -1,310 +1,175 @@
 /*
  * Which friction contacts stick and which slip, which rigid contacts stay closed and which open, from one instant on.
  *
- *     choose:     of all assignments {stick, slip+, slip-} and {closed, open} to the candidates, most held first, the
- *                 first in which
- *                     every sticking candidate    has margin = capacity - |force| > 0, and its slip stays at rest
- *                     every slipping candidate    has sign * (rate of slip) > 0
- *                     every closed candidate      has force > 0, and its gap stays zero
- *                     every opening candidate     has a gap with a positive second derivative
- *                 The friction of a rigid contact is away where that opens.
- *                 a quantity that is zero within its tolerance is a tie: it is decided by the first coefficient of its
- *                 Taylor series that is not. That number of zeros is remembered, so that the search for the next event
- *                 does not find the one just resolved (a release has zero slip and zero rate of slip).
+ *     choose:     order 0 of all candidates together is a complementarity problem with boxes (complementarity.c), in
+ *                 which every one that can be held starts held
+ *     ties:       contacts that do not fit this by their Taylor series (contact_fit.c) change their states: all at once,
+ *                 only the last of them where their number has not fallen for some rounds; until all fit
  *     project:    velocities onto zero slip of the contacts that stick, or that leave zero slip on its wrong side
  *
- * With friction alone, no assignment fits only if rounding decides; then every candidate keeps its state. Closed rigid
- * contacts with much friction can be without any (Painleve); that is an error, which names them.
+ * The friction of a rigid contact is away where that opens. A contact without a lever is neither held nor projected.
+ * With friction alone nothing fits only if rounding decides; then every candidate keeps its state. Closed rigid contacts
+ * with much friction can be without any (Painleve); that is an error, which names them.
  */
 #include "mode_selection.h"
 
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
+#include "complementarity.h"
+#include "contact_fit.h"
+#include "contact_placement.h"
 
-enum { TIE_ORDER = 8, MAX_CANDIDATES = 12, ALL_ZERO = MODEL_TERMS };
+/* Lemke's algorithm is for friction of rigid contacts, and for switches of systems without a body */
+enum { LEMKE = MODEL_IMPACTS > 0 || MODEL_NQ == 0 };
 
+/* order 0 of the candidates that can be held */
 typedef struct {
-    int count;
     int contact[NC];
-    const signed char *at_limit; /* sticking contacts whose margin is zero by construction, whatever rounding says */
-    signed char before[NC];
-    double slip[NC];  /* slip speeds at the instant */
-    int series_order; /* orders of the trial's series in r->scratch, 0 if only order 0 is there */
-    double length;
-    signed char zeros[NC]; /* leading zeros of the indicator of each candidate in this trial */
-    double tie;            /* a stick margin below this fraction of the capacity is one */
-} Trial;
+    int unknown[NC]; /* of a contact, -1: none */
+    double G[NC * NC], b[NC], size[NC], lower[NC], upper[NC], mu[NC];
+    int partner[NC];
+    signed char state[NC];
+    double force[NC];
+    double room[COMPLEMENTARITY_ROOM(NC)];
+    double lemke_room[LEMKE ? LEMKE_ROOM(NC) : 1];
+    BoxProblem problem;
+} Order0;
 
-/* the largest term of c[from..order] over length */
-static double largest_term(const double *c, int from, int order, double length)
+/* the friction of rigid contacts goes with them */
+static void follow_rigid(Run *r, const Trial *trial)
 {
-    double largest = 0.0;
-    for (int k = from; k <= order; k++) {
-        largest = fmax(largest, fabs(c[k]) * pow(length, k));
-    }
-    return largest;
-}
-
-/* the sign of the first coefficient of c[from..order] whose term over length exceeds floor, 0 if none does; from moves
-   to it */
-static int first_sign(const double *c, int order, double length, double floor, int *from)
-{
-    for (int k = *from; k <= order; k++) {
-        if (fabs(c[k]) * pow(length, k) > floor) {
-            *from = k;
-            return c[k] > 0.0 ? 1 : -1;
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        const int normal = model_contact_partner[c];
+        if (normal < 0 || model_contact_is_impact[c]) {
+            continue;
+        }
+        if (r->at.state[normal] == CONTACT_AWAY) {
+            r->at.state[c] = CONTACT_AWAY;
+        } else if (r->at.state[c] == CONTACT_AWAY) {
+            r->at.state[c] = trial->slip[c] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
         }
     }
-    return 0;
 }
 
-/* the zeros of a series that has just fallen to zero: two if it comes back before it is below -floor, else one */
-static int zeros_at_fall(const double *c, double floor)
+/* bounds of the force of unknown i, which is contact c */
+static void set_bounds(Run *r, const Trial *trial, Order0 *o, int i)
 {
-    return c[1] < 0.0 && c[2] > 0.0 && c[1] * c[1] <= 4.0 * c[2] * floor ? 2 : 1;
+    const int c = o->contact[i];
+    const int normal = model_contact_is_impact[c] ? -1 : model_contact_partner[c];
+    const int follows = normal >= 0 && o->unknown[normal] >= 0;
+    const int lever = placement_has_lever(r, c);
+    const double capacity = fit_can_stick(r, c) && !follows ? r->scratch.capacity[c][0] : 0.0;
+    o->lower[i] = model_contact_is_impact[c] ? 0.0 : -capacity;
+    o->upper[i] = model_contact_is_impact[c] ? (lever ? INFINITY : 0.0) : capacity;
+    o->mu[i] = follows && lever ? model_friction(r->at.p, r->at.d, c) : 0.0;
+    o->partner[i] = follows ? o->unknown[normal] : -1;
+    /* where the force decides nothing the sign that it had comes before the other */
+    o->state[i] = (signed char)(o->upper[i] > 0.0 || o->mu[i] > 0.0      ? 0
+                                : trial->before[c] == CONTACT_SLIP_MINUS ? 1
+                                                                         : -1);
 }
 
-/* the trial's series to a few orders, for ties */
-static void expand(Run *r, Trial *trial)
+/* effect of the force of contact e on the rate of c, with that of its friction where this is known to slip */
+static double effect_with_drag(const Run *r, const Order0 *o, int c, int e)
 {
-    if (trial->series_order == 0) {
-        taylor_series(r, &r->scratch, TIE_ORDER, INFINITY);
-        trial->series_order = TIE_ORDER;
-        trial->length = taylor_time_scale(r, &r->scratch, TIE_ORDER);
-    }
-}
-
-/* rate of the slip speed at order 0, contact forces included, and the sum of the magnitudes of its terms */
-static double slip_acceleration(const Run *r, Jets *j, int c, double *magnitude)
-{
-    if (!contact_is_held(r->at.state, c)) {
-        const double capacity = j->capacity[c][0]; /* of the friction of a rigid contact: not the model's to say */
-        model_stick(r->at.p, r->at.d, j, 0, c);
-        j->capacity[c][0] = model_contact_partner[c] >= 0 ? capacity : j->capacity[c][0];
-    }
-    double sum = j->slip_rate[c][0];
-    *magnitude = fabs(sum);
-    if (MODEL_IMPACTS > 0) {
-        *magnitude = fmax(*magnitude, model_rate_magnitude(r->at.p, r->at.d, j, c));
-    }
-    for (int e = 0; e < MODEL_NC; e++) {
-        const double term = j->G[c][e][0] * j->force[e][0];
-        sum += term;
-        *magnitude += fabs(term);
+    const int friction = model_contact_is_impact[e] ? model_contact_partner[e] : -1;
+    double sum = r->scratch.G[c][e][0];
+    if (friction >= 0 && o->unknown[friction] < 0) {
+        const int state = r->at.state[friction];
+        const int sign = state == CONTACT_SLIP_PLUS ? 1 : state == CONTACT_SLIP_MINUS ? -1 : 0;
+        sum -= sign * model_friction(r->at.p, r->at.d, friction) * r->scratch.G[c][friction][0];
     }
     return sum;
 }
 
-/* whether the rigid contact whose friction c is has no force, but for rounding */
-static int unloaded(Run *r, int c)
+/* rates without the forces of the unknown ones, what these add to them, and their bounds */
+static void set_order_0(Run *r, const Trial *trial, Order0 *o)
 {
-    const int normal = model_contact_partner[c];
-    double magnitude;
-    slip_acceleration(r, &r->scratch, normal, &magnitude);
-    return fabs(r->scratch.force[normal][0]) <= r->tolerances.margin * magnitude / r->scratch.G[normal][normal][0];
-}
-
-/* with the force of its rigid contact, what friction can hold starts at zero: it must grow faster than what it has to
-   hold */
-static int stick_starts_unloaded(Run *r, Trial *trial, int c)
-{
-    Jets *j = &r->scratch;
-    double magnitude;
-    if (fabs(slip_acceleration(r, j, c, &magnitude)) > r->tolerances.margin * magnitude) {
-        return 0;
+    int n = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        o->unknown[c] = -1;
     }
-    const double floor = r->tolerances.slip * magnitude / j->G[c][c][0];
-    expand(r, trial);
-    for (int side = -1; side <= 1; side += 2) {
-        double series[TIE_ORDER];
-        for (int k = 0; k < TIE_ORDER; k++) {
-            series[k] = j->capacity[c][k] - side * j->force[c][k];
-        }
-        int zeros = 0;
-        if (first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros) <= 0) {
-            return 0;
-        }
-        trial->zeros[c] = (signed char)(zeros > trial->zeros[c] ? zeros : trial->zeros[c]);
-    }
-    return 1;
-}
-
-static int stick_holds(Run *r, Trial *trial, int c)
-{
-    Jets *j = &r->scratch;
-    const double capacity = j->capacity[c][0];
-    const double tolerance = r->tolerances.margin;
-    double magnitude;
-    trial->zeros[c] = 0;
-    /* a rigid contact about to push has no load yet */
-    if (model_contact_partner[c] >= 0 && unloaded(r, c)) {
-        return stick_starts_unloaded(r, trial, c);
-    }
-    /* without load nothing holds; where the force would drive the slip away from zero nothing holds for long */
-    if (!(capacity > 0.0) || !(j->G[c][c][0] > 0.0)) {
-        return 0;
-    }
-    /* contacts that constrain the same motion in different ways cannot all stick */
-    if (fabs(slip_acceleration(r, j, c, &magnitude)) > tolerance * magnitude) {
-        return 0;
-    }
-    const double margin = capacity - fabs(j->force[c][0]);
-    if (!trial->at_limit[c] && fabs(margin) > trial->tie * capacity) {
-        return margin > 0.0;
-    }
-    expand(r, trial);
-    const double side = j->force[c][0] > 0.0 ? 1.0 : -1.0;
-    double series[TIE_ORDER];
-    for (int k = 0; k < TIE_ORDER; k++) {
-        series[k] = j->capacity[c][k] - side * j->force[c][k];
-    }
-    int zeros = zeros_at_fall(series, r->tolerances.slip * capacity);
-    const int sign = first_sign(series, TIE_ORDER - 1, trial->length, r->tolerances.slip * capacity, &zeros);
-    trial->zeros[c] = (signed char)zeros;
-    /* a margin that stays at zero: one that was seen to fall has let go, one that started there holds */
-    return sign > 0 || (sign == 0 && !trial->at_limit[c]);
-}
-
-/* a closed rigid contact that pushes */
-static int closed_holds(Run *r, Trial *trial, int c)
-{
-    Jets *j = &r->scratch;
-    double magnitude;
-    trial->zeros[c] = 0;
-    if (fabs(slip_acceleration(r, j, c, &magnitude)) > r->tolerances.margin * magnitude) {
-        return 0;
-    }
-    const double scale = magnitude / j->G[c][c][0];
-    if (!trial->at_limit[c] && fabs(j->force[c][0]) > r->tolerances.margin * scale) {
-        return j->force[c][0] > 0.0;
-    }
-    expand(r, trial);
-    int zeros = zeros_at_fall(j->force[c], r->tolerances.slip * scale);
-    const int sign = first_sign(j->force[c], TIE_ORDER - 1, trial->length, r->tolerances.slip * scale, &zeros);
-    trial->zeros[c] = (signed char)(sign == 0 ? ALL_ZERO : zeros);
-    /* a force that stays at zero: one that was seen to fall has let go, one that started there holds */
-    return sign > 0 || (sign == 0 && !trial->at_limit[c]);
-}
-
-/* y leaves zero to the side of the sign: slip of friction, rate of the gap of a rigid contact */
-static int leaves_zero(Run *r, Trial *trial, int c, double sign)
-{
-    Jets *j = &r->scratch;
-    double magnitude;
-    const double rate = sign * slip_acceleration(r, j, c, &magnitude);
-    const int decides = fabs(rate) > r->tolerances.margin * magnitude;
-    trial->zeros[c] = 1;
-    if (decides && !(trial->at_limit[c] && model_contact_is_impact[c])) {
-        return rate > 0.0;
-    }
-    expand(r, trial);
-    /* the force of a rigid contact has just fallen to zero, and a single term can do that: what it leaves is
-       rounding */
-    if (decides
-        && fabs(rate) * trial->length > r->tolerances.margin * largest_term(j->slip[c], 2, TIE_ORDER, trial->length)) {
-        return rate > 0.0;
-    }
-    double series[TIE_ORDER + 1];
-    for (int k = 0; k <= TIE_ORDER; k++) {
-        series[k] = sign * j->slip[c][k];
-    }
-    int zeros = 2;
-    const double largest = largest_term(series, zeros, TIE_ORDER, trial->length);
-    if (j->force[c][0] == 0.0 && largest <= r->tolerances.slip * model_slip_magnitude(r->at.p, r->at.d, j, c)) {
-        trial->zeros[c] = ALL_ZERO; /* a contact that carries no force may ride along at zero slip for good */
-        return 1;
-    }
-    const int leaves = first_sign(series, TIE_ORDER, trial->length, r->tolerances.margin * largest, &zeros);
-    trial->zeros[c] = (signed char)zeros;
-    return leaves > 0;
-}
-
-/* whether the states now in r are consistent for every candidate */
-static int holds(Run *r, Trial *trial)
-{
-    Jets *j = &r->scratch;
-    trial->series_order = 0;
-    taylor_load(r, j);
-    taylor_field(r, j, 0);
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
-        int fits;
-        if (model_contact_is_impact[c]) {
-            fits = contact_is_held(r->at.state, c) ? closed_holds(r, trial, c) : leaves_zero(r, trial, c, 1.0);
-        } else if (r->at.state[c] == CONTACT_AWAY) {
-            fits = 1; /* with the rigid contact whose friction it is */
-        } else {
-            fits = r->at.state[c] == CONTACT_STICK ? stick_holds(r, trial, c) : leaves_zero(r, trial, c, j->sign[c]);
-        }
-        if (!fits) {
-            return 0;
+        if (model_contact_sticks[c] || model_contact_is_impact[c]) {
+            r->at.state[c] = CONTACT_AWAY;
+            o->unknown[c] = n;
+            o->contact[n++] = c;
+        } else if (r->at.state[c] == CONTACT_STICK || r->at.state[c] == CONTACT_AWAY) {
+            r->at.state[c] = CONTACT_SLIP_PLUS;
         }
     }
-    return 1;
+    taylor_load(r, &r->scratch);
+    taylor_field(r, &r->scratch, 0);
+    for (int i = 0; i < n; i++) {
+        o->b[i] = fit_slip_rate(r, &r->scratch, o->contact[i], &o->size[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        set_bounds(r, trial, o, i);
+        for (int e = 0; e < n; e++) {
+            o->G[i * n + e] = effect_with_drag(r, o, o->contact[i], o->contact[e]);
+        }
+    }
+    o->problem = (BoxProblem){n, o->G, o->b, o->size, o->lower, o->upper, o->mu, o->partner, r->tolerances.margin};
 }
 
-/* the friction of a rigid contact goes with it; 0 if a candidate would be counted twice by that */
-static int follow_rigid(Run *r, const Trial *trial, int c, int choice)
+/* states by order 0; where it has no solution those of the last attempt */
+static void choose_by_order_0(Run *r, Trial *trial)
 {
-    const int normal = model_contact_partner[c];
-    if (normal >= 0 && r->at.state[normal] == CONTACT_AWAY) {
-        r->at.state[c] = CONTACT_AWAY;
-        return choice == 0;
-    }
-    if (r->at.state[c] == CONTACT_AWAY) {
-        r->at.state[c] = trial->slip[c] < 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-    }
-    return 1;
-}
-
-/* write assignment number code into r's states; the number of contacts held, or -1 where it is none */
-static int assign(Run *r, const Trial *trial, long code)
-{
-    signed char choice[NC] = {0};
-    for (int i = 0; i < trial->count; i++) {
-        const int c = trial->contact[i];
-        const int choices = model_contact_is_impact[c] ? 2 : 3;
-        choice[c] = (signed char)(code % choices);
-        code /= choices;
+    Order0 o;
+    set_order_0(r, trial, &o);
+    complementarity_solve(&o.problem, o.state, o.force, o.room, LEMKE ? o.lemke_room : NULL);
+    for (int i = 0; i < o.problem.n; i++) {
+        const int c = o.contact[i];
         if (model_contact_is_impact[c]) {
             const int closed = trial->before[c] == CONTACT_CHATTERING ? CONTACT_CHATTERING : CONTACT_TOUCHING;
-            r->at.state[c] = (signed char)(choice[c] == 0 ? closed : CONTACT_AWAY);
-            continue;
-        }
-        /* the sign a contact had comes before the other: where both fit, nothing changes */
-        const int sign = trial->before[c] == CONTACT_SLIP_MINUS ? -1 : 1;
-        const int state = choice[c] == 0 ? CONTACT_STICK : choice[c] == 1 ? sign : -sign;
-        if (state == CONTACT_STICK && !model_contact_sticks[c]) {
-            return -1;
-        }
-        r->at.state[c] = (signed char)state;
-    }
-    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
-        if (!model_contact_is_impact[c] && model_contact_partner[c] >= 0 && !follow_rigid(r, trial, c, choice[c])) {
-            return -1;
+            r->at.state[c] = (signed char)(o.state[i] == 0 ? closed : CONTACT_AWAY);
+        } else {
+            r->at.state[c] = (signed char)(o.state[i] == 0 ? CONTACT_STICK : -o.state[i]);
         }
     }
-    int held = 0;
-    for (int i = 0; i < trial->count; i++) {
-        held += contact_is_held(r->at.state, trial->contact[i]);
+    follow_rigid(r, trial);
+}
+
+/* change what does not fit by its series until all do; 1 if they do */
+static int settle_ties(Run *r, Trial *trial)
+{
+    enum { PATIENCE = 10 };
+    int least = trial->count + 1;
+    int patience = PATIENCE;
+    for (int round = 0; round < 3 * PATIENCE + 4 * trial->count; round++) {
+        signed char wanted[NC];
+        int misfits = 0;
+        int last = -1;
+        trial->series_order = 0;
+        taylor_load(r, &r->scratch);
+        taylor_field(r, &r->scratch, 0);
+        for (int i = 0; i < trial->count; i++) {
+            const int c = trial->contact[i];
+            wanted[c] = fit_wanted_state(r, trial, c);
+            if (wanted[c] != r->at.state[c]) {
+                misfits++;
+                last = c;
+            }
+        }
+        if (misfits == 0) {
+            return 1;
+        }
+        patience = misfits < least ? PATIENCE : patience - 1;
+        least = misfits < least ? misfits : least;
+        for (int i = 0; i < trial->count && patience > 0; i++) {
+            r->at.state[trial->contact[i]] = wanted[trial->contact[i]];
+        }
+        r->at.state[last] = wanted[last];
+        follow_rigid(r, trial);
     }
-    return held;
+    return 0;
 }
 
 static int search(Run *r, Trial *trial)
 {
-    long codes = 1;
-    for (int i = 0; i < trial->count; i++) {
-        codes *= model_contact_is_impact[trial->contact[i]] ? 2 : 3;
-    }
-    for (int held = trial->count; held >= 0; held--) {
-        for (long code = 0; code < codes; code++) {
-            if (assign(r, trial, code) == held && holds(r, trial)) {
-                return 1;
-            }
-        }
-    }
-    return 0;
+    choose_by_order_0(r, trial);
+    return settle_ties(r, trial);
 }
 
 /* held candidates, and those on the wrong side of zero, are moved to it */
@@ -317,11 +182,11 @@ static int project(Run *r, const Trial *trial)
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
         const double slip = r->scratch.slip[c][0];
-        /* a switch without a jump of the flow has nothing to move the states with */
         const double side = model_contact_is_impact[c] ? 1.0 : r->scratch.sign[c];
-        member[c] = r->scratch.G[c][c][0] != 0.0
-                    && (contact_is_held(r->at.state, c) || (r->at.state[c] != CONTACT_AWAY && side * slip < 0.0)
-                        || (model_contact_is_impact[c] && slip < 0.0));
+        const double lever = model_lever(r->at.p, r->at.d, &r->scratch, c);
+        const int beyond = (r->at.state[c] != CONTACT_AWAY || model_contact_is_impact[c]) && side * slip < 0.0;
+        /* a switch without a jump of the flow has nothing to move the states with */
+        member[c] = contact_is_held(r->at.state, c) ? placement_has_lever(r, c) : beyond && lever > r->tolerances.lever;
         any |= member[c];
         r->projected[c] |= member[c];
         if (r->at.state[c] != CONTACT_STICK) {
@@ -351,7 +216,7 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
     int rigid = 0;
     memcpy(trial.before, r->at.state, sizeof trial.before);
     for (int c = 0; c < MODEL_NC; c++) {
-        if (candidate[c] && trial.count < MAX_CANDIDATES) {
+        if (candidate[c]) {
             trial.contact[trial.count++] = c;
             rigid |= model_contact_is_impact[c];
         }

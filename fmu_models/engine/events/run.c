@@ -110,7 +110,7 @@ void run_keep_without_slip(Run *r)
     taylor_load(r, j);
     taylor_field(r, j, 0);
     for (int c = 0; c < MODEL_NC; c++) {
-        held[c] = (signed char)(held[c] && j->G[c][c][0] != 0.0);
+        held[c] = (signed char)(held[c] && placement_has_lever(r, c));
         if (r->at.state[c] != CONTACT_STICK) {
             j->capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
         }

@@ -122,5 +122,8 @@ double model_slip_magnitude(const double *p, const double *d, const Jets *j, int
 double model_depth_magnitude(const double *p, const double *d, const Jets *j, int c);
 /* the same for slip_rate, of a rigid contact and of its friction; 0 for others */
 double model_rate_magnitude(const double *p, const double *d, const Jets *j, int c);
+/* what part of the lever of contact c is left of the terms it is the sum of, and of what it could be elsewhere: 1 away
+   from its zeros, rounding or 0 at them (order 0) */
+double model_lever(const double *p, const double *d, const Jets *j, int c);
 
 #endif

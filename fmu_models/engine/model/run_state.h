@@ -12,9 +12,11 @@
 
 /* every tolerance of the engine, with its reason; all are relative and without unit */
 typedef struct {
-    double step;     /* local error of a Taylor step, relative to the size of each state over the step */
-    double slip;     /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
-    double margin;   /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
+    double step;   /* local error of a Taylor step, relative to the size of each state over the step */
+    double slip;   /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
+    double lever;  /* a lever below this fraction of its size passes through zero, and a slip on the wrong side of zero
+                        is its doing: there is nothing to correct in the velocities */
+    double margin; /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
     double importer; /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
                            positive right after an event and an importer that lands on zero does not see a second one */
     double

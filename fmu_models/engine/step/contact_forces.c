@@ -8,7 +8,7 @@
  * G_sn - sign mu G_st then.
  *
  * Where several sticking contacts constrain the same motion (two discs of one speed) G_ss is singular and (1) has
- * many solutions; the one with the smallest sum of (lambda/capacity)^2 is taken. For contacts in parallel it loads
+ * many solutions; the one with the smallest sum of lambda^2/capacity is taken. For contacts in parallel it loads
  * all to the same share of their capacity, so that they let go together, at the sum of the capacities.
  */
 #include "contact_forces.h"
@@ -99,17 +99,16 @@ static void KIND(solve_column)(Real L[NC][NC], int n, int rank, const Real *D, i
     }
 }
 
-/* the same where S is regular, symmetric or not: D S^-1 D, by elimination with pivoting; 0 if S is singular */
-static int KIND(solve_regular_column)(Real S[NC][NC], int n, const Real *D, int e, Real *column)
+/* the same where S is regular, symmetric or not: all columns of D S^-1 D, by elimination with pivoting; 0 if S is
+   singular */
+static int KIND(solve_regular)(Real A[NC][NC], int n, const Real *D, Real columns[NC][NC])
 {
-    Real A[NC][NC];
     double largest = 0.0;
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++) {
-            A[i][k] = S[i][k];
-            largest = fmax(largest, fabs(PART(S[i][k])));
+            largest = fmax(largest, fabs(PART(A[i][k])));
+            columns[i][k] = i == k ? D[i] : 0.0;
         }
-        column[i] = i == e ? D[e] : 0.0;
     }
     for (int k = 0; k < n; k++) {
         int pivot = k;
@@ -123,26 +122,39 @@ static int KIND(solve_regular_column)(Real S[NC][NC], int n, const Real *D, int 
             const Real swap = A[k][i];
             A[k][i] = A[pivot][i];
             A[pivot][i] = swap;
+            const Real other = columns[k][i];
+            columns[k][i] = columns[pivot][i];
+            columns[pivot][i] = other;
         }
-        const Real swap = column[k];
-        column[k] = column[pivot];
-        column[pivot] = swap;
         for (int i = k + 1; i < n; i++) {
+            if (A[i][k] == 0.0) {
+                continue;
+            }
             const Real f = A[i][k] / A[k][k];
             for (int m = k; m < n; m++) {
                 A[i][m] -= f * A[k][m];
             }
-            column[i] -= f * column[k];
+            for (int e = 0; e < n; e++) {
+                columns[i][e] -= f * columns[k][e];
+            }
         }
     }
     for (int i = n - 1; i >= 0; i--) {
         for (int m = i + 1; m < n; m++) {
-            column[i] -= A[i][m] * column[m];
+            if (A[i][m] != 0.0) {
+                for (int e = 0; e < n; e++) {
+                    columns[i][e] -= A[i][m] * columns[m][e];
+                }
+            }
         }
-        column[i] /= A[i][i];
+        for (int e = 0; e < n; e++) {
+            columns[i][e] /= A[i][i];
+        }
     }
     for (int i = 0; i < n; i++) {
-        column[i] *= D[i];
+        for (int e = 0; e < n; e++) {
+            columns[i][e] *= D[i];
+        }
     }
     return 1;
 }
@@ -169,6 +181,16 @@ static Real KIND(effect)(const Jets *j, const Sticking *s, int c, int i)
     return effect;
 }
 
+/* S = D G D of the members, with the drag of each */
+static void KIND(scale_effects)(const Jets *j, const Sticking *s, const Real *D, Real S[NC][NC])
+{
+    for (int i = 0; i < s->count; i++) {
+        for (int k = 0; k < s->count; k++) {
+            S[i][k] = D[i] * KIND(effect)(j, s, s->contact[i], k) * D[k];
+        }
+    }
+}
+
 void contact_factor(const Point *at, const Jets *j, const signed char *member, const signed char *state, Sticking *s)
 {
     s->count = 0;
@@ -188,22 +210,17 @@ void contact_factor(const Point *at, const Jets *j, const signed char *member, c
     for (int i = 0; i < s->count; i++) {
         /* the friction of a rigid contact has a capacity only once the forces are known */
         const double capacity = model_contact_partner[s->contact[i]] < 0 ? PART(j->capacity[s->contact[i]][0]) : 0.0;
-        D[i] = capacity > 0.0 ? capacity : 1.0;
+        D[i] = capacity > 0.0 ? sqrt(capacity) : 1.0;
     }
-    for (int i = 0; i < s->count; i++) {
-        for (int k = 0; k < s->count; k++) {
-            S[i][k] = D[i] * KIND(effect)(j, s, s->contact[i], k) * D[k];
-        }
+    KIND(scale_effects)(j, s, D, S);
+    if (KIND(solve_regular)(S, s->count, D, s->inverse)) {
+        return;
     }
-    int rank = s->count;
+    KIND(scale_effects)(j, s, D, S);
+    const int rank = KIND(cholesky)(S, s->count, L);
     for (int e = 0; e < s->count; e++) {
         Real column[NC];
-        if (rank < s->count || !KIND(solve_regular_column)(S, s->count, D, e, column)) {
-            if (rank == s->count) {
-                rank = KIND(cholesky)(S, s->count, L);
-            }
-            KIND(solve_column)(L, s->count, rank, D, e, column);
-        }
+        KIND(solve_column)(L, s->count, rank, D, e, column);
         for (int i = 0; i < s->count; i++) {
             s->inverse[i][e] = column[i];
         }

@@ -50,9 +50,13 @@ void taylor_field(Run *r, Jets *j, int k)
 }
 
 /*
- * a switching function may be any function of states and time, and decides events of its own accord
+ * a switching function may be any function of states and time, and decides events of its own accord; so may a slip
+ * speed whose lever changes, even where the force is zero
  */
-static int watches_function(const Run *r, int c) { return MODEL_NQ == 0 && r->at.state[c] != CONTACT_STICK; }
+static int watches_function(const Run *r, const Jets *j, int c)
+{
+    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : !MODEL_CONSTANT_INERTIA && j->sign[c] != 0.0;
+}
 
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
@@ -78,7 +82,8 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
             return 0;
         }
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
-        if (watches_function(r, c) && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
+        if (watches_function(r, j, c)
+            && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
             return 0;
         }
     }
@@ -220,7 +225,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
     double length = state_length(j, order, log_tolerance);
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
-        if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, c)) {
+        if ((j->sign[c] != 0.0 && j->force[c][0] != 0.0) || watches_function(r, j, c)) {
             length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
                                     order, log_tolerance);
         }

@@ -77,4 +77,5 @@ def _title(path: Path) -> str:
     text = path.read_text("utf-8")
     if path.suffix == ".toml" and (title := tomllib.loads(text).get("title")):
         return str(title)
-    return text.partition("\n")[0].lstrip("# ")
+    first = text.partition("\n")[0]
+    return f"Emulated log: {first}" if path.suffix == ".csv" else first.lstrip("# ")

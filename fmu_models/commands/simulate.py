@@ -142,7 +142,7 @@ def _opened(model: str, contacts: str | None) -> Fmu:
     from fmu_models.fmu.load import load
 
     fmu = load(model, contacts=console.chosen(contacts))
-    if not fmu.ours and len(fmu.variables) < MANY and fmu.problems:
+    if Path(model).suffix.lower() == ".fmu" and len(fmu.variables) < MANY and fmu.problems:
         console.warn(
             f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."

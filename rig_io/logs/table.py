@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import existing
 
 
 def content(path: Path, expected: str) -> bytes:
@@ -19,9 +20,7 @@ def content(path: Path, expected: str) -> bytes:
         StickslipError: there is none, it cannot be read or is empty (``expected`` says what it should hold).
     """
     try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise StickslipError(f"There is no log '{path}'. Check the name and the folder.") from error
+        data = existing(path, "log", " Check the name and the folder.").read_bytes()
     except OSError as error:
         raise StickslipError(f"The log '{path}' cannot be read: {error.strerror}.") from error
     if not data.strip():

@@ -99,7 +99,12 @@ def test_the_manual_s_commands_run_there(installed):
 
     missing = installed("stickslip", "fit", "data/rigs/paper_rubber")
     assert missing.returncode == 2 and "stickslip data copy rigs/paper_rubber" in missing.stderr
-    assert installed("stickslip", "data", "copy", "rigs/paper_rubber").returncode == 0
+    assert (
+        installed(
+            "stickslip", "data", "copy", "rigs/paper_rubber", "machines/axis.csv", "machines/slider.csv"
+        ).returncode
+        == 0
+    )
     listed = commands()
     assert {"fit", "report", "apply", "simulate", "export", "scene", "couple", "map"} <= {one[0] for one in listed}
     for line in listed:

@@ -166,4 +166,4 @@ def test_parameters_of_the_fmu_from_a_fit() -> None:
     assert rig_constants(decay)["k"] == pytest.approx(50.0 * 0.0548)
     coulomb = replace(one, law="Coulomb", parameters=(replace(one.parameters[0], name="mu", value=0.4),))
     found = fmu_parameters(coulomb)
-    assert (found["mu_s0"], found["mu_k0"]) == (0.4, 0.4)
+    assert found["mu0"] == 0.4 and "mu_s0" not in found

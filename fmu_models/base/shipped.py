@@ -24,7 +24,7 @@ def files(part: str, suffix: str = ".toml") -> list[Path]:
 
 
 def items() -> dict[str, Path]:
-    """All that can be copied, by a name such as "rigs/paper_rubber", "scenes/disc_rig_class_a" or "machines/axis.csv"."""
+    """All that can be copied, by a name such as "rigs/paper_rubber", "scenes/disc_rig_class_a", "machines/axis.csv"."""
     found = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}
     for part in ("recipes", "scenes", "systems"):
         found |= {f"{part}/{path.stem}": path for path in files(part)}

@@ -16,7 +16,7 @@ import pytest
 
 from fmu_models.base import temporary
 from fmu_models.base.errors import WriteError
-from fmu_models.codegen.package import built, export_built
+from fmu_models.codegen.package import built, export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.results import write_trajectory
 from fmu_models.simulation.run import simulate
@@ -110,7 +110,7 @@ def test_a_damaged_file_of_the_cache_is_built_again(damage, tmp_path: Path) -> N
     whole = kept.read_bytes()
     kept.write_bytes(damage(whole))
     try:
-        assert export_built("bouncing_ball", tmp_path / "ball.fmu").read_bytes() == whole
+        assert export("bouncing_ball", tmp_path / "ball.fmu").read_bytes() == whole
     finally:
         kept.write_bytes(whole)
 

@@ -46,7 +46,8 @@ class Pace:
     def _left(self, part: float, elapsed: float, done: float) -> float:
         """Seconds at the speed of the latter part of the time so far; infinite where too little was done in it."""
         since = bisect_right(self.times, elapsed * (1 - part)) - 1
-        if len(set(self.done[since:])) <= STEPS:
+        # a share that falls back, as where a search begins anew, says nothing either
+        if len(set(self.done[since:])) <= STEPS or done <= self.done[since]:
             return math.inf
         return (1 - done) * (elapsed - self.times[since]) / (done - self.done[since])
 

@@ -25,6 +25,13 @@ def test_steady_work_is_told_exactly():
     assert all(left == pytest.approx(truth, rel=1e-6, abs=1e-6) for left, truth in said)
 
 
+def test_a_share_that_falls_back_says_nothing():
+    course = [(0.1 * i, (i % 50) / 100) for i in range(1, 150)]
+    pace = Pace()
+    left = [pace.remaining(time, done) for time, done in course]
+    assert all(one is None or one >= 0 for one in left)
+
+
 def test_a_bootstrap_after_a_quick_fit_neither_jumps_nor_is_far_off():
     # draws of 0.9 s each, finished in pairs by two processes, after a fit of 2 s
     rng = random.Random(1)

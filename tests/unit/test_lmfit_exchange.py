@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from linear_problem import Curve, line, linear
 from machine_log import log_of, recipe_of
+from short_bench import bench
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
@@ -19,15 +20,10 @@ from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import information, solve
 from identification.inference.profile import profile
 from identification.inference.uncertainty import student
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooling import Pool
 from identification.measurement.recipe import read_recipe
 from identification.next_step.design import design
-from rig_io.bench.emulator import MicroSlip, emulate, standard_set
-
-
-def bench(micro_slip: MicroSlip | None) -> Pool:
-    settings = standard_set(speeds=(0.83, 1.4), duration=6.0, micro_slip=micro_slip)[:2]
-    return pool([emulate(one, 5, number) for number, one in enumerate(settings)])
+from rig_io.bench.emulator import MicroSlip
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from short_bench import bench
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import lugre, shooting, whole_cycle
@@ -14,18 +15,12 @@ from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ShootingProblem, Start
 from identification.fit.fit import fit_friction
 from identification.laws import find_law
-from identification.measurement.pooling import Pool, pool
-from rig_io.bench.emulator import MicroSlip, emulate, standard_set
+from identification.measurement.pooling import Pool
+from rig_io.bench.emulator import MicroSlip
 
 CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
 BRISTLES = np.array([0.65, 0.35, 15.0, 2e4, 100.0])
-
-
-def bench(micro_slip: MicroSlip | None) -> Pool:
-    """Two drive speeds, 6 s each."""
-    settings = standard_set(speeds=(0.83, 1.4), duration=6.0, micro_slip=micro_slip)[:2]
-    return pool([emulate(one, 5, number) for number, one in enumerate(settings)])
 
 
 @pytest.fixture(scope="module")

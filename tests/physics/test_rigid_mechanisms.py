@@ -1,7 +1,8 @@
-"""Mechanisms of rigid contacts with friction: balance of energy, complementarity, and closed forms or independent code."""
+"""Mechanisms of rigid contacts with friction: energy, complementarity, and closed forms or independent code."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from functools import cache
 from typing import Any
@@ -28,7 +29,7 @@ def between_events(fmu: Fmu, stop: float, longest: float, **run: Any) -> tuple[A
     """A run at the nodes of Gauss's rule between its events, on pieces of at most ``longest``, and their weights."""
     events = simulate(fmu, stop, **run).events
     marks = np.unique([0.0, stop, *(e.time for e in events if 0.0 < e.time < stop)])
-    pieces = [np.linspace(a, b, 2 + int((b - a) / longest)) for a, b in zip(marks[:-1], marks[1:], strict=True)]
+    pieces = [np.linspace(a, b, 2 + int((b - a) / longest)) for a, b in itertools.pairwise(marks)]
     ends = np.unique(np.concatenate(pieces))
     node, weight = np.polynomial.legendre.leggauss(8)
     middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2

@@ -110,6 +110,8 @@ class HybridSystem:
         contacts: the contacts.
         internal_rates: one per internal state.
         all_requirements: what the parameters must satisfy beside their own bounds.
+        shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
+            with these integers, so none by default.
     """
 
     name: str
@@ -129,6 +131,7 @@ class HybridSystem:
     internal_rates: tuple[sympy.Expr, ...]
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
+    shown_states: frozenset[str] = frozenset()
 
     @property
     def velocities(self) -> tuple[Velocity, ...]:

@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
 
-_C = declarations("engine/model/run_state.h", "engine/whole_run/whole_run.h", "engine/whole_run/sensitivity_run.h")
+_C = declarations(
+    "engine/model/run_state.h",
+    *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run", "sensitivity_run")),
+)
 _RUN = _C.constants(prefix="WHOLE_RUN_")
 EVENT_CAPACITY = (
     1 << 18
@@ -24,6 +27,7 @@ ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the 
 
 EVENT = np.dtype(_C.structure("ContactEvent"))
 _WholeRun = _C.structure("WholeRun")
+_RunStart = _C.structure("RunStart")
 _SensitivityRun = _C.structure("SensitivityRun")
 
 
@@ -164,11 +168,7 @@ class Differentiator:
         structure.allowance = self._allowance
         c = _SensitivityRun(
             run=structure,
-            n_initial=start.size,
-            initial=references.ctypes.data,
-            initial_values=start.ctypes.data,
-            start_time=start_time,
-            tolerance=tolerance,
+            start=_RunStart(start.size, references.ctypes.data, start.ctypes.data, start_time, tolerance),
             n_directions=m,
             directions=self._directions.ctypes.data,
             derivatives=derivatives.ctypes.data,

@@ -7,11 +7,11 @@ of its own, which the next run takes over.
 from __future__ import annotations
 
 import ctypes
+import struct
 import threading
 import weakref
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from ctypes import POINTER, c_char_p, c_int, c_int64, c_void_p
+from collections.abc import Mapping
+from ctypes import POINTER, addressof, c_char, c_char_p, c_int, c_int64, c_void_p
 from functools import cached_property
 from typing import Any
 
@@ -31,7 +31,9 @@ RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
 # an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
 EVENT_CAPACITY = 1 << 18
-_RunStart = C.structure("RunStart")
+
+
+KEPT_VALUES = 1 << 15  # room for values that an instance keeps: more takes longer to compute than to allocate
 
 
 class Engine:
@@ -69,7 +71,7 @@ class Engine:
                 "--method auto."
             )
         self.open = _bound(dll.stickslip_open, c_void_p, c_char_p)
-        self.restart = _bound(dll.stickslip_restart, c_int, c_void_p, POINTER(_RunStart))
+        self.restart = _bound(dll.stickslip_restart, c_int, c_void_p, POINTER(C.structure("RunStart")))
         self.simulate = _bound(dll.stickslip_simulate, c_int, c_void_p, POINTER(C.structure("WholeRun")))
         self.differentiate = _bound(dll.stickslip_sensitivity, c_int, c_void_p, POINTER(C.structure("SensitivityRun")))
         self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
@@ -88,31 +90,39 @@ class Engine:
         """Take it back."""
         self._idle.append(instance)
 
-    @contextmanager
-    def instance(self) -> Iterator[Instance]:
-        """One for a while."""
-        taken = self.take()
-        try:
-            yield taken
-        finally:
-            self.give(taken)
-
 
 class Instance:
-    """One motion at a time, by one thread at a time."""
+    """One motion at a time, by one thread at a time; what a run writes to is kept for the next one."""
 
     def __init__(self, engine: Engine) -> None:
         self._model, self._restart = engine.model, engine.restart
         self._message = ctypes.create_string_buffer(RUN.MESSAGE)
+        self._values = np.empty(KEPT_VALUES)
+        self._start, self._room, self._numbers = C.structure("RunStart")(), 0, bytearray(1)
         handle = engine.open(self._message)
         if not handle:
             raise MemoryError(f"no memory for an instance of {engine.model}")
         self.handle: int = handle
 
     @cached_property
-    def events(self) -> NDArray[Any]:
-        """(EVENT_CAPACITY,) of dtype EVENT, to be written to by the engine."""
-        return np.empty(EVENT_CAPACITY, dtype=EVENT)
+    def _events(self) -> memoryview:
+        return np.empty(EVENT_CAPACITY * EVENT.itemsize, dtype=np.uint8).data
+
+    @cached_property
+    def whole_run(self) -> Any:
+        """A request with room for events, to be filled in."""
+        return C.structure("WholeRun")(event_capacity=EVENT_CAPACITY, events=address(self._events))
+
+    def events(self, n: int) -> NDArray[Any]:
+        """(n,) of dtype EVENT: a copy of those that the engine has written."""
+        # as bytes: numpy copies structures one by one
+        return np.ndarray((n,), EVENT, bytearray(self._events[: n * EVENT.itemsize]))
+
+    def values(self, n: int) -> NDArray[np.float64]:
+        """(n,) to be written to by the engine, until they are asked for again."""
+        if n > KEPT_VALUES:
+            return np.empty(n)
+        return self._values[:n]
 
     def restart(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> None:
         """Go to start values by reference; all others have their defaults.
@@ -120,8 +130,21 @@ class Instance:
         Raises:
             StickslipError: the engine refuses them.
         """
-        if self._restart(self.handle, run_start(initial, start_time, tolerance)) != RUN.DONE:
+        if self._restart(self.handle, self.start(initial, start_time, tolerance)) != RUN.DONE:
             raise self.failure()
+
+    def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> Any:
+        """Start values by reference as the engine reads them, until it is asked for again."""
+        n = len(initial)
+        if n > self._room:
+            self._room, self._numbers = n, bytearray(n * struct.calcsize("=dI"))
+        # doubles first: they need the stricter alignment
+        struct.pack_into(f"={n}d{n}I", self._numbers, 0, *initial.values(), *initial)
+        where = address(self._numbers)
+        c = self._start
+        c.n_initial, c.initial_values, c.initial = n, where, where + 8 * n
+        c.start_time, c.tolerance = start_time, tolerance
+        return c
 
     def failure(self) -> StickslipError:
         """An error that says why the engine has refused last."""
@@ -132,13 +155,12 @@ class Instance:
         return StickslipError(f"{self._model}: {said}")
 
 
-def run_start(initial: Mapping[int, float], start_time: float, tolerance: float) -> Any:
-    """Start values by reference as the engine reads them; it keeps the arrays alive that it points into."""
-    n = len(initial)
-    references, values = (ctypes.c_uint32 * n)(*initial), (ctypes.c_double * n)(*initial.values())
-    c = _RunStart(n, ctypes.addressof(references), ctypes.addressof(values), start_time, tolerance)
-    c.keep = references, values
-    return c
+def address(array: Any) -> int:
+    """Where the data of a writable array begins; numpy's own way takes five times as long."""
+    return addressof(_at(array)) if len(array) else 0
+
+
+_at = c_char.from_buffer
 
 
 def engine_of(fmu: Fmu) -> Engine:

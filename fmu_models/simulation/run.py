@@ -109,7 +109,7 @@ class KeptRun(Shown):
         check_span(start_time, stop_time)
         initial, signals = self._initial(parameters, start, inputs)
         times = checked_times(output_times, start_time, stop_time)
-        stops = np.append(times, stop_time) if times[-1] < stop_time else times
+        stops = np.concatenate((times, [stop_time])) if times[-1] < stop_time else times
         driven = None
         if signals:
             table = knots(signals, start_time, stop_time)
@@ -117,10 +117,12 @@ class KeptRun(Shown):
             for i, name in enumerate(signals):
                 initial[names.inputs[name]], initial[names.rates[name]] = table[1][0, i], table[2][0, i]
         request = whole_run.Request(stops, names.recorded, driven)
-        with engine.instance() as instance:
+        instance = engine.take()
+        try:
             instance.restart(initial, start_time, self.tolerance)
-            result = whole_run.run(engine, instance, request, progress)
-        return names.trajectory(times, result)
+            return names.trajectory(times, whole_run.run(engine, instance, request, progress))
+        finally:
+            engine.give(instance)
 
     def _initial(
         self,
@@ -161,19 +163,19 @@ class _Names:
         self.inputs = references(fmu.inputs)
         self.rates = {name: fmu.variables[f"{name}_rate"].valueReference for name in fmu.inputs}
         derivatives = [f"der({name})" for name in fmu.states]
-        self.real = [*fmu.inputs, *fmu.states, *derivatives, *fmu.outputs, *fmu.memories]
-        self.of_contacts = [f"{name}_state" for name in fmu.contacts]
-        recorded = [*self.real, *self.of_contacts]
-        self.recorded = np.array(list(references(recorded).values()), dtype=np.uint32)
-        self._units = {name: fmu.variables[name].unit or "1" for name in recorded}
+        real = [*fmu.inputs, *fmu.states, *derivatives, *fmu.outputs, *fmu.memories]
+        self._recorded, self._n_real = [*real, *(f"{name}_state" for name in fmu.contacts)], len(real)
+        self.recorded = np.array(list(references(self._recorded).values()), dtype=np.uint32)
+        self._units = {name: fmu.variables[name].unit or "1" for name in self._recorded}
         self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
 
     def trajectory(self, times: NDArray[np.float64], result: whole_run.Result) -> Trajectory:
         """What came of a run, by name."""
-        n = len(self.real)
+        n = self._n_real
         rows = result.values[: times.size]
-        values: dict[str, NDArray] = dict(zip(self.real, np.ascontiguousarray(rows[:, :n].T), strict=True))
-        values.update(zip(self.of_contacts, rows[:, n:].T.astype(np.int8, order="C"), strict=True))
+        # the rows are those of the instance: copied by these
+        real, states = rows[:, :n].T.copy(), rows[:, n:].T.astype(np.int8, order="C")
+        values: dict[str, NDArray] = dict(zip(self._recorded, (*real, *states), strict=True))
         events = Events(result.events, self._contacts, self._rigid)
         return Trajectory(
             times, values, dict(self._units), events, result.steps, result.evaluations, seconds=result.seconds
@@ -230,7 +232,8 @@ def checked_times(given: ArrayLike | None, start: float, stop: float) -> NDArray
     if times.ndim != 1 or times.size == 0:
         raise StickslipError(f"Output times must be a list of numbers, found shape {times.shape}.")
     # what is not a number is not in order either, and what is infinite comes first or last
-    if not (times[1:] >= times[:-1]).all() or not (math.isfinite(times[0]) and math.isfinite(times[-1])):
+    ascending = times.size == 1 or (times[1:] >= times[:-1]).all()
+    if not ascending or not (math.isfinite(times[0]) and math.isfinite(times[-1])):
         raise StickslipError("Output times must be finite and ascending. Sort them.")
     if times[0] < start or times[-1] > stop:
         raise StickslipError(

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.simulation.engine import EVENT_CAPACITY, RUN, C, Engine, Instance, run_start
+from fmu_models.simulation.engine import EVENT_CAPACITY, RUN, C, Engine, Instance, address
 from fmu_models.simulation.signal import Knots
 
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -19,8 +19,7 @@ _WholeRun = C.structure("WholeRun")
 _SensitivityRun = C.structure("SensitivityRun")
 
 
-@dataclass(frozen=True, eq=False)
-class Request:
+class Request(NamedTuple):
     """What to do.
 
     Attributes:
@@ -43,9 +42,11 @@ class Section:
     direction: int
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
-    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s."""
+class Result(NamedTuple):
+    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s.
+
+    The values are those of the instance until its next run.
+    """
 
     values: NDArray[np.float64]
     events: NDArray
@@ -62,9 +63,10 @@ def run(
     Raises:
         StickslipError: the engine cannot continue the motion.
     """
-    values = np.empty((request.times.size, request.references.size))
-    buffer = instance.events
-    c = _structure(request, values, buffer)
+    shape = request.times.size, request.references.size
+    values = instance.values(shape[0] * shape[1])
+    c = _filled(instance.whole_run, request, values)
+    c.n_events = c.next_time = c.next_knot = 0
     chunks = []
     status = RUN.MORE
     seconds = 0.0
@@ -73,14 +75,13 @@ def run(
         begin = time.perf_counter()
         status = engine.simulate(instance.handle, c)
         seconds += time.perf_counter() - begin
-        if c.n_events:
-            chunks.append(buffer[: c.n_events].copy())
+        chunks.append(instance.events(c.n_events))
         if progress:
-            progress(c.next_time / max(1, request.times.size))
+            progress(c.next_time / max(1, shape[0]))
     if status != RUN.DONE:
         raise instance.failure()
-    events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks) if chunks else buffer[:0].copy()
-    return Result(values, events, c.steps, c.evaluations, seconds)
+    events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
+    return Result(values.reshape(shape), events, c.steps, c.evaluations, seconds)
 
 
 def crossings(engine: Engine, instance: Instance, request: Request, section: Section) -> Iterator[NDArray[np.float64]]:
@@ -91,7 +92,7 @@ def crossings(engine: Engine, instance: Instance, request: Request, section: Sec
     """
     values = np.empty((request.times.size, request.references.size))
     row = np.empty(request.references.size)
-    c = _structure(request, values, instance.events)
+    c = structure(request, values, instance)
     c.crossings = row.ctypes.data
     c.crossing_capacity = 1
     c.crossing_state, c.level, c.direction = section.reference, section.level, section.direction
@@ -127,15 +128,13 @@ class Differentiator:
             StickslipError: the engine refuses the start, or cannot continue the motion or its derivatives.
         """
         m = self._directions.size
-        buffer = self._instance.events
         values = np.empty((request.times.size, request.references.size))
         derivatives = np.empty((*values.shape, m))
-        structure = _structure(request, values, buffer)  # keeps alive what the copy of it points into
-        start = run_start(initial, start_time, tolerance)  # the same
-        structure.allowance = self._allowance
+        whole = structure(request, values, self._instance)  # keeps alive what the copy of it points into
+        whole.allowance = self._allowance
         c = _SensitivityRun(
-            run=structure,
-            start=start,
+            run=whole,
+            start=self._instance.start(initial, start_time, tolerance),
             n_directions=m,
             directions=self._directions.ctypes.data,
             derivatives=derivatives.ctypes.data,
@@ -149,7 +148,7 @@ class Differentiator:
             begin = time.perf_counter()
             status = self._engine.differentiate(self._instance.handle, c)
             seconds += time.perf_counter() - begin
-            events.append(buffer[: c.run.n_events].copy())
+            events.append(self._instance.events(c.run.n_events))
             changes.append(self._event_derivatives[: c.run.n_events].copy())
         if status != RUN.DONE:
             raise self._instance.failure()
@@ -157,22 +156,23 @@ class Differentiator:
         return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
-def _structure(request: Request, values: NDArray[np.float64], buffer: NDArray) -> Any:
-    """The request as the engine reads it; it keeps the arrays alive that it points into."""
-    c = _WholeRun(
-        n_times=request.times.size,
-        n_values=request.references.size,
-        times=request.times.ctypes.data,
-        references=request.references.ctypes.data,
-        values=values.ctypes.data,
-        event_capacity=EVENT_CAPACITY,
-        events=buffer.ctypes.data,
-        allowance=ALLOWANCE,
-    )
+def structure(request: Request, values: NDArray[np.float64], instance: Instance) -> Any:
+    """The request as the engine reads it, its values to go into ``values``, of a run that has not begun."""
+    prepared = instance.whole_run
+    c = _WholeRun(event_capacity=prepared.event_capacity, events=prepared.events)
+    return _filled(c, request, values)
+
+
+def _filled(c: Any, request: Request, values: NDArray[np.float64]) -> Any:
+    """Write a request into the structure; it keeps the arrays alive that it points into."""
+    c.n_times, c.n_values = request.times.size, request.references.size
+    c.times, c.references, c.values = address(request.times), address(request.references), address(values)
+    c.allowance = ALLOWANCE
+    c.n_knots = c.n_inputs = 0
     if request.inputs:
         inputs, (times, knot_values, rates) = request.inputs
         c.n_knots, c.n_inputs = times.size, inputs.size
         c.knot_times, c.inputs = times.ctypes.data, inputs.ctypes.data
         c.knot_values, c.knot_rates = knot_values.ctypes.data, rates.ctypes.data
-    c.keep = (request, values, buffer)  # the structure points into them
+    c.keep = request, values
     return c

@@ -224,8 +224,7 @@ def test_an_abandoned_section_is_forgotten():
     guard = np.full(8 * len(follower._recorded), np.pi)
     request = whole_run.Request(times, follower._recorded)
     values = np.empty((1, len(follower._recorded)))
-    events = follower._instance.events
-    c = whole_run._structure(request, values, events)
+    c = whole_run.structure(request, values, follower._instance)
     c.crossings = guard.ctypes.data
     assert follower._engine.simulate(follower._instance.handle, c) == RUN.DONE
     assert c.n_crossings == 0 and (guard == np.pi).all()

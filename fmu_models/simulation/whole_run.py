@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.simulation.engine import EVENT_CAPACITY, RUN, C, Engine, Instance, address
+from fmu_models.simulation.engine import RUN, C, Engine, Instance, address
 from fmu_models.simulation.signal import Knots
 
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -111,7 +111,7 @@ class Differentiator:
 
     def __init__(self, engine: Engine, instance: Instance, directions: NDArray[np.uint32]) -> None:
         self._engine, self._instance, self._directions = engine, instance, directions
-        self._event_derivatives = np.empty((EVENT_CAPACITY, directions.size))
+        self._event_derivatives = np.empty((instance.whole_run.event_capacity, directions.size))
         self._room = np.empty(int(engine.sensitivity_room(directions.size)) // 8 + 2)
         self._allowance = max(1, ALLOWANCE // (4 * (1 + directions.size)))  # a tangent costs as much as four runs
 

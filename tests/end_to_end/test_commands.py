@@ -338,8 +338,8 @@ def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
 
     whole = workers.judged
 
-    def two_then_an_interrupt(cases, progress, **options):
-        cells = whole(cases, progress, **options)
+    def two_then_an_interrupt(cases, progress, pool):
+        cells = whole(cases, progress, pool)
         yield next(cells)
         yield next(cells)
         cells.close()  # type: ignore[attr-defined]  # a generator

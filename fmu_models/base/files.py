@@ -5,8 +5,8 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fmu_models.base import shipped
@@ -105,6 +105,18 @@ def is_sealed(path: Path) -> bool:
         return _seal_of(path).read_text("ascii") == _sha256(path)
     except (OSError, UnicodeDecodeError):
         return False
+
+
+def sealed_text(path: Path, make: Callable[[], str]) -> str:
+    """The text of a sealed file, made anew where there is none or it is damaged; kept if it can be."""
+    if is_sealed(path):
+        return path.read_text("utf-8")
+    text = make()
+    with suppress(StickslipError):
+        with write_whole(path, overwrite=True) as temporary:
+            temporary.write_text(text, "utf-8")
+        seal(path)
+    return text
 
 
 def _seal_of(path: Path) -> Path:

@@ -40,6 +40,7 @@ RunStatus run_initialize(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
     }
+    memset(r->closings, 0, sizeof r->closings);
     r->accumulation_start = r->last_event = r->pace_start = r->at.time;
     r->pace_first_step = r->steps;
     r->pace_first_event = r->events;

@@ -133,6 +133,8 @@ RunStatus run_fail(Run *r, const char *format, ...)
     ;
 /* the same if a value is not finite */
 RunStatus run_check_finite(Run *r, const char *what, const double *values, int n);
+/* the same if a pivot of the mass matrix, as it was last factored, is not positive */
+RunStatus run_check_mass(Run *r, const Jets *j);
 /* names of contacts in quotes, as a list, cut where it does not fit */
 void run_name_contacts(const int *contact, int count, char *names, size_t size);
 

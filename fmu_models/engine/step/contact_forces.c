@@ -263,7 +263,8 @@ static Real KIND(product)(const Real *a, const Real *b, int k)
 static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
 {
     Real sum = 0.0;
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
+        const int e = model_joined[n];
         /* what is still unknown at this order acts through its lower orders only */
         const int silent = MODEL_CONSTANT_INERTIA && !contact_has_law(at->state, e);
         if (silent || at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED) {
@@ -335,7 +336,8 @@ void contact_forces(Point *at, Jets *j, int k)
 Real contact_rate(const Jets *j, int i, int k)
 {
     Real sum = j->a[i][k];
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int n = model_acting_first[i]; n < model_acting_first[i + 1]; n++) {
+        const int c = model_acting[n];
         sum += MODEL_CONSTANT_INERTIA ? j->W[i][c][0] * j->force[c][k] : KIND(product)(j->W[i][c], j->force[c], k);
     }
     return sum;

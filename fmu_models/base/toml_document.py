@@ -29,7 +29,7 @@ class Document:
         self._text = text
         try:
             self.data: dict[str, Any] = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise StickslipError(f"{path} is not TOML: {error}.") from error
         self._lines = _index(text)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import os
 import random
+import re
 import time
 import traceback
 import warnings
@@ -129,7 +130,9 @@ def _judged(target: Target, outcome: object, reports: sanitizers.Reports | None)
     if isinstance(outcome, IsolatedFailure):
         said = reports.taken() if reports else ""
         lines = [line.strip() for line in said.splitlines() if "runtime error" in line or "SUMMARY" in line]
-        return f"{target.name}: {lines[0] if lines else outcome}", said or str(outcome)
+        # where a library was loaded differs from run to run
+        place = re.sub(r"\(?/\S+|0x[0-9a-f]+", "", lines[0]) if lines else str(outcome)
+        return f"{target.name}: {place}", said or str(outcome)
     if isinstance(outcome, Exception):
         return f"{target.name}: the hunt itself: {outcome}", str(outcome)
     return outcome  # pyright: ignore[reportReturnType]  # of _in_child

@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 # pytest does the same for the tests beside
@@ -36,11 +38,11 @@ def main() -> int:
         parser.error("--case needs one --target")
     if reason := sanitizers.missing():
         print(f"no sanitizers: {reason}", flush=True)
-    shares = sum(target.share for target in chosen)
+    groups = [group for native in (True, False) if (group := [t for t in chosen if t.native == native])]
     found = 0
     try:
-        for target in chosen:
-            found += _hunted(target, asked.seed, 60.0 * asked.minutes * target.share / shares, asked.case)
+        for group in groups:
+            found += _hunted(group, asked.seed, 60.0 * asked.minutes / len(groups), asked.case)
     except KeyboardInterrupt:
         print("interrupted", flush=True)
         return 130
@@ -48,22 +50,26 @@ def main() -> int:
     return 1 if found else 0
 
 
-def _hunted(target: Target, seed: int, seconds: float, case: int | None) -> int:
+def _hunted(targets: list[Target], seed: int, seconds: float, case: int | None) -> int:
     """The number of findings, which are printed with what led to them."""
     begin = said = time.monotonic()
-    found = done = 0
-    one = {} if case is None else {"first": case, "most": 1}
-    for outcome in hunt(target, seed, seconds, **one):
+    found = 0
+    done: Counter[str] = Counter()
+    if case is not None:
+        targets = [replace(targets[0], weight=1)]
+    one = {} if case is None else {"first": case, "rounds": 1, "processes": 1}
+    for outcome in hunt(targets, seed, seconds, **one):
         if isinstance(outcome, Finding):
             found += 1
             print(f"\n{outcome}", flush=True)
             continue
-        done = outcome
+        done[outcome.name] += 1
         if time.monotonic() - said > EVERY:
             said = time.monotonic()
-            print(f"{target.name}: {done} cases, {found} findings so far", flush=True)
-    examined = " under sanitizers" if target.native and not sanitizers.missing() else ""
-    print(f"{target.name}: {done} cases{examined} in {time.monotonic() - begin:.0f} s, {found} findings", flush=True)
+            print(f"{done.total()} cases, {found} findings so far", flush=True)
+    examined = " under sanitizers" if targets[0].native and not sanitizers.missing() else ""
+    cases = ", ".join(f"{target.name} {done[target.name]}" for target in targets)
+    print(f"cases{examined}: {cases}; {found} findings in {time.monotonic() - begin:.0f} s", flush=True)
     return found
 
 

@@ -244,14 +244,14 @@ def _document(texts: tuple[str, ...], generator: random.Random, suffix: str) -> 
 
 
 DOCUMENTS = (
-    Target("description", _description, _prepared_files, native=True),
-    Target("structure", _structure, _mass),
-    Target("units", _units, share=0.2),
-    Target("scene", _scene),
+    Target("description", _description, _prepared_files, native=True, weight=1),
+    Target("structure", _structure, _mass, weight=2),
+    Target("units", _units, weight=20),
+    Target("scene", _scene, weight=3),
     Target("system", _system),
-    Target("recipe", _recipe, share=0.5),
+    Target("recipe", _recipe, weight=10),
     Target("package", _datapackage),
-    Target("table", _table, share=0.5),
-    Target("fit", _fit, share=0.5),
-    Target("trajectory", _trajectory, share=0.5),
+    Target("table", _table, weight=10),
+    Target("fit", _fit, weight=10),
+    Target("trajectory", _trajectory, weight=5),
 )

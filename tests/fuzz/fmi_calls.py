@@ -45,4 +45,4 @@ def _case(generator: random.Random) -> None:
         assert all(math.isfinite(x) for x in one.get(fmu.states))
 
 
-CALLS_OF_FMI = Target("calls", _case, _prepare, native=True, share=2.0)
+CALLS_OF_FMI = Target("calls", _case, _prepare, native=True, weight=3)

@@ -14,7 +14,7 @@ import re
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,14 +45,14 @@ class Target:
         prepare: before the first case, in a process of its own: builds what cases load. Like ``case`` a function of
             a module, for it goes to other processes.
         native: C of ours runs in it: under sanitizers where there are some.
-        share: of the time of a hunt.
+        weight: cases in a round of all targets; many where they are quick.
     """
 
     name: str
     case: Callable[[random.Random], None]
     prepare: Callable[[], object] = nothing
     native: bool = False
-    share: float = 1.0
+    weight: int = 4
 
 
 @dataclass(frozen=True)
@@ -91,37 +91,58 @@ def tried(target: Target, seed: int, number: int) -> tuple[str, str] | None:
 
 
 def hunt(
-    target: Target, seed: int, seconds: float, *, first: int = 0, most: int = MOST, processes: int | None = None
-) -> Iterator[Finding | int]:
-    """Findings as they come, each place once; after every case the number of cases done so far."""
+    targets: Sequence[Target],
+    seed: int,
+    seconds: float,
+    *,
+    first: int = 0,
+    rounds: int = MOST,
+    processes: int | None = None,
+) -> Iterator[Finding | Target]:
+    """In targets that are all native or all not: findings as they come, each place once, and the target of every case
+    that is done."""
     seen: set[str] = set()
-    with _environment(target) as reports:
-        isolated(target.prepare)
+    with _environment(targets[0]) as reports:
+        isolated(_prepare, tuple(targets))
         limits = Limits(PATIENCE, None if reports else MEMORY)
-        jobs = [(number,) for number in range(first, first + most)]
-        work = functools.partial(_in_child, target, seed)
+        work = functools.partial(_in_child, tuple(targets), seed)
+        jobs = list(_jobs(targets, first, rounds))
         end = time.monotonic() + seconds
         outcomes = in_processes(work, jobs, processes=processes or os.cpu_count() or 1, limits=limits)
-        for done, (at, outcome) in enumerate(outcomes, 1):
-            number = jobs[at][0]
+        for at, outcome in outcomes:
+            which, number = jobs[at]
+            target = targets[which]
             found = _judged(target, outcome, reports)
             if found and found[0] not in seen:
                 seen.add(found[0])
                 yield Finding(target.name, seed, number, *found)
-            yield done
+            yield target
             if time.monotonic() > end:
                 break
         outcomes.close()
 
 
-def _in_child(target: Target, seed: int, number: int) -> tuple[str, str] | None:
+def _prepare(targets: tuple[Target, ...]) -> None:
+    for target in targets:
+        target.prepare()
+
+
+def _jobs(targets: Sequence[Target], first: int, rounds: int) -> Iterator[tuple[int, int]]:
+    """Places in ``targets`` and numbers of cases: in every round as many of each as it weighs."""
+    for turn in range(min(rounds, MOST // sum(target.weight for target in targets) + 1)):
+        for which, target in enumerate(targets):
+            for number in range(target.weight):
+                yield which, first + turn * target.weight + number
+
+
+def _in_child(targets: tuple[Target, ...], seed: int, which: int, number: int) -> tuple[str, str] | None:
     from fmu_models.base.temporary import temporary_folder
 
     with temporary_folder("fuzz") as folder:
         here = os.getcwd()
         os.chdir(folder)
         try:
-            return tried(target, seed, number)
+            return tried(targets[which], seed, number)
         finally:
             os.chdir(here)
 

@@ -219,5 +219,5 @@ def _check(run: Trajectory, driver: Driver) -> None:
         assert np.isfinite(run[state]).all(), f"{state} is not finite, and nothing is said"
 
 
-LIES = Target("lies", _case, native=True, share=2.0)
+LIES = Target("lies", _case, native=True, weight=3)
 assert all(index in FUNCTIONS for index in KINDS)

@@ -335,6 +335,31 @@ void tangents_hold(Tangents *tangents)
     }
 }
 
+void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction)
+{
+    Point *at = &tangents->list[k].at;
+    rejoin(r, &tangents->list[k]);
+    for (int i = 0; i < MODEL_NX; i++) {
+        at->x[i] = r->at.x[i] + EPS * direction[i] * _Complex_I;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        at->memory[c] = r->at.memory[c] + EPS * direction[MODEL_NX + c] * _Complex_I;
+    }
+    at->time = r->at.time + EPS * direction[MODEL_NX + MODEL_NC] * _Complex_I;
+}
+
+void tangents_read(const Tangents *tangents, int k, double *direction)
+{
+    const Point *at = &tangents->list[k].at;
+    for (int i = 0; i < MODEL_NX; i++) {
+        direction[i] = cimag(at->x[i]) / EPS;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        direction[MODEL_NX + c] = cimag(at->memory[c]) / EPS;
+    }
+    direction[MODEL_NX + MODEL_NC] = cimag(at->time) / EPS;
+}
+
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;

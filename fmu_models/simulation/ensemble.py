@@ -38,7 +38,7 @@ class Where:
     level: float = 0.0
     direction: int = 0
     contact: int = -1
-    start_time: float = 0.0
+    origin: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +59,7 @@ class Runs:
 
     references: list[int]
     values: Vector
+    starts: Vector
     periods: Vector
     patience: Vector
     transient: int
@@ -169,7 +170,7 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
     references = np.array(runs.references, np.uint32)
     inputs = [
         np.ascontiguousarray(one, dtype=float)
-        for one in (runs.values, runs.periods, runs.patience, runs.weights, known.points, known.forms)
+        for one in (runs.values, runs.starts, runs.periods, runs.patience, runs.weights, known.points, known.forms)
     ]
     whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
     dll = slave.dll
@@ -178,7 +179,7 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         function.restype, function.argtypes = c_int64, (c_int64,)
     room = np.empty(int(dll.stickslip_ensemble_room(k)) // 8 + 2) if k else np.empty(0)
     memory = np.empty(max(1, int(dll.stickslip_ensemble_memory(runs.longest))))
-    values, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
+    values, starts, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
     after, orbits, passes = (one.ctypes.data for one in whole)
     c = _Ensemble(
         n_runs=m,
@@ -186,7 +187,8 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         follow=runs.follow,
         set=references.ctypes.data,
         values=values,
-        start_time=where.start_time,
+        starts=starts,
+        origin=where.origin,
         tolerance=runs.tolerance,
         kind=where.kind,
         direction=where.direction,

@@ -83,7 +83,11 @@ static RunStatus ensemble_flow(Job *job)
     if (exchange_derivatives(&job->m->core.run, rates) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    for (int k = n - 1; k > 0; k--) {
+    int most = 0; /* the unit vector nearest to it makes room */
+    for (int i = 1; i < n && i < MODEL_NX; i++) {
+        most = fabs(rates[i]) > fabs(rates[most]) ? i : most;
+    }
+    for (int k = most; k > 0; k--) {
         memcpy(job->directions[k], job->directions[k - 1], sizeof job->directions[k]);
     }
     memset(job->directions[0], 0, sizeof job->directions[0]);
@@ -124,7 +128,7 @@ static Outcome ensemble_start(Job *job, int64_t i)
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
     }
-    if (instance_set_up(m, __func__, 1, e->tolerance, e->start_time, 0, 0.0)) return OUTCOME_BROKEN;
+    if (instance_set_up(m, __func__, 1, e->tolerance, e->starts[i], 0, 0.0)) return OUTCOME_BROKEN;
     if (e->n_directions > 0) {
         tangents_start(e->room, r, (int)e->n_directions);
         for (int k = 0; k < e->n_directions; k++) {

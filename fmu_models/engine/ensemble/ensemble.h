@@ -42,7 +42,10 @@ typedef struct {
     int64_t n_runs, n_set, follow;
     const uint32_t *set;
     const double *values;
-    double start_time, tolerance;
+    double tolerance;
+    /* the time at which each run starts, and that to which the time of a strobe goes back, and from which periods count */
+    const double *starts;
+    double origin;
     /* the section, the period of each run (of the forcing; 0: nothing forces it), and how long to wait for it */
     int32_t kind, direction, contact;
     uint32_t state;

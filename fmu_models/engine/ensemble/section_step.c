@@ -66,16 +66,16 @@ static void walk_wrap(Run *r, Walk *w)
     const double period = w->e->periods[w->run];
     double back = 0.0;
     if (w->e->kind == SECTION_STROBE) {
-        back = r->at.time - w->e->start_time;
+        back = r->at.time - w->e->origin;
     } else if (period > 0.0) {
-        back = period * floor((r->at.time - w->e->start_time) / period);
+        back = period * floor((r->at.time - w->e->origin) / period);
     }
     if (back == 0.0) {
         return;
     }
     run_shift_time(r, -back);
     if (w->e->kind == SECTION_STROBE) {
-        r->at.time = w->e->start_time;
+        r->at.time = w->e->origin;
     }
     w->since -= back;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -97,7 +97,7 @@ static Outcome walk_check(const Run *r, const Walk *w)
 static double walk_end(const Run *r, const Walk *w)
 {
     if (w->e->kind == SECTION_STROBE) {
-        return w->e->start_time + w->e->periods[w->run];
+        return r->at.time + w->e->periods[w->run];
     }
     return r->at.time + w->e->patience[w->run];
 }

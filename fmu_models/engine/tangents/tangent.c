@@ -162,6 +162,20 @@ static int falling_series(const Run *r, const Jets *j, int c, int slot, int orde
     return order - (margin || closed);
 }
 
+/* the order up to which the series is finite: just before a force that is a root of the depth lets go, its high orders
+   grow beyond all numbers, and the step is so short that they do not matter */
+static int finite_order(const Tangent *t, int order)
+{
+    for (int m = 2; m <= order; m++) {
+        for (int i = 0; i < MODEL_NX; i++) {
+            if (!isfinite(creal(t->jets.x[i][m])) || !isfinite(cimag(t->jets.x[i][m]))) {
+                return m - 1;
+            }
+        }
+    }
+    return order;
+}
+
 /* the length over which the derivatives of the states keep the tolerance */
 static double shortest_length(const Run *r, Tangents *tangents)
 {
@@ -170,7 +184,7 @@ static double shortest_length(const Run *r, Tangents *tangents)
     for (int k = 0; k < tangents->count; k++) {
         Tangent *t = &tangents->list[k];
         flow_series(&t->at, &t->jets, order);
-        t->order = order;
+        t->order = finite_order(t, order);
         for (int i = 0; i < MODEL_NX; i++) {
             double derivative[POLYNOMIAL_TERMS];
             for (int m = 0; m <= order; m++) {

@@ -162,6 +162,9 @@ class _Together:
             rows.filled[kept] += 1
         else:
             self.left[group[arrived]] -= 1
+            # differences that were lost on the way to where the motion stays say nothing of it
+            fresh = group[(self.left[group] == 0) & ~self.frames[group].any(axis=1).all(axis=1)]
+            self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
 
     def _lose(self, group: NDArray[np.int64], made: Step) -> None:

@@ -108,6 +108,21 @@ static Outcome ensemble_tangents(Job *job)
     return OUTCOME_FINISHED;
 }
 
+/* differences that were lost on the way to where the motion stays say nothing of it: followed anew from there */
+static RunStatus ensemble_renew(Job *job)
+{
+    const Ensemble *e = job->e;
+    int lost = 0;
+    for (int k = 0; k < e->n_directions; k++) {
+        lost |= !(ensemble_norm(job->directions[k], EXTENDED) > 0.0);
+    }
+    if (!lost) {
+        return RUN_OK;
+    }
+    ensemble_unit(job, 0, job->directions);
+    return e->flow ? ensemble_flow(job) : RUN_OK;
+}
+
 static Outcome ensemble_start(Job *job, int64_t i)
 {
     Ensemble *e = job->e;
@@ -253,6 +268,9 @@ static Outcome ensemble_walk(Job *job, int64_t i)
         ensemble_record(job, row, waited);
         e->rows[i] += recording;
         left -= !recording;
+        if (!recording && left == 0 && !e->jacobians && ensemble_renew(job) == RUN_ERROR) {
+            return OUTCOME_BROKEN;
+        }
         e->orbits[i] = e->n_known > 0 ? arrival_orbit(&job->arrival, r) : -1;
         if (e->orbits[i] >= 0) {
             return OUTCOME_ABSORBED;

@@ -190,7 +190,10 @@ class FmuSection(SectionSystem):
         with self._instances.one() as slave:
             made = make_runs(slave, (len(self.fmu.states), len(self.contacts)), self._where(), self._runs(jobs), stop)
         points = made.points[..., places]
-        derivatives = made.jacobians[:, :, places, :] if jobs.derivatives else made.jacobians
+        derivatives = made.jacobians
+        if jobs.derivatives:
+            derivatives = np.zeros((*points.shape, len(places)))
+            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.jacobians[:, :, places, :]
         if self.states[-1:] == ("phase",):
             points[..., -1] /= periods[:, None]
             derivatives[:, :, -1:, :] /= periods[:, None, None, None]
@@ -233,11 +236,16 @@ class FmuSection(SectionSystem):
             longest=jobs.longest,
             settled=jobs.settled,
             known=self._known(jobs),
-            directions=len(self.states) if jobs.derivatives else jobs.tangents,
+            along=self._along(jobs) if jobs.derivatives else range(jobs.tangents),
             flow=jobs.flow,
             jacobians=jobs.derivatives,
             tolerance=self.tolerance,
         )
+
+    def _along(self, jobs: Jobs) -> list[int]:
+        """Places of the numbers of a point by which steps are differentiated: those that matter to one of the starts."""
+        matters = [name not in self._memories or jobs.starts[:, i].any() for i, name in enumerate(self.states)]
+        return [place for (_, place), one in zip(self._columns, matters, strict=True) if one]
 
     def _known(self, jobs: Jobs) -> Known | None:
         """The targets by their states alone."""

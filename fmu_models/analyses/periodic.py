@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -142,6 +142,40 @@ def _part(made: Step, part: slice) -> Step:
     )
 
 
+def corrected_cycles(
+    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
+) -> list[PeriodicMotion | None]:
+    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has no
+    derivative. Their eigenvalues are those at the guess."""
+    m, period, n = guesses.shape
+    values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
+    made = system.step(guesses.reshape(-1, n), values)
+    lost = {i // period for i in made.why}
+    miss = system.difference(made.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
+    matrix = _cycle_matrix(made.derivatives.reshape(m, period, n, n))
+    matrix[list(lost)], miss[list(lost)] = np.eye(period * n), 0.0
+    moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
+    cycles = system.wrapped(guesses - moved)
+    after = system.step(cycles.reshape(-1, n), values, derivative=False)
+    found: list[PeriodicMotion | None] = []
+    for i in range(m):
+        part = slice(i * period, (i + 1) * period)
+        failed = i in lost or any(k in after.why for k in range(part.start, part.stop))
+        ended = replace(_part(after, part), derivatives=made.derivatives[part])
+        found.append(None if failed else _motion(system, cycles[i], ended))
+    return found
+
+
+def _cycle_matrix(derivatives: Vector) -> Vector:
+    """(m, period n, period n) derivative of the misses of cycles by their points, from (m, period, n, n)."""
+    m, period, n, _ = derivatives.shape
+    matrix = np.zeros((m, period, n, period, n))
+    for i in range(period):
+        matrix[:, i, :, i, :] += derivatives[:, i]
+        matrix[:, i, :, (i + 1) % period, :] -= np.eye(n)
+    return matrix.reshape(m, period * n, period * n)
+
+
 def find_cycles(system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
     """(k, period, n) cycles that Newton's method comes to from guesses (m, period, n); those it loses are left out."""
     return solved_cycles(system, guesses, varied)[0]
@@ -166,13 +200,8 @@ def solved_cycles(
         values = {name: np.repeat(held[:, i], period) for i, name in enumerate(names)}
         made = system.step(points.reshape(-1, n), values)
         miss = system.difference(made.points.reshape(points.shape) - np.roll(points, -1, axis=1))
-        derivatives = made.derivatives.reshape(-1, period, n, n)
-        matrix = np.zeros((len(points), period, n, period, n))
-        for i in range(period):
-            matrix[:, i, :, i, :] += derivatives[:, i]
-            matrix[:, i, :, (i + 1) % period, :] -= np.eye(n)
         whole = np.zeros((len(flat), flat.shape[1], flat.shape[1]))
-        whole[:, :width, :width] = matrix.reshape(-1, width, width)
+        whole[:, :width, :width] = _cycle_matrix(made.derivatives.reshape(-1, period, n, n))
         whole[:, width:, width:] = np.eye(held.shape[1])
         return np.concatenate([miss.reshape(-1, width), np.zeros_like(held)], axis=1), whole
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import threading
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from ctypes import POINTER, c_int, c_int64, c_void_p
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ class Runs:
     settled: float = 0.0
     bound: float = 1e9
     known: Known | None = None
-    directions: int = 0
+    along: Sequence[int] = ()
     flow: bool = False
     jacobians: bool = False
     tolerance: float = 1e-14
@@ -154,7 +154,7 @@ def _free_all(slaves: list[Any]) -> None:
 def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Results:
     """Make the runs with one instance; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
     n, contacts = sizes
-    m, k = len(runs.values), runs.directions
+    m, k = len(runs.values), len(runs.along)
     width, extended = n + contacts + 2, n + contacts + 1
     made = Results(
         np.full((m, runs.rows, width), np.nan),
@@ -172,6 +172,7 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         np.ascontiguousarray(one, dtype=float)
         for one in (runs.values, runs.starts, runs.periods, runs.patience, runs.weights, known.points, known.forms)
     ]
+    along = np.array(runs.along, np.int64)
     whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
     dll = slave.dll
     for name in ("room", "memory"):
@@ -212,6 +213,7 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         passes=passes,
         n_directions=k,
         flow=runs.flow,
+        along=along.ctypes.data,
         room=room.ctypes.data,
         points=made.points.ctypes.data,
         held=made.held.ctypes.data,

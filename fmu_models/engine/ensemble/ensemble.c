@@ -35,27 +35,12 @@ int64_t stickslip_ensemble_room(int64_t n_directions) { return (int64_t)tangents
 
 int stickslip_ensemble_version(void) { return ENSEMBLE_VERSION; }
 
-static int ensemble_along(int direction)
-{
-    /* states, the memories of contacts that have one, the time */
-    if (direction < MODEL_NX) {
-        return direction;
-    }
-    int left = direction - MODEL_NX;
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (model_contact_remembers[c] && left-- == 0) {
-            return MODEL_NX + c;
-        }
-    }
-    return MODEL_NX + MODEL_NC;
-}
-
 /* unit vectors: of the states as the choice of contact states has left them */
 static void ensemble_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
 {
     const int n = (int)job->e->n_directions;
     for (int k = 0; k < n; k++) {
-        const int along = ensemble_along(k);
+        const int64_t along = job->e->along[k];
         memset(directions[k], 0, sizeof directions[k]);
         if (chosen && along < MODEL_NX) {
             tangents_read(job->e->room, k, directions[k]);
@@ -147,8 +132,7 @@ static Outcome ensemble_start(Job *job, int64_t i)
     if (e->n_directions > 0) {
         tangents_start(e->room, r, (int)e->n_directions);
         for (int k = 0; k < e->n_directions; k++) {
-            const int along = ensemble_along(k);
-            tangents_along(e->room, k, ALONG_STATE, along < MODEL_NX ? along : 0);
+            tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
         }
     }
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;

@@ -68,6 +68,7 @@ typedef struct {
     /* tangents: how many, and room for them; with jacobians the derivative of each step is written, otherwise their
        growth; with `flow` the first is along the motion, and its growth is told less that of the speed */
     int64_t n_directions, flow;
+    const int64_t *along; /* where in states, memories and time each begins as a unit vector */
     void *room;
     /* results; NULL: not wanted. Rows of MODEL_NX + MODEL_NC + ENSEMBLE_TIMES; per contact the time in contact or stick
        and how often that began; jacobians[row][result][direction] over a row without its last time */

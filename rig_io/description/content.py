@@ -31,7 +31,7 @@ class Evidence:
 @dataclass(frozen=True, eq=False)
 class Features:
     """Numbers of one column. value: (n,) those that are there; whole: all are whole; rising: share of steps that rise
-    or stay; step: median rise; even: steps are alike; span: of the values; levels: distance of neighbouring values;
+    or stay; step: median rise; even: steps are alike; span: of the values; level: least distance of two values;
     turns: times that the movement turns back; steady: standard deviation over the mean."""
 
     value: np.ndarray
@@ -85,13 +85,11 @@ def _smooth(value: np.ndarray) -> np.ndarray:
 
 def _turns(value: np.ndarray, band: float) -> int:
     """Times that a movement turns back by more than a band."""
-    turns, direction, extreme = 0, 0, value[0]
+    turns, rising, extreme = 0, bool(value[-1] > value[0]), value[0]
     for one in value:
-        if direction >= 0 and one < extreme - band:
-            turns, direction, extreme = turns + (direction != 0), -1, one
-        elif direction <= 0 and one > extreme + band:
-            turns, direction, extreme = turns + (direction != 0), 1, one
-        elif (direction >= 0 and one > extreme) or (direction <= 0 and one < extreme):
+        if (one < extreme - band) if rising else (one > extreme + band):
+            turns, rising, extreme = turns + 1, not rising, one
+        elif (one > extreme) == rising:
             extreme = one
     return turns
 
@@ -138,7 +136,7 @@ def _has(unit: str | None, *dimension: str) -> bool | None:
 def _time(f: Features, unit: str | None) -> Evidence:
     if _has(unit, "s") is False:
         return Evidence(0.0, f"is in {unit}")
-    if f.rising < 0.98 or not f.step:
+    if f.rising < 0.999 or not f.step:
         return Evidence(0.0, "does not rise")
     if f.whole and f.step == 1 and f.even and unit is None:
         return Evidence(0.3, "counts rows or milliseconds", "ms")

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatch
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from rig_io.description.answers import INSTRUMENTS, NONE, Answers
 from rig_io.description.names import plain
 from rig_io.description.roles import Proposal, proposals
 from rig_io.joining.joined import RULES
+from rig_io.logs import packed
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME
 from rig_io.logs.log import RIG_UNITS
 from rig_io.logs.table import Table
@@ -93,7 +95,7 @@ class Draft:
         """The runs, as proposed and said."""
         files = [_file(path, table, self.answers, self.example) for path, table in self.tables]
         rule = _rule(files, self.answers, self.example)
-        runs = [files] if rule is not None and len(files) > 1 else [[one] for one in files]
+        runs = [[one] for one in files] if rule is None else _runs(files, rule)
         return tuple(_log(run, rule if len(run) > 1 else None, self.answers) for run in runs)
 
     @property
@@ -153,7 +155,7 @@ def draft(
 def _files(paths: Sequence[Path]) -> list[Path]:
     """The files named, and the logs in the folders named."""
     found: list[Path] = []
-    suffixes = {suffix for name in READERS.members() for suffix in READERS.load(name).suffixes} | {".gz", ".zip"}
+    suffixes = {suffix for name in READERS.members() for suffix in READERS.load(name).suffixes} | {*packed.SUFFIXES}
     for path in paths:
         if existing(path, "log", " Check the name and the folder.").is_dir():
             inside = [one for one in sorted(path.iterdir()) if one.suffix.lower() in suffixes and one.is_file()]
@@ -196,7 +198,7 @@ def _same_kind(resource: Mapping[str, Any], files: Sequence[Path]) -> bool:
 def _file(path: Path, table: Table, answers: Answers, example: Mapping[str, Any]) -> File:
     known = _known_fields(example, path)
     columns = []
-    for one in proposals(table):
+    for one in proposals(table, path.stem):
         entry = known.get(one.name)
         if entry is not None:
             guessed = entry.get("guessed", {})
@@ -228,10 +230,11 @@ def _ending(one: str, other: str) -> int:
 
 def _said(one: Proposal, path: Path, answers: Answers, columns: int) -> Proposal:
     """A proposal with what the user has said of its column."""
-    keys = [f"{path.name}:{one.name}", one.name, *([path.name] if columns == 1 else [])]
     guessed = {} if answers.confirm else dict(one.guessed)
-    role = next((answers.columns[key] for key in keys if key in answers.columns), None)
-    unit = next((answers.units[key] for key in keys if key in answers.units), None)
+    role, unit = (
+        next((said for key, said in known.items() if _names(key, path, one.name, columns)), None)
+        for known in (answers.columns, answers.units)
+    )
     if role is not None:
         guessed.pop("role", None)
         one = replace(one, role=None if role == NONE else role, confidence=1.0, reason="as said")
@@ -243,6 +246,16 @@ def _said(one: Proposal, path: Path, answers: Answers, columns: int) -> Proposal
         guessed.pop("unit", None)
         one = replace(one, unit=unit)
     return replace(one, guessed={} if one.role is None else guessed)
+
+
+def _names(key: str, path: Path, column: str, columns: int) -> bool:
+    """Whether a key names a column: by its name, by the file's (a pattern) if it is the only one, or by both."""
+    if key == column:
+        return True
+    file, mark, own = key.rpartition(":")
+    if mark and own == column and fnmatch(path.name, file):
+        return True
+    return columns == 1 and fnmatch(path.name, key)
 
 
 def _each_once(columns: Sequence[Proposal]) -> list[Proposal]:
@@ -273,8 +286,7 @@ def check_named(made: Draft) -> None:
     names = {name for _, table in made.tables for name in table.columns}
     files = [path.name for path, _ in made.tables]
     for key in (*made.answers.columns, *made.answers.units):
-        file, _, column = key.partition(":")
-        if key not in names and key not in files and not (file in files and column in names):
+        if not any(_names(key, path, name, len(t.columns)) for path, t in made.tables for name in t.columns):
             raise StickslipError(f"There is no column '{key}' in the logs.{nearest(key, sorted(names))}")
     for name in made.answers.kinds:
         if name not in files:
@@ -287,25 +299,45 @@ def _rule(files: Sequence[File], answers: Answers, example: Mapping[str, Any]) -
         return None if answers.join == NONE else answers.join
     if len(files) < 2:
         return None
-    if example.get("join") in RULES and len(files_of(example)) == len(files):
+    if example.get("join") in RULES:
         return str(example["join"])
     roles = [{one.role for one in file.columns if one.role} for file in files]
     complete = [bool(one & set(ANGLE_SOURCES)) and TIME.name in one for one in roles]
-    if not any(complete) and len({len(next(iter(f.table.columns.values()), [])) for f in files}) == 1:
-        return "columns"
-    return None
+    if any(complete):
+        return None
+    lengths = [{len(next(iter(file.table.columns.values()), [])) for file in run} for run in _runs(files, "columns")]
+    return "columns" if all(len(one) == 1 for one in lengths) else None
+
+
+def _runs(files: Sequence[File], rule: str) -> list[list[File]]:
+    """The files of each run, by what stands before (or behind) the last (first) mark in their names: run3_laser.dat."""
+    size = 2 if rule == "clocks" else None
+    for parted in (str.rpartition, str.partition):
+        groups: dict[str, list[File]] = {}
+        for file in files:
+            stem = re.sub(r"[-. ]", "_", file.path.stem)
+            head, mark, tail = parted(stem, "_")
+            groups.setdefault((head if parted is str.rpartition else tail) if mark else "", []).append(file)
+        counts = {len(run) for run in groups.values()}
+        if len(groups) > 1 and min(counts) > 1 and (size is None or counts == {size}):
+            return list(groups.values())
+    return [list(files)]
 
 
 def _log(files: Sequence[File], rule: str | None, answers: Answers) -> Log:
-    name = files[0].path.name.partition(".")[0] if len(files) == 1 else _common(files)
+    name = _stem(files[0].path) if len(files) == 1 else _common(files)
     said = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
     kind, reason = (said, "as said") if said else _kind(files)
     return Log(_slug(name), tuple(files), rule, kind, reason, said is not None or answers.confirm or reason == TURNS)
 
 
+def _stem(path: Path) -> str:
+    return path.with_suffix("").stem if path.suffix.lower() in packed.SUFFIXES else path.stem
+
+
 def _common(files: Sequence[File]) -> str:
     """What the names of a run's files have in common."""
-    names = [file.path.name.partition(".")[0] for file in files]
+    names = [_stem(file.path) for file in files]
     length = next((i for i, letters in enumerate(zip(*names, strict=False)) if len(set(letters)) > 1), len(names[0]))
     return names[0][:length].strip("_- .") or files[0].path.parent.resolve().name or names[0]
 

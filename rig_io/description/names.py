@@ -16,22 +16,22 @@ _ENCODER = (
     r"encoder|geber|drehgeber|inkrement|codeur|codificador|pulse|impuls|count|zahler|zaehler|compteur|contatore|contador"
     r"|ticks?\b|inc\b"
 )
-_SPEED = r"speed|drehzahl|geschwind|vitesse|veloc|rpm|omega|winkelgeschw|u/min"
+_SPEED = r"speed|drehzahl|geschwind|vitesse|veloc|rpm|omega|winkelgeschw|u min"
 _EDGE = r"edge|flank|front|flanc|flanco|fronte"
 _WORDS: tuple[tuple[str, str, float], ...] = (
     (
         "time",
-        r"^(time|zeit|temps|tempo|tiempo|t|timestamp|zeitstempel|datum|date|uhrzeit|heure|ora|hora|x_?value)\b",
+        r"^(time|zeit|temps|tempo|tiempo|t|timestamp|zeitstempel|datum|date|uhrzeit|heure|ora|hora|x ?value)\b",
         CLEAR,
     ),
-    ("time", r"time|zeit|temps|tiempo|datum|uhrzeit|stamp|sekund|second|horodat|x_value", 0.5),
+    ("time", r"time|zeit|temps|tiempo|datum|uhrzeit|stamp|sekund|second|horodat|x value", 0.5),
     ("laser", r"laser|telemet|lase\b", CLEAR),
     ("laser", r"weg|abstand|distan|displac|verschieb|deplac|sposta|desplaz|triang|\bdist\b", 0.55),
     ("angle", r"angle|winkel|angol|angul|theta|phi\b|rotation|verdreh", CLEAR),
     ("load", r"load|kraft|force|forza|fuerza|last\b|charge|carico|carga|normal|waage|kmd|dms", CLEAR),
     ("trigger", r"trigger|sync|synchron|declench|disparo|innesco|marke", CLEAR),
 )
-ROWS = re.compile(r"^(unnamed: ?\d+|index|nr|no|row|zeile|ligne|riga|fila|sample|#|lfd\.? ?nr)\.?$")
+ROWS = re.compile(r"^(unnamed \d+|index|nr|no|row|zeile|ligne|riga|fila|sample|lfd ?nr)$")
 
 
 def plain(name: str) -> str:
@@ -44,7 +44,7 @@ def named(name: str) -> dict[str, float]:
     """Roles that a name speaks for, with how clearly (0 to 1)."""
     if name in COLUMNS:
         return {name: EXACT}
-    text = plain(name)
+    text = re.sub(r"[_\W]+", " ", plain(name)).strip()
     if ROWS.fullmatch(text):
         return {}
     found: dict[str, float] = {}

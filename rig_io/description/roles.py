@@ -36,15 +36,17 @@ class Proposal:
     guessed: Mapping[str, str]
 
 
-def proposals(table: Table) -> tuple[Proposal, ...]:
-    """A proposal for every column of a table, in its order."""
+def proposals(table: Table, stem: str = "") -> tuple[Proposal, ...]:
+    """A proposal for every column of a table, in its order. stem: of the file's name, which speaks for a single column
+    that has none."""
     found = {name: features(values) for name, values in table.columns.items()}
     scores: list[tuple[float, str, str, str, str | None]] = []
     for name, one in found.items():
         unit = _header_unit(table, name)
         if _is_row_number(name, one):
             continue
-        by_name = {} if table.nameless else named(name)
+        own = name if not table.nameless else stem if len(table.columns) == 1 else ""
+        by_name = named(own) if own else {}
         for role, known in evidence(one, unit, name in table.stamps).items():
             clear = by_name.get(role, 0.0)
             if not known.weight or (not clear and role not in _BY_CONTENT):

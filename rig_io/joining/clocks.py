@@ -11,7 +11,7 @@ signal repeats itself: refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,12 +21,18 @@ from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.table import Table
 
 POINTS = 1 << 17  # of a correlation over all shifts, at most
-OVERLAP = 0.3  # of the shorter recording, at least
+OVERLAP = 0.5  # of the shorter recording, at least
 ALIKE = 0.8  # correlation of two signals that are one, at least
-DISTINCT = 1.5  # times the squares of the best shift that any other one must leave
+DISTINCT = 5.0  # log of the likelihood by which the best shift must be ahead of any other one
+ALIKE_IN_A_ROW = 5.0  # values of the rest that count as one
+PASSES = 3.0  # times that each line of an encoder is passed, on average, for its place to be free
+REACH = 2  # samples to either side that a signal is smoothed over
 BLOCKS = 20  # of the jackknife
 ROUNDS = 30  # of the search for the line
 LEAST = 50  # values that a line is drawn through
+HILLS = 40  # of the correlation that are tried
+MOST = 200_000  # values that a line is drawn through
+SIZE = 0.1  # by which two calibrated sensors of one motion may differ
 DRIFT = 2e-3  # relative; quartzes differ by a tenth of it
 MOTION = ("angle", "laser", "encoder_count")  # what shows the disc
 SHARED = ("trigger", "angle", "laser", "encoder_count", "drive0_count", "drive0_speed", "drive1_count", "load0")
@@ -62,13 +68,16 @@ class ClockFit:
         )
 
 
-def on_one_clock(first: Table, second: Table) -> tuple[Table, ClockFit]:
+def on_one_clock(first: Table, second: Table, sizes: Mapping[str, float]) -> tuple[Table, ClockFit]:
     """The columns of both on the clock of the first, where both recorded; and how their clocks stand.
+
+    sizes: rad per unit of a column that shows the disc, as far as it is known: a decay is like itself a period later,
+    but for its size.
 
     Raises:
         StickslipError: nothing in them is common, or it does not fix one shift; with the reason of each attempt.
     """
-    fit = _clock_fit(first, second)
+    fit = _clock_fit(first, second, sizes)
     time = first.columns[TIME.name]
     other = fit.moved(second.columns[TIME.name])
     both = (time >= other[0]) & (time <= other[-1])
@@ -102,11 +111,11 @@ def _carried(
     return {name: values[last], edge: stamps[last]}
 
 
-def _clock_fit(first: Table, second: Table) -> ClockFit:
+def _clock_fit(first: Table, second: Table, sizes: Mapping[str, float]) -> ClockFit:
     tried = []
     for one, other in _pairs(first, second):
         try:
-            return _aligned(first, one, second, other)
+            return _aligned(first, one, second, other, sizes)
         except StickslipError as error:
             tried.append(f"'{one}' and '{other}': {error}")
     if not tried:
@@ -128,7 +137,7 @@ def _pairs(first: Table, second: Table) -> Iterator[tuple[str, str]]:
                 yield one, other
 
 
-def _aligned(first: Table, one: str, second: Table, other: str) -> ClockFit:
+def _aligned(first: Table, one: str, second: Table, other: str, sizes: Mapping[str, float]) -> ClockFit:
     """The line between two clocks by two signals.
 
     Raises:
@@ -136,20 +145,27 @@ def _aligned(first: Table, one: str, second: Table, other: str) -> ClockFit:
     """
     a, b = _signal(first, one), _signal(second, other)
     step, lags, score = _correlation(a, b)
-    best = int(np.argmax(score))
-    if score[best] < ALIKE:
-        raise StickslipError(f"they do not agree at any shift (correlation {score[best]:.2f} at most).")
+    if score.max() < ALIKE:
+        raise StickslipError(f"they do not agree at any shift (correlation {score.max():.2f} at most).")
     middle = float(0.5 * (b.time[0] + b.time[-1]))
     # the smoother signal is read at the times of the other, so that its slope is one
     back = COLUMNS[one].whole and not COLUMNS[other].whole
-    fitted = _line(a, b, middle, float(lags[best]), back)
-    rival = _rival(lags, score, best)
-    if rival is not None:
-        again = _line(a, b, middle, float(lags[rival]), back)
-        apart = abs(again.offset - fitted.offset) > 2 * step
-        if apart and again.squares < DISTINCT * fitted.squares:
+    scale = sizes[one] / sizes[other] if one in sizes and other in sizes else None
+    lines = [_line(a, b, middle, float(lags[peak]), back) for peak in _peaks(score)]
+    found = [line for line in lines if line is not None]
+    if not found:
+        raise StickslipError("they hardly overlap.")
+    found = [line for line in found if scale is None or abs(abs(line.scale * scale) - 1) < SIZE]
+    if not found:
+        raise StickslipError("where they are alike the size of the motion differs. Check both calibrations.")
+    fitted = min(found, key=lambda line: line.squares)
+    for rival in found:
+        apart = abs(rival.offset - fitted.offset) > 2 * step
+        # values of the rest are not independent one by one
+        evidence = 0.5 * min(rival.free, fitted.free) / ALIKE_IN_A_ROW * np.log(rival.squares / fitted.squares)
+        if apart and evidence < DISTINCT:
             raise StickslipError(
-                f"shifts by {fitted.offset:.4g} s and {again.offset:.4g} s fit alike: the signal repeats itself. "
+                f"shifts by {fitted.offset:.4g} s and {rival.offset:.4g} s fit alike: the signal repeats itself. "
                 "Record a trigger, or the begin of the motion, with both."
             )
     if abs(fitted.drift) > DRIFT:
@@ -237,72 +253,106 @@ def _is_ramp(signal: _Signal) -> bool:
     return bool(abs(line) > 0.999)
 
 
-def _rival(lags: np.ndarray, score: np.ndarray, best: int) -> int | None:
-    """The best shift beyond the hill around the best one."""
-    floor = 0.5 * score[best]
-    low = best - int(np.argmax(np.concatenate([score[: best + 1][::-1] < floor, [True]])))
-    high = best + int(np.argmax(np.concatenate([score[best:] < floor, [True]])))
-    rest = score.copy()
-    rest[max(low, 0) : high + 1] = 0.0
-    rival = int(np.argmax(rest))
-    return rival if rest[rival] > 0 else None
+def _peaks(score: np.ndarray) -> list[int]:
+    """The shifts of the highest hills."""
+    from scipy.signal import find_peaks
+
+    least = 0.8 * float(score.max())
+    wide = int(np.count_nonzero(score > least) / 50) + 1
+    peaks, _ = find_peaks(np.concatenate([[0.0], score, [0.0]]), height=least, distance=wide)
+    order = np.argsort(score[peaks - 1])[::-1][:HILLS]
+    return [int(peaks[i] - 1) for i in order]
 
 
 @dataclass(frozen=True)
 class _Line:
+    """As `ClockFit`; squares: what is left, relative; scale: size of the first signal over that of the second; free:
+    degrees of freedom."""
+
     offset: float
     drift: float
     offset_deviation: float
     drift_deviation: float
     squares: float
     correlation: float
+    scale: float
+    free: int
 
 
-def _line(a: _Signal, b: _Signal, middle: float, lag: float, back: bool) -> _Line:
-    """Least squares for offset and drift; back: the second signal is read at the times of the first."""
+def _line(a: _Signal, b: _Signal, middle: float, lag: float, back: bool) -> _Line | None:
+    """Least squares for offset and drift; back: the second signal is read at the times of the first. None where they
+    hardly overlap."""
     known, read = (a, b) if back else (b, a)
-    slope = _slope_of(read)
+    every = len(known.at) // MOST + 1
+    known = replace(known, at=known.at[::every], level=known.level[::every])
+    value, slope = _smooth(read)
     # begins as t_read = t_known + shift
     line = np.array([-lag if back else lag, 0.0])
     centre = middle + lag if back else middle
-    ramp = _is_ramp(a)
-    inside = np.zeros(0, dtype=bool)
-    rest = design = np.zeros(0)
+    fitted = _Fitted(np.zeros(0), np.zeros((0, 0)), 0, 1.0)
+    spread = 1.0
     for _ in range(ROUNDS):
         u = known.at - centre
         at = centre + line[0] + (1 + line[1]) * u
         inside = (at >= read.time[0]) & (at <= read.time[-1])
         if np.count_nonzero(inside) < LEAST:
-            raise StickslipError("they hardly overlap.")
-        seen, rate = np.interp(at[inside], read.time, read.value), slope(at[inside])
-        trend = [u[inside]] if ramp else []
-        level = np.column_stack([seen, np.ones_like(seen), *trend])
-        scale = np.linalg.lstsq(level, known.level[inside], rcond=None)[0]
-        rest = known.level[inside] - level @ scale
-        design = np.column_stack([scale[0] * rate, scale[0] * rate * u[inside], level])
-        change = np.linalg.lstsq(design, rest, rcond=None)[0][:2]
+            return None
+        seen = np.interp(at[inside], read.time, value)
+        rate = np.interp(at[inside], read.time, slope)
+        spread = float(np.var(seen))
+        fitted = _fitted(known.level[inside], seen, rate, u[inside], _is_ramp(a))
+        change = np.linalg.lstsq(fitted.design, fitted.rest, rcond=None)[0][:2]
         line = line + change
         if abs(change[0]) < 1e-9 and abs(change[1]) < 1e-10:
             break
-    first, second = _jackknife(design, rest)
-    squares = float(np.mean(rest**2) / max(np.var(known.level[inside]), 1e-300))
+    first, second = _jackknife(fitted.design, fitted.rest)
+    squares = float(np.sum(fitted.rest**2) / fitted.free / max(spread, 1e-300))
     correlation = float(np.sqrt(max(1 - squares, 0.0)))
+    scale = fitted.scale if back else 1 / fitted.scale
     if not back:
-        return _Line(float(line[0]), float(line[1]), first, second, squares, correlation)
+        return _Line(float(line[0]), float(line[1]), first, second, squares, correlation, scale, fitted.free)
     # t_b = centre + o + (1 + d)(t_a - centre), solved for t_a at the middle of the second recording
     drift = 1 / (1 + line[1]) - 1
     offset = centre + (middle - centre - line[0]) * (1 + drift) - middle
-    return _Line(float(offset), float(drift), first, second, squares, correlation)
+    return _Line(float(offset), float(drift), first, second, squares, correlation, scale, fitted.free)
 
 
-def _slope_of(signal: _Signal) -> Callable[[np.ndarray], np.ndarray]:
-    """Rate of change of a signal, over some samples to either side."""
-    reach = 5
-    wide = np.convolve(signal.value, np.ones(reach) / reach, mode="same")
-    rate = np.gradient(wide, signal.time)
-    rate[:reach] = rate[reach]
-    rate[-reach:] = rate[-reach - 1]
-    return lambda at: np.interp(at, signal.time, rate)
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """rest: (n,) of the signal that is read, in its unit; design (n, m), its first columns those of offset and drift;
+    free: degrees of freedom; scale: size of the known signal over that of the one that is read."""
+
+    rest: np.ndarray
+    design: np.ndarray
+    free: int
+    scale: float
+
+
+def _fitted(level: np.ndarray, seen: np.ndarray, rate: np.ndarray, u: np.ndarray, ramp: bool) -> _Fitted:
+    """What a shift leaves, and what a further one would change. level: (n,) of the known signal; seen, rate: of the
+    other, at the same times; u: s, these times."""
+    lines, place, times = np.unique(level, return_inverse=True, return_counts=True)
+    moved = np.column_stack([-rate, -rate * u])
+    slope = np.polyfit(level, seen, 1)[0]
+    scale = float(1 / slope) if slope else np.inf
+    if len(lines) <= len(level) / PASSES:
+        # each line of an encoder has a place of its own: what is compared is where it is passed again
+        def within(values: np.ndarray) -> np.ndarray:
+            return values - (np.bincount(place, values) / times)[place]
+
+        free = max(len(level) - len(lines) - 2, 1)
+        return _Fitted(within(seen), np.column_stack([within(one) for one in moved.T]), free, scale)
+    trend = [u] if ramp else []
+    basis = np.column_stack([level, np.ones_like(level), *trend])
+    rest = seen - basis @ np.linalg.lstsq(basis, seen, rcond=None)[0]
+    return _Fitted(rest, np.column_stack([moved, basis]), max(len(level) - 4, 1), scale)
+
+
+def _smooth(signal: _Signal) -> tuple[np.ndarray, np.ndarray]:
+    """A signal as its mean over some samples, and its rate of change, (n,) each."""
+    wide = np.pad(signal.value, REACH, mode="edge")
+    value = np.convolve(wide, np.ones(2 * REACH + 1) / (2 * REACH + 1), mode="valid")
+    return value, np.gradient(value, signal.time)
 
 
 def _jackknife(design: np.ndarray, rest: np.ndarray) -> tuple[float, float]:

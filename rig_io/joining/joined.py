@@ -7,7 +7,7 @@ clocks    two recorders: see `rig_io.joining.clocks`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,8 +32,10 @@ class Joined:
     said: tuple[str, ...] = ()
 
 
-def joined(tables: Sequence[Table], rule: str | None) -> Joined:
+def joined(tables: Sequence[Table], rule: str | None, sizes: Mapping[str, float]) -> Joined:
     """The tables of a run's files, columns by their roles, as one.
+
+    sizes: for `on_one_clock`.
 
     Raises:
         StickslipError: an unknown rule, or files that do not fit together; with the reason.
@@ -51,7 +53,7 @@ def joined(tables: Sequence[Table], rule: str | None) -> Joined:
         return _by_time(tables)
     if len(tables) != 2:
         raise StickslipError(f"{_names(tables)}: two recorders write two files, found {len(tables)}.")
-    return Joined(*on_one_clock(*map(_in_seconds, tables)))
+    return Joined(*on_one_clock(*map(_in_seconds, tables), sizes))
 
 
 def _names(tables: Sequence[Table]) -> str:

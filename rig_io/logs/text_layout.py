@@ -288,19 +288,22 @@ def _header(
         return [""], {}, None  # a remark above a single column
     names = []
     for i, cell in enumerate(found):
-        match = _NAME_AND_UNIT.fullmatch(cell)
-        round_one = _ROUND.fullmatch(cell)
-        if match is None:
-            raise StickslipError(
-                f"'{path}': the header cell {i + 1} of '{lines[place][:60]}' is not a name or 'name [unit]'. Mend it, "
-                "or say which line holds the names: stickslip describe FILE --read header=LINE."
-            )
-        if match["unit"] is not None:
-            units[i] = match["unit"]
-        elif round_one and i not in units and unit_like(round_one["unit"]):
-            match, units[i] = round_one, round_one["unit"]
-        names.append(match["name"].strip())
+        name, unit = unit_of(cell)
+        if unit is not None and (i not in units or "[" in cell):
+            units[i] = unit
+        names.append(name if unit is not None or i not in units else cell)
     return names, units, place
+
+
+def unit_of(cell: str) -> tuple[str, str | None]:
+    """Name and unit of a header cell such as "name [unit]" or "name (unit)"; None where it states none."""
+    match = _NAME_AND_UNIT.fullmatch(cell)
+    if match and match["unit"] is not None:
+        return match["name"].strip(), match["unit"]
+    found = _ROUND.fullmatch(cell)
+    if found and unit_like(found["unit"]):
+        return found["name"], found["unit"]
+    return cell.strip(), None
 
 
 def _padded(cells: list[str], width: int) -> list[str]:

@@ -24,7 +24,7 @@ from rig_io.packages.described import fields_of, files_of, with_roles
 from rig_io.packages.sidecar import SIDECAR, mapping
 from rig_io.readers import check_kind, csv_log, read_table
 from rig_io.repair.counters import counted
-from rig_io.repair.table import Checked, check_edges, checked
+from rig_io.repair.table import Checked, check_edges, checked, conversion
 
 LASER = "laser"
 # the calibration that a column needs
@@ -62,7 +62,7 @@ def read_log(
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
-    run = _run(path, resource, where, reader)
+    run = _run(path, resource, where, reader, _sizes(resource, constants, where))
     known = checked(run.table, repair)
     length = known.units[LASER] != COLUMNS[LASER].unit if LASER in known.units else False
     instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where, length)
@@ -91,7 +91,31 @@ def read_log(
     )
 
 
-def _run(path: Path, resource: Mapping[str, Any], where: str, reader: Reference | None) -> Joined:
+def _sizes(resource: Mapping[str, Any], constants: Mapping[str, Any], where: str) -> dict[str, float]:
+    """rad per unit of the columns that show the disc, as far as they are calibrated."""
+    fields = {field.role: field for field in fields_of(resource, where)} if resource else {}
+    known = sidecar.calibration(mapping(resource, "calibration", where), where, length=True)
+    found = {"encoder_count": known.encoder.pitch} if known.encoder else {}
+    radius = sidecar.rig_constants({"R": constants["R"]} if "R" in constants else {}, where).R
+    laser = fields.get(LASER)
+    if laser is not None and laser.unit and radius is not None:
+        unit = _as_metres(laser.unit) or (known.laser.gain if known.laser else None)
+        found |= {LASER: abs(unit) / radius.value} if unit else {}
+    angle = fields.get("angle")
+    return found | ({"angle": conversion(angle.unit, "rad", where)} if angle and angle.unit else {})
+
+
+def _as_metres(unit: str) -> float | None:
+    """Metres of one unit of length; None for another unit."""
+    try:
+        return conversion(unit, "m", "")
+    except StickslipError:
+        return None
+
+
+def _run(
+    path: Path, resource: Mapping[str, Any], where: str, reader: Reference | None, sizes: Mapping[str, float]
+) -> Joined:
     """The files of a log as one table, its columns by their roles."""
     fields = fields_of(resource, where)
     options = {key: str(value) for key, value in mapping(resource, "dialect", where).items()}
@@ -105,7 +129,7 @@ def _run(path: Path, resource: Mapping[str, Any], where: str, reader: Reference 
         found = read_table(path.parent / file, reader, options)
         tables.append(with_roles(found, own, where, None if rate is None else float(rate)))
     rule = resource.get("join")
-    return joined(tables, rule if rule is None else str(rule))
+    return joined(tables, rule if rule is None else str(rule), sizes)
 
 
 def _calibrated(known: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:

@@ -166,18 +166,16 @@ def _rpm(log: RigLog) -> np.ndarray:
 
 
 def signals(folder: Path, logs: Sequence[RigLog]) -> str:
-    """One file per signal, numbers alone. Each run has a folder of its own."""
-    names = {"time": "time.t", "laser": "laser.dat", "encoder_count": "disc.dat", "drive0_count": "drive.dat"}
+    """One file per signal, numbers alone."""
+    names = {"time": "zeit.t", "laser": "weg.dat", "encoder_count": "scheibe.dat", "drive0_count": "antrieb.dat"}
     for log in logs:
-        run = folder / log.name
-        run.mkdir()
         for column, file in names.items():
             values = log.time if column == "time" else log.columns.get(column)
             if values is not None:
-                np.savetxt(run / file, values, fmt="%.9g")
+                np.savetxt(folder / f"{log.name}_{file}", values, fmt="%.9g")
     return (
-        'confirm = true\n[columns]\n"time.t" = "time s"\n"laser.dat" = "laser V"\n"disc.dat" = "encoder_count"\n'
-        f'"drive.dat" = "drive0_count"\n{VALUES}'
+        'confirm = true\n[columns]\n"*_zeit.t" = "time s"\n"*_weg.dat" = "laser V"\n'
+        f'"*_scheibe.dat" = "encoder_count"\n"*_antrieb.dat" = "drive0_count"\n{VALUES}'
     )
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes import byref
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,6 +110,7 @@ class _Run:
         self.own_reads: list[list[tuple[int, int]]] = [[] for _ in self.steppers]
         for unit, first, length in self.reads:
             self.own_reads[unit].append((first, length))
+        self.passed: dict[tuple[str, int], tuple[Any, ...]] = {}
         self.fed = self._fed([wire.source[0] for wire in wires])
         fmu = self.composite.fmu
         states = [name for name in self.composite.states if name in fmu.variables]
@@ -189,9 +190,11 @@ class _Run:
     def _pass(
         self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
     ) -> int:
-        types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
-        at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
-        return call(byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data)
+        if (kind, first) not in self.passed:
+            types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
+            at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
+            self.passed[kind, first] = byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data
+        return call(*self.passed[kind, first])
 
     def _step(self, end: float) -> None:
         """All units from here to ``end``, with the exchange there."""

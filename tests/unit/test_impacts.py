@@ -110,7 +110,7 @@ WRONG = {
     "friction that drives": (lambda: impact(mu=-0.1), "mu of contact 'rim' must not be negative, found -0.1"),
     "too many": (
         lambda: declare(*(named(i) for i in range(MAX_IMPACTS + 1))),
-        "disc has 7 rigid contacts; at most 6 can be answered together",
+        "disc has 33 rigid contacts; at most 32 can be answered together",
     ),
     "indefinite inertia": (
         lambda: declare(smooth(), kinetic_energy=(m * x.v**2 + J * t.v**2) / 2 + 10 * s * x.v * t.v),

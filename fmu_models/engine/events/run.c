@@ -40,6 +40,7 @@ RunStatus run_initialize(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
     }
+    memset(r->closings, 0, sizeof r->closings);
     if (MODEL_NM > 0) {
         taylor_load(r, &r->scratch);
         model_inertia(r->at.p, r->at.d, &r->scratch, 0);

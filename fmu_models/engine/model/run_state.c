@@ -53,6 +53,18 @@ void run_parameters_changed(Run *r)
     model_inertia(r->at.p, r->at.d, &r->scratch, 0);
 }
 
+void run_shift_time(Run *r, double by)
+{
+    double *const times[] = {&r->at.time,    &r->horizon,    &r->segment_start, &r->accumulation_start,
+                             &r->last_event, &r->paced_time, &r->pace_start,    &r->goal};
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        *times[i] += by;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        r->at.settles[c] += by;
+    }
+}
+
 void run_reset(Run *r)
 {
     memset(r, 0, sizeof *r);

@@ -69,19 +69,32 @@ static void KIND(solve_definite)(Real A[NC][NC], int n, Real B[NC][NC], int colu
     }
 }
 
-/* D S^+ D, the least-norm solution operator of (1), from S = D G D */
-static void KIND(solve_least_norm)(Real S[NC][NC], int n, const Real *D, Real columns[NC][NC])
+/* P = S where that is symmetric; with drag it is not, and P = S S^T */
+static void KIND(make_symmetric)(Real S[NC][NC], int n, int symmetric, Real P[NC][NC])
+{
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++) {
+            P[i][k] = symmetric ? S[i][k] : 0.0;
+            for (int e = 0; !symmetric && e < n; e++) {
+                P[i][k] += S[i][e] * S[k][e];
+            }
+        }
+    }
+}
+
+/* D P^+ D, the least-norm solution operator of (1) for P = D G D */
+static void KIND(solve_redundant_forces)(Real P[NC][NC], int n, const Real *D, Real columns[NC][NC])
 {
     Real L[NC][NC];
     Real A[NC][NC];
     Real Y[NC][NC];
-    const int rank = KIND(cholesky)(S, n, L);
+    const int rank = KIND(cholesky)(P, n, L);
     for (int k = 0; k < rank; k++) {
         for (int e = 0; e < n; e++) {
             Y[k][e] = L[e][k] * D[e];
         }
     }
-    /* S^+ = L (L^T L)^-2 L^T */
+    /* P^+ = L (L^T L)^-2 L^T */
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < rank; i++) {
             for (int j = 0; j < rank; j++) {
@@ -98,6 +111,23 @@ static void KIND(solve_least_norm)(Real S[NC][NC], int n, const Real *D, Real co
             columns[c][e] = 0.0;
             for (int k = 0; k < rank; k++) {
                 columns[c][e] += D[c] * L[c][k] * Y[k][e];
+            }
+        }
+    }
+}
+
+/* D S^+ D; with drag S^+ = S^T (S S^T)^+ */
+static void KIND(solve_least_norm)(Real S[NC][NC], int n, int symmetric, const Real *D, Real columns[NC][NC])
+{
+    Real P[NC][NC];
+    Real X[NC][NC];
+    KIND(make_symmetric)(S, n, symmetric, P);
+    KIND(solve_redundant_forces)(P, n, D, X);
+    for (int i = 0; i < n; i++) {
+        for (int e = 0; e < n; e++) {
+            columns[i][e] = symmetric ? X[i][e] : 0.0;
+            for (int k = 0; !symmetric && k < n; k++) {
+                columns[i][e] += D[i] * S[k][i] * X[k][e] / D[k];
             }
         }
     }
@@ -207,7 +237,9 @@ static void KIND(factor_group)(const Jets *j, Sticking *s, int first, int last)
     Real S[NC][NC];
     Real D[NC];
     Real columns[NC][NC];
+    int symmetric = 1;
     for (int i = 0; i < n; i++) {
+        symmetric &= s->drag[first + i] == 0.0;
         /* the friction of a rigid contact has a capacity only once the forces are known */
         const int c = s->contact[first + i];
         const double capacity = model_contact_partner[c] < 0 ? PART(j->capacity[c][0]) : 0.0;
@@ -216,7 +248,7 @@ static void KIND(factor_group)(const Jets *j, Sticking *s, int first, int last)
     KIND(scale_effects)(j, s, first, n, D, S);
     if (!KIND(solve_regular)(S, n, D, columns)) {
         KIND(scale_effects)(j, s, first, n, D, S);
-        KIND(solve_least_norm)(S, n, D, columns);
+        KIND(solve_least_norm)(S, n, symmetric, D, columns);
     }
     for (int i = 0; i < n; i++) {
         for (int e = 0; e < n; e++) {

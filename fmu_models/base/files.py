@@ -26,7 +26,7 @@ def existing(path: str | os.PathLike[str], what: str = "file", advice: str = "")
         StickslipError: nothing is; ``what`` is the word for it, ``advice`` on how to get one, with a space before it.
     """
     given = Path(path)
-    if not given.exists():
+    if not is_there(given):
         raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or advice}")
     return given
 
@@ -38,13 +38,21 @@ def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -
         StickslipError: there is none; ``what`` is the word for such a file.
     """
     given = Path(path)
-    if given.is_file():
+    if is_there(given) and given.is_file():
         return given
     by_name = {file.stem: file for file in known}
     stem = given.stem if given.suffix in {file.suffix for file in by_name.values()} else str(given)
     if given.parent == Path() and stem in by_name:
         return by_name[stem]
     raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or nearest(stem, by_name)}")
+
+
+def is_there(path: Path) -> bool:
+    """Whether something is; a name that no file can have (too long, say) names nothing."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
 
 
 def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = False) -> None:
@@ -54,7 +62,7 @@ def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = Fal
         StickslipError: one of them exists and ``overwrite`` is false.
     """
     for path in paths:
-        if path is not None and not overwrite and Path(path).exists():
+        if path is not None and not overwrite and is_there(Path(path)):
             raise StickslipError(f"'{path}' exists already. {OVERWRITE}")
 
 

@@ -26,6 +26,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import is_there
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -142,7 +143,7 @@ class Registry(Generic[T]):
         found = [point for point in _entry_points(self.group) if point.name == name]
         if not found:
             file = f"{name}.py"
-            if folder and (folder / file).is_file():
+            if folder and is_there(folder / file):
                 raise StickslipError(f"No {self.kind} is called '{name}'. For the file beside, write {file}.")
             raise StickslipError(f"No {self.kind} is called '{name}'.{nearest(name, self.names())}")
         if len(values := {point.value for point in found}) > 1:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import metadata
@@ -46,6 +47,10 @@ def parse_unit(unit: str) -> Any:
     return _Reader(unit).read()
 
 
+class OtherDimensionError(ValueError):
+    """Two units that do not measure the same."""
+
+
 @dataclass(frozen=True)
 class BaseUnits:
     """A unit as so many times a product of powers of base units, these by their full names."""
@@ -62,17 +67,44 @@ def base_units(unit: str) -> BaseUnits:
         ValueError: it is none; says what is wrong in it.
     """
 
-    def found() -> str:
+    def found() -> tuple[float, list[tuple[str, float]]]:
         base = parse_unit(unit).to_base_units()
-        return json.dumps([float(base.magnitude), [(str(name), power) for name, power in base.unit_items()]])
+        return float(base.magnitude), [(str(name), power) for name, power in base.unit_items()]
 
-    try:
-        key = digest(unit, metadata.version("pint"), Path(__file__).read_bytes())
-        text = sealed_text(cache_folder() / "units" / f"{key}.json", found)
-    except StickslipError:  # a declaration needs no cache
-        text = found()
-    factor, powers = json.loads(text)
+    factor, powers = _kept(found, unit)
     return BaseUnits(factor, tuple((name, power) for name, power in powers))
+
+
+@cache
+def conversion_factor(unit: str, to: str) -> float:
+    """How many of another unit one of this is; from the user's cache likewise.
+
+    Raises:
+        OtherDimensionError: they do not measure the same.
+        ValueError: one of them is none, or has another zero.
+    """
+
+    def found() -> float:
+        from pint import DimensionalityError, PintError
+
+        try:
+            return float(parse_unit(unit).to(parse_unit(to).units).magnitude)
+        except DimensionalityError as error:
+            raise OtherDimensionError(str(error)) from error
+        except PintError as error:
+            raise ValueError(str(error)) from error
+
+    return _kept(found, unit, to)
+
+
+def _kept(found: Callable[[], Any], *units: str) -> Any:
+    """What is found of units, from the user's cache where it was found before."""
+    try:
+        key = digest(*units, metadata.version("pint"), Path(__file__).read_bytes())
+        text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(found()))
+    except StickslipError:  # neither declarations nor logs need a cache
+        return found()
+    return json.loads(text)
 
 
 @cache

@@ -84,17 +84,20 @@ def conversion_factor(unit: str, to: str) -> float:
         ValueError: one of them is none, or has another zero.
     """
 
-    def found() -> float:
+    def found() -> float | str:
         from pint import DimensionalityError, PintError
 
         try:
             return float(parse_unit(unit).to(parse_unit(to).units).magnitude)
         except DimensionalityError as error:
-            raise OtherDimensionError(str(error)) from error
+            return str(error)
         except PintError as error:
             raise ValueError(str(error)) from error
 
-    return _kept(found, unit, to)
+    factor = _kept(found, unit, to)
+    if isinstance(factor, str):
+        raise OtherDimensionError(factor)
+    return factor
 
 
 def _kept(found: Callable[[], Any], *units: str) -> Any:

@@ -105,7 +105,11 @@ def test_base_units_are_kept_and_then_read_without_pint(tmp_path: Path) -> None:
     units = ["N m/rad", "kg.m2", "1/min", "N/m1.5", "1", "mm"]
     code = (
         "import sys; from fmu_models.base.unit_names import base_units; from rig_io.repair.table import conversion\n"
+        "from fmu_models.base.errors import StickslipError\n"
         f"found = [base_units(unit) for unit in {units!r}]\n"
+        "try: conversion('V', 'm', 'here')\n"
+        "except StickslipError as error: assert 'cannot be converted to m' in str(error)\n"
+        "else: assert False\n"
         "print(found, conversion('mm', 'm', '') == 1e-3, 'pint' in sys.modules)"
     )
     environment = {**os.environ, "STICKSLIP_CACHE": str(tmp_path)}

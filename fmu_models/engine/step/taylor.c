@@ -40,33 +40,31 @@ static const double LOG_FAR = -14.0;
 static const double LOG_2 = 0.69314718055994530942;
 
 /*
- * Logarithm and power to base 2 of a step's length: four digits are enough for that, and made of additions and
- * multiplications alone they are the same on every platform.
+ * Logarithm and power to base 2 for a step's length, of additions and multiplications alone: the same on every platform.
+ * The bits of a number, read as a whole number, are its logarithm with straight lines between the powers of two; with a
+ * parabola upon them it is 0.01 off, which is nothing of a length.
  */
 static double rough_log2(double x)
 {
-    uint64_t bits;
+    int64_t bits;
+    x = fabs(x);
     memcpy(&bits, &x, sizeof bits);
-    int exponent = (int)(bits >> 52 & 0x7ff);
-    if (exponent == 0) { /* subnormal */
-        x *= 0x1p54;
-        memcpy(&bits, &x, sizeof bits);
-        exponent = (int)(bits >> 52 & 0x7ff) - 54;
-    }
-    bits = (bits & 0xfffffffffffffu) | 0x3ff0000000000000u;
-    memcpy(&x, &bits, sizeof x);
-    const double f = x - 1.0;
-    return (exponent - 1023) + f * (1.42286530 + f * (-0.58208536 + f * 0.15922006));
+    const double line = (double)bits * 0x1p-52;
+    const double f = line - (double)(int)line; /* of a positive number: beyond its floor */
+    return line - 1023.0 + 0.344 * f * (1.0 - f);
 }
 
 static double rough_exp2(double x)
 {
-    if (!(x > -1074.0 && x < 1024.0)) {
+    if (!(x > -1022.0 && x < 1023.0)) {
         return x < 0.0 ? 0.0 : INFINITY;
     }
-    const double whole = floor(x);
-    const double f = x - whole;
-    return ldexp(1.0 + f * (0.69589012 + f * (0.22486495 + f * 0.07924493)), (int)whole);
+    const int64_t whole = (int64_t)(x + 1023.0); /* of a positive number: its floor */
+    const double f = x + 1023.0 - (double)whole;
+    const int64_t bits = whole << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + f * (0.69589012 + f * (0.22486495 + f * 0.07924493)));
 }
 
 int taylor_order(const Run *r)
@@ -99,6 +97,12 @@ static int watches_function(const Run *r, const Jets *j, int c)
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
+    for (int i = 0; i < MODEL_NX; i++) {
+        const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
+        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
+            return 0;
+        }
+    }
     for (int c = 0; c < MODEL_NC; c++) {
         if (r->at.state[c] == CONTACT_STICK
             && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
@@ -118,12 +122,6 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
         if (watches_function(r, j, c)
             && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
-            return 0;
-        }
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
-        const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
-        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
             return 0;
         }
     }
@@ -207,8 +205,8 @@ static double shorter_length(double length, const double *x, int m, int order, d
     while (second < order && x[second] == 0.0) {
         second++;
     }
-    const double one = first < order ? log_tolerance + rough_log2(fabs(x[first])) : 0.0;
-    const double two = second < order ? log_tolerance + rough_log2(fabs(x[second])) : 0.0;
+    const double one = first < order ? log_tolerance + rough_log2(x[first]) : 0.0;
+    const double two = second < order ? log_tolerance + rough_log2(x[second]) : 0.0;
     for (int k = order - 1; k <= order; k++) {
         if (!isfinite(x[k])) {
             return -INFINITY; /* beyond the range of numbers: no length is short enough */
@@ -216,7 +214,7 @@ static double shorter_length(double length, const double *x, int m, int order, d
         if (x[k] == 0.0 || k <= first) {
             continue;
         }
-        const double term = rough_log2(fabs(x[k]));
+        const double term = rough_log2(x[k]);
         double longest = (one - term) / (k - first);
         if (k > second) {
             const double other = (two - term) / (k - second);

@@ -37,8 +37,7 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     velocities = [q.v for q in coordinates]
     T, U = mechanism.kinetic_energy, mechanism.potential_energy
     at_rest = dict.fromkeys(velocities, sympy.S.Zero)
-    constant: Any = T.xreplace(at_rest)
-    linear = sum((v * sympy.diff(T, v).xreplace(at_rest) for v in velocities), sympy.S.Zero)
+    constant, linear = _lower_degrees(mechanism)
     frame = sympy.expand(linear + 2 * constant)
     supplied = sum((force * q.v for q, force in mechanism.applied.items()), sympy.S.Zero)
     supplied += _explicit_rate(U, mechanism) - _explicit_rate(T, mechanism)
@@ -60,6 +59,22 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     if any(contact.kind == "stop" for contact in contacts):
         outputs.append(Output("power_stops", stored, "W", "power that goes into stops"))
     return (*outputs, *(_force(contact) for contact in contacts))
+
+
+def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:
+    """T2, the part of the kinetic energy that is quadratic in the velocities."""
+    constant, linear = _lower_degrees(mechanism)
+    if constant == 0 and linear == 0:
+        return mechanism.kinetic_energy
+    return sympy.expand(mechanism.kinetic_energy - constant - linear)
+
+
+def _lower_degrees(mechanism: Mechanism) -> tuple[Any, Any]:
+    """T0 and T1, the parts without velocities and linear in them."""
+    T, velocities = mechanism.kinetic_energy, [q.v for q in mechanism.coordinates]
+    at_rest = dict.fromkeys(velocities, sympy.S.Zero)
+    linear = sum((v * sympy.diff(T, v).xreplace(at_rest) for v in velocities), sympy.S.Zero)
+    return T.xreplace(at_rest), linear
 
 
 def _force(contact: ContactDynamics) -> Output:

@@ -109,6 +109,7 @@ class HybridSystem:
         constant_inertia: W and G depend on parameters alone.
         contacts: the contacts.
         internal_rates: one per internal state.
+        kinetic_energy: the part that is quadratic in v, which impulses change; 0 without a body.
         all_requirements: what the parameters must satisfy beside their own bounds.
     """
 
@@ -127,6 +128,7 @@ class HybridSystem:
     constant_inertia: bool
     contacts: tuple[ContactDynamics, ...]
     internal_rates: tuple[sympy.Expr, ...]
+    kinetic_energy: sympy.Expr
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
 

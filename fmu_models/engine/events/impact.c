@@ -156,6 +156,7 @@ RunStatus impact_resolve(Run *r, const signed char *takes_part)
     double impulse[NC] = {0.0};
     int poisson = 0;
     r->impact_work = 0.0;
+    memset(r->impulse, 0, sizeof r->impulse);
     for (int c = 0; c < MODEL_NC; c++) {
         if (!takes_part[c]) {
             continue;
@@ -180,6 +181,9 @@ RunStatus impact_resolve(Run *r, const signed char *takes_part)
         }
         contact_apply(&r->at, &r->scratch, impulse);
         r->impact_work += work;
+        for (int c = 0; c < MODEL_NC; c++) {
+            r->impulse[c] += impulse[c];
+        }
     }
     return RUN_OK;
 }

@@ -22,6 +22,7 @@
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
 #include "contact_placement.h"
+#include "energy_watch.h"
 #include "impact.h"
 #include "mode_selection.h"
 
@@ -55,7 +56,8 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         speed[c] = -r->scratch.slip[c][0];
     }
     placement_load_inertia(r);
-    if (impact_resolve(r, takes_part) == RUN_ERROR) {
+    const Velocities before = energy_velocities(r);
+    if (impact_resolve(r, takes_part) == RUN_ERROR || energy_check_impact(r, &before) == RUN_ERROR) {
         return RUN_ERROR;
     }
     *moved = 1;
@@ -83,6 +85,13 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     }
     placement_others(r, candidate);
     return RUN_OK;
+}
+
+/* choose states; what is projected on the way is rounding */
+static RunStatus select_watched(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
+{
+    const Velocities before = energy_velocities(r);
+    return selection_make(r, candidate, at_limit, moved) == RUN_ERROR ? RUN_ERROR : energy_check_projection(r, &before);
 }
 
 /* contacts that bounced slowly enough are held from now on, until infinitely many bounces would be over */
@@ -193,7 +202,9 @@ RunStatus transition_reconsider(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+    /* at a wall that an input moves closed contacts take its new speed */
+    const int driven = MODEL_IMPACTS > 0 && !r->starting;
+    if ((driven ? selection_make : select_watched)(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
     if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
@@ -301,7 +312,7 @@ RunStatus transition_make(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+    if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
     return any ? settle(r, moved) : RUN_OK;

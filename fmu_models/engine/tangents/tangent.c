@@ -380,8 +380,8 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
         }
         run_finish_segment(r);
         memset(r->at.known, 0, sizeof r->at.known);
-        if (!at_event) {
-            run_keep_without_slip(r);
+        if (!at_event && run_keep_without_slip(r) == RUN_ERROR) {
+            return RUN_ERROR;
         }
         r->segment_event = 0;
         if (at_event && transition_resolve(r, sink, context) == RUN_ERROR) {

@@ -187,8 +187,8 @@ RunStatus transition_reconsider(Run *r, int *moved)
     signed char resting[NC];
     signed char arrives[NC] = {0};
     int any = 0;
-    placement_all(r, candidate, resting);
     forget_event(r);
+    placement_all(r, candidate, resting);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_is_impact[c]) {
             const int arrival = placement_rigid(r, c, candidate);

@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.unit_names import parse_unit
 from fmu_models.codegen import contact_states
+from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
+from fmu_models.lowering.hybrid_system import acting
 
 if TYPE_CHECKING:
     import sympy
@@ -231,7 +233,13 @@ class Description:
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         system = self.system
-        return {a: set(e.free_symbols) for a, e in zip(system.rate_symbols, system.acceleration, strict=True)}
+        found = [set(e.free_symbols) for e in system.acceleration]
+        for block in blocks(len(found), system.inertia) if system.inertia else ():
+            together = set().union(*(found[i] for i in block))
+            together |= set().union(*(e.free_symbols for (i, _), e in system.inertia.items() if i in block))
+            for i in block:
+                found[i] = together
+        return dict(zip(system.rate_symbols, found, strict=True))
 
     @cached_property
     def _forces(self) -> dict[Any, set[sympy.Basic]]:
@@ -239,18 +247,26 @@ class Description:
         contacts = self.system.contacts
         laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
         held = [self._symbols([c.slip_rate, c.capacity], free=True) for c in contacts]
-        together = set().union(self.system.G.free_symbols, *laws.values(), *held)
+        inertia = self._inertia_symbols
+        together = set().union(inertia, *laws.values(), *held)
         return {c.force_symbol: together if c.sticks or c.kind == "impact" else laws[c.force_symbol] for c in contacts}
 
     @cached_property
     def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         """Symbols on which each acceleration depends, contact forces included."""
         found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
-        for i, a in enumerate(self.system.rate_symbols):
-            for k, contact in enumerate(self.system.contacts):
-                if self.system.W[i, k] != 0:
-                    found[a] |= _free(self.system.W[i, k]) | self._forces[contact.force_symbol]
+        for i, k in acting(self.system):
+            a, contact = self.system.rate_symbols[i], self.system.contacts[k]
+            lever = self._inertia_symbols if self.system.inertia else self.system.W[i, k].free_symbols
+            found[a] |= lever | self._forces[contact.force_symbol]
         return found
+
+    @cached_property
+    def _inertia_symbols(self) -> set[sympy.Basic]:
+        """Symbols on which G depends; with a mass matrix, those of it and of all levers."""
+        system = self.system
+        entries = [*system.inertia.values(), *(system.W if system.inertia else system.G).values()]
+        return set().union(*(entry.free_symbols for entry in entries))
 
     def _symbols(
         self, expressions: Iterable[sympy.Expr], *, contact: ContactDynamics | None = None, free: bool = False
@@ -283,11 +299,6 @@ class Description:
         """Per unit its exponents of SI base units and its factor, for FMI's element BaseUnit; None if it cannot say."""
         names = dict.fromkeys(v.unit for v in self.variables if v.unit)
         return {name: _base_unit(name) for name in names}
-
-
-def _free(expression: Any) -> set[sympy.Basic]:
-    """Symbols of an entry of a matrix, whose type checkers cannot know."""
-    return expression.free_symbols
 
 
 def _base_unit(unit: str) -> dict[str, float] | None:

@@ -47,7 +47,8 @@ def fold(
     def folded(expression: Any) -> Any:
         return sympy.sympify(expression).xreplace(known)
 
-    W, G = folded(system.W), folded(system.G)
+    W, G = system.W.xreplace(known), system.G.xreplace(known)
+    inertia = {place: folded(entry) for place, entry in system.inertia.items()}
     requirements = (r._replace(expression=folded(r.expression)) for r in system.all_requirements)
     return dataclasses.replace(
         system,
@@ -59,7 +60,8 @@ def fold(
         acceleration=tuple(folded(a) for a in system.acceleration),
         W=W,
         G=G,
-        constant_inertia=only_parameters(W) and only_parameters(G),
+        inertia=inertia,
+        constant_inertia=only_parameters([*W.values(), *G.values(), *inertia.values()]),
         contacts=tuple(_folded_contact(contact, folded) for contact in system.contacts),
         internal_rates=tuple(folded(rate) for rate in system.internal_rates),
         kinetic_energy=folded(system.kinetic_energy),

@@ -10,10 +10,18 @@ pint itself would evaluate what it is given: 9**9**9 has no end.
 
 from __future__ import annotations
 
+import json
 import math
 import re
+from dataclasses import dataclass
 from functools import cache, lru_cache
+from importlib import metadata
+from pathlib import Path
 from typing import Any
+
+from fmu_models.base.cache import cache_folder, digest
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import sealed_text
 
 LONGEST = 100  # characters
 LARGEST_POWER = 12
@@ -36,6 +44,35 @@ def parse_unit(unit: str) -> Any:
     if len(unit) > LONGEST:
         raise ValueError(f"a unit has at most {LONGEST} characters, found {len(unit)}")
     return _Reader(unit).read()
+
+
+@dataclass(frozen=True)
+class BaseUnits:
+    """A unit as so many times a product of powers of base units, these by their full names."""
+
+    factor: float
+    powers: tuple[tuple[str, float], ...]
+
+
+@cache
+def base_units(unit: str) -> BaseUnits:
+    """A unit in base units; from the user's cache, because pint takes longer to load than a model to declare.
+
+    Raises:
+        ValueError: it is none; says what is wrong in it.
+    """
+
+    def found() -> str:
+        base = parse_unit(unit).to_base_units()
+        return json.dumps([float(base.magnitude), [(str(name), power) for name, power in base.unit_items()]])
+
+    try:
+        key = digest(unit, metadata.version("pint"), Path(__file__).read_bytes())
+        text = sealed_text(cache_folder() / "units" / f"{key}.json", found)
+    except StickslipError:  # a declaration needs no cache
+        text = found()
+    factor, powers = json.loads(text)
+    return BaseUnits(factor, tuple((name, power) for name, power in powers))
 
 
 @cache

@@ -6,7 +6,6 @@ flags, compiler version). Processes that build the same one at the same time eac
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import shutil
@@ -16,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from importlib import metadata, util
 from pathlib import Path
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import is_sealed, seal
 from fmu_models.base.temporary import temporary_folder
@@ -56,37 +56,6 @@ def this_platform() -> tuple[str, str, str | None, str]:
         known = ", ".join("-".join(pair) for pair in PLATFORMS)
         raise StickslipError(f"No FMU can be built on {'-'.join(key)}. Use one of: {known}.")
     return PLATFORMS[key]
-
-
-def cache_folder() -> Path:
-    """Folder for compiled libraries and FMUs: ``STICKSLIP_CACHE`` or the user's cache folder.
-
-    Raises:
-        StickslipError: the folder cannot be made.
-    """
-    if given := os.environ.get("STICKSLIP_CACHE"):
-        folder = Path(given)
-    else:
-        import platformdirs
-
-        folder = Path(platformdirs.user_cache_dir("stickslip", appauthor=False))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StickslipError(
-            f"The cache folder '{folder}' cannot be made: {error.strerror}. "
-            "Set STICKSLIP_CACHE to a folder you may write to."
-        ) from error
-    return folder
-
-
-def digest(*parts: bytes | str) -> str:
-    """Hash of a sequence of texts; where one ends and the next begins counts."""
-    total = hashlib.sha256()
-    for part in parts:
-        data = part.encode() if isinstance(part, str) else part
-        total.update(len(data).to_bytes(8, "little") + data)
-    return total.hexdigest()[:32]
 
 
 def engine_sources() -> dict[str, str]:

@@ -38,7 +38,7 @@ from fmu_models.validation.stress.trial import AllowanceSpentError, Trial
 
 METHOD = "dop853"
 TIGHT, LOOSE = 1e-11, 1e-8  # tolerances of the second path
-NUDGE = 1e-9  # of the size of a state
+NUDGE = 1e-9  # of a state, or of its first change
 SHIFT = 1e-10  # Tolerances.importer of the engine
 MOST_EVENTS = 3000  # of a case that is compared
 BESIDE = 1e-7  # of the length of a run, at most: how far from an event its indicator's rate is taken
@@ -114,7 +114,11 @@ def _distance(trial: Trial, base: Trajectory, second: SecondPath) -> tuple[float
     loose = second.run(trial, LOOSE, start)
     others = []
     for sign in (1.0, -1.0):
-        moved = {name: start[name] + sign * NUDGE * _size(reference, name) for name in names}
+        # not of its size along the run, which where a motion explodes says nothing of the start
+        moved = {
+            name: start[name] + sign * NUDGE * max(abs(start[name]), abs(float(reference[name][1]) - start[name]))
+            for name in names
+        }
         try:
             others.append(second.run(trial, TIGHT, moved))
         except StickslipError:

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.contact_states import AWAY, CHATTERING, CLOSED, STICK
 from fmu_models.importer.driver import Driver
-from fmu_models.simulation.trajectory import Trajectory
+from fmu_models.simulation.trajectory import Events, Trajectory
 from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.equations import Columns, Equations
 from fmu_models.validation.stress.judge import ACCURATE, Cell, Subject, against_declaration
@@ -149,7 +149,7 @@ def _distance(trial: Trial, base: Trajectory, second: SecondPath) -> tuple[float
 
 def _shifts(trial: Trial, base: Trajectory, equations: Equations, times: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n,) sum over the events until each time of what their shift does to the states, relative to these."""
-    rows = base.events.rows
+    rows, contacts = _rows(base)
     rows = rows[(rows["time"] > base.time[0]) & (rows["time"] < base.time[-1])]
     if not rows.size:
         return np.zeros(times.size)
@@ -165,7 +165,7 @@ def _shifts(trial: Trial, base: Trajectory, equations: Equations, times: NDArray
         turn = np.abs(rates[:, np.minimum(before + 1, near.time.size - 1)] - rates[:, before]).max(axis=0)
         moved = np.zeros(at.size)
         for number, contact in enumerate(equations.system.contacts):
-            mine = rows[[base.events.contacts[i] == contact.name for i in rows["contact"]]]
+            mine = rows[[contacts[i] == contact.name for i in rows["contact"]]]
             for row in mine:
                 k = int(np.searchsorted(at, row["time"]))
                 found = _indicator(equations, number, row, columns, environment)
@@ -178,6 +178,12 @@ def _shifts(trial: Trial, base: Trajectory, equations: Equations, times: NDArray
     total = np.cumsum(np.where(np.isfinite(moved), moved, np.inf))
     until = np.searchsorted(at, times, side="right")
     return np.concatenate([[0.0], total])[until]
+
+
+def _rows(run: Trajectory) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """The events of a run of the engine as an array, and the names of the contacts by number."""
+    assert isinstance(run.events, Events)
+    return run.events.rows, run.events.contacts
 
 
 def _indicator(

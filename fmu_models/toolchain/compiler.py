@@ -17,7 +17,7 @@ from pathlib import Path
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, WriteError
-from fmu_models.base.files import is_sealed, seal
+from fmu_models.base.files import FULL, is_sealed, seal
 from fmu_models.base.temporary import temporary_folder
 
 # zig would first compile a runtime of its own, for numbers and instructions that processors lack: 4 s, of which our C
@@ -109,7 +109,12 @@ def compile_shared(
     )
     kept = cache_folder() / "libraries" / key
     if not is_sealed(kept):
-        _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
+        try:
+            _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
+        except OSError as error:
+            if error.errno in FULL:
+                raise _full() from error
+            raise
     shutil.copyfile(kept, output)
     return output
 
@@ -121,6 +126,12 @@ def _compiler_version() -> str:
         raise StickslipError(
             "The C compiler is missing: it comes as a package. Install it: pip install ziglang"
         ) from None
+
+
+def _full() -> WriteError:
+    return WriteError(
+        f"The disk of the cache folder '{cache_folder()}' is full. Make room there, or set STICKSLIP_CACHE."
+    )
 
 
 def _compile(
@@ -143,9 +154,7 @@ def _compile(
         if run.returncode != 0 or not library.is_file():
             lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]
             if any("NoSpaceLeft" in line or "No space left" in line for line in lines):
-                raise WriteError(
-                    f"The disk of the cache folder '{cache_folder()}' is full. Make room there, or set STICKSLIP_CACHE."
-                )
+                raise _full()
             shown = "\n  ".join(lines[:8])
             raise StickslipError(f"The C compiler failed:\n  {shown}")
         os.replace(library, kept)

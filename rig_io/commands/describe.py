@@ -101,7 +101,8 @@ def ask(made: Draft) -> Draft:
     out = console.console()
     while left := questions(made):
         question = left[0]
-        out.print(console.plain(f"\n{question.text}"))
+        out.print()
+        out.print(console.plain(question.text), soft_wrap=True)
         hint = f"{question.form}; Enter: {question.proposal}" if question.proposal else question.form
         try:
             text = input(f"  [{hint}] > ")

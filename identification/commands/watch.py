@@ -42,10 +42,11 @@ def watch(
 
     Example: stickslip watch data/rigs/paper_rubber --once --state watch.json --json
     """
-    existing(folder, "folder of logs")
+    file = state or folder / STATE
+    if not file.exists():  # one that was watched may come back
+        existing(folder, "folder of logs")
     if page is not None and page.suffix.lower() not in (".html", ".htm"):
         raise StickslipError(f"'{page}' is to be a page: end it in .html.")
-    file = state or folder / STATE
     known = _begun(file, law, estimator)
     try:
         known = _watch(folder, known, file, page, (interval, rest), once, json)
@@ -101,7 +102,8 @@ def _watch(
             for one in ready:
                 if not known.knows(one.files):
                     known = _dealt_with(folder, one, known, file, page, interval)
-                    _say(known.entries[-1], live is not None, json and not once)
+                    if not (json and once):
+                        _say(known.entries[-1], live is not None, json)
             if live is not None:
                 live.update(terminal(watch_table(known, last=out.height - 6)), refresh=True)
             if once:

@@ -76,7 +76,8 @@ class Log:
 @dataclass(frozen=True, eq=False)
 class Draft:
     """tables: of the files, as read; known: the sidecar that is there already; example: the resource after which the
-    logs are described; like: whether that is of a like recorder, so that nothing is asked; answers: all that was said.
+    logs are described; like: whether that is of a like recorder, so that nothing is asked; answers: all that was said;
+    decay: a free decay of the same rig in another folder.
     """
 
     tables: tuple[tuple[Path, Table], ...]
@@ -84,6 +85,7 @@ class Draft:
     example: Mapping[str, Any]
     like: bool
     answers: Answers
+    decay: Path | None = None
 
     @property
     def folder(self) -> Path:
@@ -145,9 +147,10 @@ def draft(
     example = _example(other, files, like is not None)
     answers = answers.over(Answers(read={k: str(v) for k, v in example.get("dialect", {}).items()}))
     tables = tuple((path, read_table(path, reader, answers.read)) for path in files)
-    made = Draft(
-        tables, {**own, "rig": {**other.get("rig", {}), **own.get("rig", {})}}, example, bool(example), answers
-    )
+    known = {**own, "rig": {**other.get("rig", {}), **own.get("rig", {})}}
+    alike = bool(example) and (like is not None or not {path.name for path in files} & set(files_of(example)))
+    decay = None if like is None else _decay(like if like.is_dir() else like.parent, other)
+    made = Draft(tables, known, example, alike, answers, decay)
     check_named(made)
     return made
 
@@ -207,6 +210,12 @@ def _example(known: Mapping[str, Any], files: Sequence[Path], like: bool) -> dic
     fields = {(one.get("file"), one["name"]): one for resource in reversed(ranked) for one in _fields(resource)}
     calibration = {name: one for resource in reversed(ranked) for name, one in resource.get("calibration", {}).items()}
     return {**ranked[0], "schema": {"fields": list(fields.values())}, "calibration": calibration}
+
+
+def _decay(folder: Path, package: Mapping[str, Any]) -> Path | None:
+    """The first free decay of a package."""
+    decays = [one for one in package.get("resources", []) if one.get("experiment", {}).get("kind") == "free-decay"]
+    return folder / files_of(decays[0])[0] if decays else None
 
 
 def _fields(resource: Mapping[str, Any]) -> list[dict[str, Any]]:

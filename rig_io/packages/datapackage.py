@@ -178,9 +178,8 @@ def _guesses(resource: Mapping[str, Any], where: str) -> tuple[str, ...]:
     guessed += [str(key) for key in mapping(mapping(resource, "experiment", where), "guessed", where)]
     said = []
     if guessed:
-        said.append(
-            f"{', '.join(guessed)} {'is' if len(guessed) == 1 else 'are'} guessed: stickslip describe --confirm."
-        )
+        verb = "is" if len(guessed) == 1 else "are"
+        said.append(f"{', '.join(guessed)} {verb} guessed; confirm it: stickslip describe FILES --confirm.")
     laser = mapping(mapping(resource, "calibration", where), "laser", where)
     if laser.get("zero", 0) is None:
         said.append("the laser's reading at rest is not known: 0 was taken, and a free decay must show it.")

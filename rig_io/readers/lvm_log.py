@@ -36,9 +36,7 @@ def read(path: Path) -> Table:
             raise StickslipError(f"'{path}' is no LabVIEW measurement file: it does not begin with '{BEGIN.decode()}'.")
         ends = [match.start() for match in re.finditer(re.escape(END), data)]
         if len(ends) < 2:
-            raise StickslipError(
-                f"'{path}' is cut off: its headers do not end. Copy it again."
-            )
+            raise StickslipError(f"'{path}' is cut off: its headers do not end. Copy it again.")
         if len(ends) > 2:
             raise StickslipError(
                 f"'{path}' holds {len(ends) - 1} segments with headers of their own. Save each as one file in LabVIEW "

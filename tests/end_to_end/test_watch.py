@@ -74,7 +74,7 @@ def test_wear_a_lost_sensor_and_a_slipping_drive_are_called(stickslip, bench: Pa
     for number in range(1, 5):
         written(bench, f"run-{number}.csv", run(number), number)
     for number in range(5, 7):
-        written(bench, f"run-{number}.csv", run(number, 1 - 0.03 * (number - 4)), number)
+        written(bench, f"run-{number}.csv", run(number, 1 - 0.06 * (number - 4)), number)
     written(bench, "run-7.csv", run(7), 7, silent("encoder_count"))
     written(bench, "run-8.csv", run(8), 8, slipping)
     page = bench.parent / "page.html"

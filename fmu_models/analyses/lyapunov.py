@@ -26,7 +26,7 @@ from fmu_models.analyses import jobs as families
 from fmu_models.analyses.jobs import Jobs, Rows
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Tabular
+from fmu_models.base.shown import Pictured
 
 Vector = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class Transient:
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents(Tabular):
+class Exponents(Pictured):
     """Lyapunov exponents and how well they are known.
 
     Attributes:
@@ -66,8 +66,7 @@ class Exponents(Tabular):
         zero: index of the exponent along a motion that nothing forces; None where something forces it.
         lost: how many are -inf.
         shares: per contact the share of the time in contact or stick.
-        sum, volume: of all exponents per step, and where the system knows the determinant of its step the mean of its
-            logarithm, to which the sum must be equal.
+        sum: of all exponents, per step.
         transient: what the motion was at first; None if it did not change.
     """
 
@@ -80,7 +79,6 @@ class Exponents(Tabular):
     zero: int | None
     lost: int
     shares: Mapping[str, float]
-    volume: float | None = None
     transient: Transient | None = None
 
     @property

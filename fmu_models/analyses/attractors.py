@@ -1,4 +1,4 @@
-"""What runs have come to: periodic motions, claimed by Newton's method and not by looking alike, and where they attract.
+"""What runs have come to: periodic motions, claimed by Newton's method alone, and where they attract.
 
 A motion that repeats itself is brought to rounding; its multipliers say whether it attracts at all. About each of its
 points the quadratic form V = sum over all steps ahead of |difference|^2 falls with every step of a small difference, by
@@ -188,9 +188,13 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
         apart = system.difference(made[:, i] - motion.points[k])
         with np.errstate(invalid="ignore"):
             values = np.einsum("rsi,ij,rsj->rs", apart, forms[k], apart)
-            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(axis=1)
+            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(
+                axis=1
+            )
     inside = np.flatnonzero(~falls)
-    return float(radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6)
+    return float(
+        radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6
+    )
 
 
 def _least_fall(form: Vector, system: SectionSystem) -> float:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,7 +72,7 @@ class Basins(Pictured):
     """Which start comes to which attractor.
 
     Attributes:
-        model: its name.
+        model, states: its name, and those of the numbers of a point.
         axes: values of the start along each direction of the grid.
         labels: one per start, in the shape of the grid: an index into ``attractors``; -1 undecided, -2 to infinity, -3
             could not be run.
@@ -82,6 +82,7 @@ class Basins(Pictured):
     """
 
     model: str
+    states: tuple[str, ...]
     axes: Mapping[str, Vector]
     labels: NDArray[np.int64]
     attractors: tuple[Attractor, ...]
@@ -225,7 +226,9 @@ def basins(
     shape = tuple(len(one) for one in values.values())
     failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in mapped.messages.items()}
     ordered = tuple(known[i] for i in order)
-    return Basins(system.name, values, labels.reshape(shape), ordered, mapped.steps.reshape(shape), failures)
+    return Basins(
+        system.name, tuple(system.states), values, labels.reshape(shape), ordered, mapped.steps.reshape(shape), failures
+    )
 
 
 def _every(jobs: Jobs, stride: int) -> Jobs:

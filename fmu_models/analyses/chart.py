@@ -6,14 +6,15 @@
     exponent    sign of the largest Lyapunov exponent
     attractor   which of the motions found it is, by its period and its events
 
-With ``refine`` the chart is made on a coarse grid first; a square is divided where its corners, or those of a neighbour,
-differ, and what is left between equal corners has their class.
+With ``refine`` the chart is made on a coarse grid first; a square is divided where its corners, or those of one beside
+it, differ, and what is left between equal corners has their class.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -203,13 +204,14 @@ def _filled(
 
 def _pairs(ticks: Sequence[int]) -> list[tuple[int, int]]:
     """Neighbours; of one tick with itself."""
-    return list(zip(ticks[:-1], ticks[1:], strict=True)) or [(ticks[0], ticks[0])]
+    return list(pairwise(ticks)) or [(ticks[0], ticks[0])]
 
 
 def _mixed(
     squares: Sequence[tuple[int, int, int, int]], kept: Mapping[tuple[int, int], tuple[str, float]]
 ) -> set[tuple[int, int, int, int]]:
     """Squares more than a cell wide whose corners differ, or those of a neighbour at a corner."""
+
     def corners(square: tuple[int, int, int, int]) -> list[tuple[int, int]]:
         a, b, c, d = square
         return [(i, j) for i in (a, b) for j in (c, d)]

@@ -68,7 +68,9 @@ def poincare_section(
             says why.
     """
     if points < 1 or transient < 0:
-        raise StickslipError(f"{points} points after {transient} steps: ask for one point at least, and no step below 0.")
+        raise StickslipError(
+            f"{points} points after {transient} steps: ask for one point at least, and no step below 0."
+        )
     made = system.make(Jobs(system.start(start)[None], transient=transient, rows=points), progress=progress)
     filled = int(made.filled[0])
     if filled < points:

@@ -2,8 +2,8 @@
 
     w = sum of g(k/N) turn(k) / sum of g(k/N),    g(t) = exp(-1/(t (1 - t)))
 
-On a motion of two frequencies such an average converges faster than any power of 1/N; how far 2 N steps change it is the
-error. A motion that is locked repeats itself after q steps and p turns.
+On a motion of two frequencies such an average converges faster than any power of 1/N; how far 2 N steps change it is
+the error. A motion that is locked repeats itself after q steps and p turns.
 
 Source: Das, Sander, Yorke, Measuring quasiperiodicity, EPL 114 (2016); Sander, Meiss, Physica D 411 (2020).
 """
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +68,9 @@ def rotation_number(
         if name not in system.states:
             raise StickslipError(f"{system.name} has no state '{name}'.{nearest(name, system.states)}")
     if len(about) != 2 or steps < 8:
-        raise StickslipError(f"Turns are seen in two states, over at least 8 steps; found {list(about)}, {steps} steps.")
+        raise StickslipError(
+            f"Turns are seen in two states, over at least 8 steps; found {list(about)}, {steps} steps."
+        )
     made = system.make(Jobs(system.start(start)[None], transient=transient, rows=steps))
     if made.filled[0] < steps:
         why = made.messages.get(0) or families.OUTCOMES[int(made.outcomes[0])]

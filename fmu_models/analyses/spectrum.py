@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ Vector = NDArray[np.float64]
 NODES = 24  # of Gauss's rule on a panel
 PANELS = 0.25  # of the period of the highest line: longest panel
 CONFIDENCE = 0.95
-# independent segments that one is worth which overlaps its neighbours by half, with Hann's window
+# independent segments that one is worth which overlaps its neighbours by half, with Hann's window: 1/(1 + 2/36)
 WORTH = 0.947
 
 
@@ -42,8 +43,7 @@ class Spectrum(Pictured):
     Attributes:
         of, unit: its name and unit.
         frequency: (n,) Hz.
-        amplitude: (n,) one-sided amplitudes of lines, in that unit; of a density its root times the root of the step
-            of frequency is not taken: it is the density itself, unit^2/Hz.
+        amplitude: (n,) one-sided amplitudes of lines, in that unit; or a density, unit^2/Hz.
         low, high: (n,) bounds of a density, 95 %; equal to it for lines, which are exact.
         phase: (n,) rad, of the cosine of each line; nan of a density.
         mean_square: of the variable, in unit^2.
@@ -95,14 +95,11 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
     if lines < 1:
         raise StickslipError(f"At least one line is computed, found {lines}.")
     count = lines * motion.period * system.every
-    run = {"parameters": {n: v for n, v in system.values.items() if n in system.fmu.parameters}}
-    run["inputs"] = {n: v for n, v in system.values.items() if n in system.fmu.inputs}
-    start = dict(zip(system.states, motion.points[0].tolist(), strict=True))
-    start = {n: v for n, v in start.items() if v != 0.0 or n in system.fmu.states}
-    events = simulate(system.fmu, motion.time, start=start, output_times=[motion.time], **run).events
+    run: dict[str, Any] = system.as_run(motion.points[0])
+    events = simulate(system.fmu, motion.time, output_times=[motion.time], **run).events
     edges = np.unique([0.0, motion.time, *(e.time for e in events if 0.0 < e.time < motion.time)])
     times, weights = _nodes(edges, motion.time / count * PANELS)
-    values = simulate(system.fmu, motion.time, start=start, output_times=times, **run)[name]
+    values = simulate(system.fmu, motion.time, output_times=times, **run)[name]
     turns = np.exp(-2j * np.pi * np.outer(np.arange(count + 1), times / motion.time))
     found = (turns * weights) @ values / motion.time
     amplitude = np.abs(found) * np.where(np.arange(count + 1) > 0, 2.0, 1.0)
@@ -125,7 +122,7 @@ def _nodes(edges: Vector, longest: float) -> tuple[Vector, Vector]:
     with a root makes the motion smooth there to a few orders only."""
     x, w = np.polynomial.legendre.leggauss(NODES)
     places, weights = [], []
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         count = max(4, int(np.ceil((end - begin) / longest)))
         inner = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count + 1)))
         ticks = begin + (end - begin) * inner
@@ -157,8 +154,7 @@ def density_spectrum(trajectory: Trajectory, of: str | None = None, *, segments:
     values = trajectory[name]
     length = 2 * len(values) // (segments + 1)
     frequency, density = welch(values, 1.0 / float(steps.mean()), "hann", length, detrend="constant")
-    count = 2.0 * WORTH * (2 * len(values) / length - 1) * 0.5 * 2.0 / 2.0
-    freedom = max(2.0, 2.0 * count)
+    freedom = max(2.0, 2.0 * WORTH * (2 * len(values) // length - 1))
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = freedom / chi2.ppf([1.0 - tail, tail], freedom)
     nothing = np.full(frequency.size, np.nan)

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Okabe and Ito: told apart by all kinds of eyes
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#999999")
+COLOURS = (
+    *("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#999999"),
+    *("#003A59", "#7A5500", "#00513B", "#6B3D54", "#B3DDF5", "#F2B48F", "#FAF5B0", "#DDDDDD"),
+)
 DENSE = 20000  # points of a section from which on their density is drawn
 
 
@@ -29,7 +32,12 @@ def _(diagram: Diagram, axes: Axes) -> None:
         shown = diagram.points[k, ..., 0]
         across = np.broadcast_to(diagram.values[:, None], shown.shape)
         axes.plot(
-            across.ravel(), shown.ravel(), ",", color=("black", COLOURS[5])[k % 2], label=way, rasterized=shown.size > DENSE
+            across.ravel(),
+            shown.ravel(),
+            ",",
+            color=("black", COLOURS[5])[k % 2],
+            label=way,
+            rasterized=shown.size > DENSE,
         )
     axes.set_xlabel(diagram.over)
     axes.set_ylabel(diagram.states[0])
@@ -58,7 +66,11 @@ def _mesh(axes: Axes, labels: Any, grid: Any, names: list[str], classes: list[st
         shading="nearest",
     )
     handles = [Patch(facecolor=colour, label=name) for colour, name in zip(colours, classes, strict=False)]
-    for value, name, hatch in ((UNDECIDED, "undecided", "////"), (INFINITE, "to infinity", "...."), (FAILED, "failed", "xx")):
+    for value, name, hatch in (
+        (UNDECIDED, "undecided", "////"),
+        (INFINITE, "to infinity", "...."),
+        (FAILED, "failed", "xx"),
+    ):
         if (labels == value).any() and min(labels.shape) > 1:
             part = np.ma.masked_where(labels != value, np.ones(labels.shape)).T
             axes.pcolor(rows, columns, part, hatch=hatch, alpha=0.0, shading="nearest")
@@ -80,11 +92,8 @@ def _(basins: Basins, axes: Axes) -> None:
     _mesh(axes, basins.labels, [basins.axes[name] for name in names], names, classes)
     limits = axes.get_xlim(), axes.get_ylim()
     for i, attractor in enumerate(basins.attractors):
-        # the states of a grid come first among those of a point in the order of the model
-        points = attractor.points[:, :2]
         axes.plot(
-            points[:, 0],
-            points[:, 1],
+            *(attractor.points[:, basins.states.index(name)] for name in names),
             "o" if attractor.period else ",",
             markerfacecolor=COLOURS[i % len(COLOURS)],
             markeredgecolor="black",
@@ -112,7 +121,9 @@ def _(chart: Chart, axes: Axes) -> None:
 @draw.register(Spectrum)
 def _(spectrum: Spectrum, axes: Axes) -> None:
     if spectrum.lines:
-        axes.vlines(spectrum.frequency, spectrum.amplitude.max() * 1e-8, spectrum.amplitude, color="black", linewidth=1.2)
+        axes.vlines(
+            spectrum.frequency, spectrum.amplitude.max() * 1e-8, spectrum.amplitude, color="black", linewidth=1.2
+        )
         axes.set_ylabel(f"amplitude of {spectrum.of} ({spectrum.unit})")
     else:
         axes.plot(spectrum.frequency, spectrum.amplitude, color="black", linewidth=0.8)

@@ -1,4 +1,4 @@
-"""The C structures of engine/ensemble, and the call that makes many runs: from the values of each to rows of results."""
+"""The C structures of engine/ensemble, and the call that makes many runs."""
 
 from __future__ import annotations
 
@@ -162,7 +162,11 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         np.zeros((m, runs.rows, max(1, contacts)), np.int32)[..., :contacts],
         np.full((m, runs.rows, k), np.nan) if k and not runs.jacobians else np.empty((m, runs.rows, 0)),
         np.full((m, runs.rows, extended, k), np.nan) if runs.jacobians else np.empty((m, runs.rows, 0, 0)),
-        *(np.zeros(m, kind) for kind in (np.int64, np.int64, np.int32, np.int64, np.int64)),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int32),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
         {},
     )
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))

@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from fmu_models.simulation.accuracy import simulate_with_error as simulate_with_error
     from fmu_models.simulation.results import read_trajectory as read_trajectory
     from fmu_models.simulation.results import write_trajectory as write_trajectory
+    from fmu_models.simulation.run import KeptRun as KeptRun
     from fmu_models.simulation.run import simulate as simulate
     from fmu_models.simulation.sections import Section as Section
     from fmu_models.simulation.sensitivity import SensitiveRun as SensitiveRun

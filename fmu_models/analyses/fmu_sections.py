@@ -4,8 +4,8 @@
     Crossing    the states where one of them crosses a level
     Impacts     the states right after a contact begins (an impact, the touch of a stop, the begin of stick), or ends
 
-A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one of
-time, the phase of the forcing in turns. What nothing forces has no phase. Derivatives are exact, events on the way
+A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one
+of time, the phase of the forcing in turns. What nothing forces has no phase. Derivatives are exact, events on the way
 included; at a section that a neighbour meets earlier or later they are those on the section.
 """
 
@@ -26,7 +26,8 @@ from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.ensemble import KINDS, Instances, Known, Runs, Where, make_runs
+from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
 from fmu_models.simulation.run import check_names, check_value
 from fmu_models.simulation.sections import Section
 
@@ -63,7 +64,7 @@ class FmuSection(SectionSystem):
     ) -> None:
         self.fmu, self.forcing, self.period, self.tolerance = fmu, forcing, period, tolerance
         self.values = _checked(fmu, parameters, forcing, period)
-        self._instances = Instances(fmu)
+        self._engine = engine_of(fmu)
 
     @property
     def name(self) -> str:
@@ -211,8 +212,8 @@ class FmuSection(SectionSystem):
             return families.joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
         places = [place for _, place in self._columns]
         periods = self.periods(jobs.varied, len(jobs))
-        with self._instances.one() as slave:
-            made = make_runs(slave, (len(self.fmu.states), len(self.contacts)), self._where(), self._runs(jobs), stop)
+        sizes = (len(self.fmu.states), len(self.contacts))
+        made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
         points = made.points[..., places]
         derivatives = made.jacobians
         if jobs.derivatives:

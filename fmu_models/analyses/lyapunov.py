@@ -5,9 +5,9 @@
 Several motions are followed, from starts that differ by a millionth of the sizes of the states; what each grows by is
 summed in batches. The error of a mean is that of its batches, whose memory (integrated autocorrelation time) counts;
 that of many motions is the scatter of theirs. Where stick, or an impact without rebound, takes a difference away, its
-exponent is -inf, not the logarithm of a rounding error. A motion that nothing forces has an exponent of zero, that along
-the motion; it is followed by itself, and how near it comes to zero is a check. A motion that is chaotic for a while
-only shows two values: batches before and after a change point that no scatter explains.
+exponent is -inf, not the logarithm of a rounding error. A motion that nothing forces has an exponent of zero, that
+along the motion; it is followed by itself, and how near it comes to zero is a check. A motion that is chaotic for a
+while only shows two values: batches before and after a change point that no scatter explains.
 
 Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Sokal, Monte Carlo methods in statistical
 mechanics (1997), section 3 (the window of the autocorrelation).

@@ -19,7 +19,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.run import check_names, check_value, checked_times, new_instance
+from fmu_models.simulation.engine import Instance, engine_of
+from fmu_models.simulation.run import check_names, check_tolerance, check_value, checked_times
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Events
 
@@ -101,8 +102,7 @@ class SensitiveRun(Shown):
     ) -> None:
         self.fmu, self.by, self.tolerance = fmu, tuple(by), float(tolerance)
         self.recorded = tuple(fmu.states if recorded is None else recorded)
-        if not (math.isfinite(self.tolerance) and self.tolerance > 0):
-            raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
+        check_tolerance(self.tolerance)
         self._states = [*fmu.states, *fmu.memories]
         self._parameters, self._inputs, self._contacts = fmu.parameters, fmu.inputs, fmu.contacts
         self._rigid = set(fmu.impacts)
@@ -113,15 +113,12 @@ class SensitiveRun(Shown):
                 raise StickslipError(f"'{repeated[0]}' is to be {kind} twice. Name it once.")
         if not self.by:
             raise StickslipError("Name at least one parameter, state or input to differentiate by; or use simulate.")
-        self._references = [fmu.variables[name].valueReference for name in self.recorded]
-        self._slave, self._failure = new_instance(fmu)
-        try:
-            whole_run.library_of(self._slave.dll, fmu.path.name)
-        except StickslipError:
-            self.close()
-            raise
-        directions = [fmu.variables[name].valueReference for name in self.by]
-        self._differentiator = whole_run.Differentiator(self._slave.dll, self._slave.component, directions)
+        variables = fmu.variables
+        self._references = np.array([variables[name].valueReference for name in self.recorded], dtype=np.uint32)
+        directions = np.array([variables[name].valueReference for name in self.by], dtype=np.uint32)
+        self._engine = engine_of(fmu)
+        self._instance: Instance | None = self._engine.take()
+        self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "by": self.by, "recorded": self.recorded}
@@ -133,10 +130,10 @@ class SensitiveRun(Shown):
         self.close()
 
     def close(self) -> None:
-        """Free the instance; no run afterwards."""
-        if self._slave is not None:
-            self._slave.freeInstance()
-            self._slave = None
+        """Give the instance back; no run afterwards."""
+        if self._instance is not None:
+            self._engine.give(self._instance)
+            self._instance = None
 
     def run(
         self,
@@ -156,7 +153,7 @@ class SensitiveRun(Shown):
             StickslipError: as for ``simulate``; or the motion has no derivative, because it touches the bound of a
                 contact without crossing it.
         """
-        if self._slave is None:
+        if self._instance is None:
             raise StickslipError("The runs of this FMU are closed. Open a SensitiveRun again.")
         parameters, start, inputs = dict(parameters or {}), dict(start or {}), dict(inputs or {})
         times = np.ascontiguousarray(output_times, dtype=float)
@@ -173,18 +170,17 @@ class SensitiveRun(Shown):
         for name, value in initial.items():
             check_value(self.fmu, name, value)
         signals = {name: value for name, value in inputs.items() if isinstance(value, Signal)}
-        table = knots(signals, start_time, float(times[-1]))
-        for i, name in enumerate(signals):
-            initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
-        variables = self.fmu.variables
-        request = whole_run.Request(
-            times, self._references, [variables[name].valueReference for name in signals], *table
-        )
+        variables, driven = self.fmu.variables, None
+        if signals:
+            table = knots(signals, start_time, float(times[-1]))
+            driven = np.array([variables[name].valueReference for name in signals], dtype=np.uint32), table
+            for i, name in enumerate(signals):
+                initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
+        request = whole_run.Request(times, self._references, driven)
         begin = {variables[name].valueReference: float(value) for name, value in initial.items()}
-        found = self._differentiator.run(request, begin, start_time, self.tolerance)
-        if found is None:
-            raise self._failure()
-        result, derivatives, event_derivatives, one_sided = found
+        result, derivatives, event_derivatives, one_sided = self._differentiator.run(
+            request, begin, start_time, self.tolerance
+        )
         events = Events(result.events, self._contacts, self._rigid)
         return Sensitivity(
             times,

@@ -86,3 +86,16 @@ RunStatus run_check_finite(Run *r, const char *what, const double *values, int n
     }
     return RUN_OK;
 }
+
+RunStatus run_check_mass(Run *r, const Jets *j)
+{
+    for (int i = 0; i < MODEL_NV && MODEL_NM > 0; i++) {
+        if (!(j->factor[model_mass_row[i] + i] > 0.0)) {
+            return run_fail(r,
+                            "the mass matrix is not positive definite at t = %.17g: some motion has no positive kinetic "
+                            "energy there. Look at the signs and cross terms of the kinetic energy",
+                            r->at.time);
+        }
+    }
+    return RUN_OK;
+}

@@ -32,6 +32,7 @@
 
 /* the model and the flow once more, for numbers with a tangent; jets.h first */
 #include "../model/jets.h"
+#include "../model/mass_matrix.h"
 
 #include "../model_kind.c"
 #include "../step/contact_forces.c"

@@ -34,13 +34,9 @@ static Status start_tangent(Instance *m, Tangents *tangents, int k, uint32_t ref
 static Status start(Instance *m, SensitivityRun *s)
 {
     Tangents *tangents = s->room;
-    if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", __func__);
     if (s->n_directions < 1 || s->n_directions > INT32_MAX)
         return instance_refuse(m, "%s: at least one direction is needed", __func__);
-    if (instance_reset(m) || variables_set(m, __func__, s->initial, (size_t)s->n_initial, s->initial_values))
-        return STATUS_ERROR;
-    if (instance_set_up(m, __func__, 1, s->tolerance, s->start_time, 0, 0.0)) return STATUS_ERROR;
-    m->core.phase = PHASE_INITIALIZATION;
+    if (whole_run_enter_initialization(m, __func__, &s->start)) return STATUS_ERROR;
     tangents_start(tangents, &m->core.run, (int)s->n_directions);
     for (int k = 0; k < s->n_directions; k++)
         if (start_tangent(m, tangents, k, s->directions[k])) return STATUS_ERROR;

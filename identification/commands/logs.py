@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rig_io.logs.log import RigLog
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOGS...", help="CSV logs, or the folder of a data package with its logs.")
+    list[Path], typer.Argument(metavar="LOGS...", help="Logs, or the folder of a data package with its logs.")
 ]
 Repairs = Annotated[
     str | None,
@@ -24,6 +24,11 @@ Repairs = Annotated[
 ReaderOption = Annotated[
     str | None, typer.Option("--reader", metavar="FILE", help="Reader for a kind of logs of your own: my_reader.py.")
 ]
+
+
+def repairs(text: str | None) -> list[str]:
+    """Names between commas."""
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def read_logs(
@@ -37,7 +42,6 @@ def read_logs(
     Raises:
         StickslipError: as in `rig_io.logs.log.read_log`, or an unknown constant.
     """
-    import warnings
     from dataclasses import replace
 
     from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
@@ -51,10 +55,9 @@ def read_logs(
     forces = dict.fromkeys(("N0", "N1"), constants["N"]) if "N" in constants else {}
     stated = {**forces, **{name: value for name, value in constants.items() if name != "N"}}
     given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
-    mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
+    mend = repairs(repair)
     logs: list[RigLog] = []
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
+    with console.warnings_said():
         for path in paths:
             if path.is_dir() or path.suffix == ".json":
                 logs += read_package(path, repair=mend, reader=reader)
@@ -62,6 +65,4 @@ def read_logs(
                 logs.append(read_log(path, rig=RigConstants(**given), repair=mend, reader=reader))
             else:
                 logs.append(read_log(path, repair=mend, reader=reader))
-    for warning in said:
-        console.warn(str(warning.message))
     return [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs

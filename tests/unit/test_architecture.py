@@ -26,7 +26,9 @@ FLOORS = (
     ("fmu_models.commands",),
     ("rig_io.logs",),
     ("rig_io.readers", "rig_io.repair", "rig_io.sensors"),
+    ("rig_io.joining",),
     ("rig_io.packages",),
+    ("rig_io.description",),
     ("rig_io.bench",),
     ("rig_io.commands",),
     ("identification.inference",),
@@ -35,7 +37,7 @@ FLOORS = (
     ("identification.fit",),
     ("identification.fitted_model",),
     ("identification.model_check", "identification.next_step", "identification.transfer"),
-    ("identification.report",),
+    ("identification.report", "identification.watch"),
     ("identification.commands",),
     ("identification.cli",),
 )

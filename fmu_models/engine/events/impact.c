@@ -296,6 +296,7 @@ RunStatus impact_resolve(Run *r, const signed char *takes_part)
     double impulse[NC] = {0.0};
     int poisson = 0;
     r->impact_work = 0.0;
+    memset(r->impulse, 0, sizeof r->impulse);
     for (int c = 0; c < MODEL_NC; c++) {
         if (!takes_part[c]) {
             continue;
@@ -316,6 +317,9 @@ RunStatus impact_resolve(Run *r, const signed char *takes_part)
         }
         r->impact_work += work;
         contact_apply(&r->at, &r->scratch, impulse);
+        for (int c = 0; c < MODEL_NC; c++) {
+            r->impulse[c] += impulse[c];
+        }
     }
     return RUN_OK;
 }

@@ -79,8 +79,8 @@ def answers(G: Array, rate: Array, target: Array, mu: Array, given: Array, speed
     """Impulses of one phase by every assignment {open, or with impulse: stick, slip+, slip-} that fits.
 
     The one that loses most comes first, of equal ones the one that holds most, then the one of least impulses.
-    Redundant contacts share by least norm. Of an expansion there are also contacts that slip or stick with the impulse given.
-    ``speed``: the largest rate.
+    Redundant contacts share by least norm. Of an expansion there are also contacts that slip or stick with the impulse
+    given. ``speed``: the largest rate.
     """
     n = len(mu)
     choices = [(True, 0), (True, 1), (True, -1), (False, 0), *([(False, 1), (False, -1)] if given.any() else [])]

@@ -53,7 +53,7 @@ def body(law: str) -> Fmu:
         mu = Parameter(f"mu_{k}", 0.3, "1", "coefficient of friction")
         offset = Parameter(f"offset_{k}", 0.0, "m", "gap at the origin")
         gap = offset + sum(a * x for a, x in zip(row(f"n{k}"), q, strict=True))
-        slip = sum(a * x.v for a, x in zip(row(f"t{k}"), q, strict=True))
+        slip = sympy.Add(*(a * x.v for a, x in zip(row(f"t{k}"), q, strict=True)))
         contacts.append(Impact(name=f"c{k}", gap=gap, restitution=LAWS[law](e), slip=slip, mu=mu))
     energy = Parameter("m", 1.0, "kg", "mass", positive=True) * sympy.Add(*(x.v**2 for x in q)) / 2
     return opened(

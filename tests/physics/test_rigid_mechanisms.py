@@ -226,8 +226,8 @@ def stack() -> Fmu:
         )
         for i in range(BLOCKS)
     ]
-    kinetic = sum(n * (a.v**2 + c.v**2) / 2 for n, a, c in zip(masses, x, y, strict=True))
-    potential = sum(n * g * c + k * a**2 / 2 for n, k, a, c in zip(masses, springs, x, y, strict=True))
+    kinetic = sympy.Add(*(n * (a.v**2 + c.v**2) / 2 for n, a, c in zip(masses, x, y, strict=True)))
+    potential = sympy.Add(*(n * g * c + k * a**2 / 2 for n, k, a, c in zip(masses, springs, x, y, strict=True)))
     return opened(
         Mechanism(
             name="stack",
@@ -257,7 +257,8 @@ def test_stacked_blocks_on_a_belt() -> None:
     assert np.all(np.abs(force) <= capacity * (1 + 1e-12))
     assert np.abs(np.minimum(np.abs(slip), capacity - np.sign(slip) * force)).max() < 1e-12
     ends = simulate(stack(), 6.0, start=start, output_times=[0.0, 6.0])
-    energy = sum(MASS[i] * ends[f"v{i}"] ** 2 / 2 + STIFFNESS[i] * ends[f"x{i}"] ** 2 / 2 for i in range(BLOCKS))
+    parts = [MASS[i] * ends[f"v{i}"] ** 2 / 2 + STIFFNESS[i] * ends[f"x{i}"] ** 2 / 2 for i in range(BLOCKS)]
+    energy = np.sum(parts, axis=0)
     # friction takes from both sides of each contact, and the belt drives the lowest
     power = -(force * slip).sum(axis=0) - SPEED * force[0]
     assert energy[1] - energy[0] == pytest.approx(weight @ power, abs=1e-9 * energy[0])

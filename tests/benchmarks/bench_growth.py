@@ -36,7 +36,7 @@ from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
 from fmu_models.lowering.lower import lower
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.trajectory import Trajectory
+from fmu_models.simulation.trajectory import Events, Trajectory
 
 REPETITIONS = 3
 Row = tuple[float, ...]
@@ -243,6 +243,7 @@ def rows(n: int) -> Row:
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     array = 8 * len(run.values) * n
+    assert isinstance(run.events, Events)
     return peak / n, peak / array, float(run.events.rows.itemsize)
 
 

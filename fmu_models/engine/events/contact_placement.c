@@ -159,6 +159,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
             inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
             if (at_bound && inside && model_contact_is_stop[c]) {
                 r->at.memory[c] = fabs(rate);
+                r->entered[c] = 1;
             }
         }
         const int was_inside = r->at.state[c] != CONTACT_AWAY;

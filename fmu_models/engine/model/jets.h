@@ -16,14 +16,20 @@
 #define JET static inline
 #endif
 
-/* sum of a[i] b[k-i] over first <= i <= last */
+/* sum of a[i] b[k-i] over first <= i <= last, in two sums, neither of which waits for the other */
 JET Real jet_convolution(const Real *a, const Real *b, int k, int first, int last)
 {
-    Real sum = 0.0;
-    for (int i = first; i <= last; i++) {
-        sum += a[i] * b[k - i];
+    Real one = 0.0;
+    Real two = 0.0;
+    int i = first;
+    for (; i + 3 <= last; i += 4) {
+        one += a[i] * b[k - i] + a[i + 1] * b[k - i - 1];
+        two += a[i + 2] * b[k - i - 2] + a[i + 3] * b[k - i - 3];
     }
-    return sum;
+    for (; i <= last; i++) {
+        one += a[i] * b[k - i];
+    }
+    return one + two;
 }
 
 /* 1/k times the sum of i a[i] b[k-i] over 1 <= i <= last: what a' b adds to the integral of the product */

@@ -147,5 +147,7 @@ double model_rate_magnitude(const double *p, const double *d, const Jets *j, int
 /* what part of the lever of contact c is left of the terms it is the sum of, and of what it could be elsewhere: 1 away
    from its zeros, rounding or 0 at them (order 0) */
 double model_lever(const double *p, const double *d, const Jets *j, int c);
+/* the part of the kinetic energy that is quadratic in the velocities, J; 0 without a body */
+double model_kinetic_energy(const Point *at);
 
 #endif

@@ -8,6 +8,7 @@ const Tolerances run_default_tolerances = {
     .step = 1e-14,
     .slip = 1e-13,
     .lever = 1e-3,
+    .energy = 1e-9,
     .margin = 1e-10,
     .importer = 1e-10,
     .drift = 0.0,

@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.crossings import find_crossings as find_crossings
     from fmu_models.analyses.cycles import last_cycle as last_cycle
-    from fmu_models.analyses.lyapunov import lyapunov_exponents as lyapunov_exponents
-    from fmu_models.analyses.maps import Iteration as Iteration
-    from fmu_models.analyses.maps import find_periodic as find_periodic
+    from fmu_models.analyses.fmu_sections import Crossing as Crossing
+    from fmu_models.analyses.fmu_sections import Impacts as Impacts
+    from fmu_models.analyses.fmu_sections import Strobe as Strobe
+    from fmu_models.analyses.iteration import Iteration as Iteration
+    from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.orbits import Orbit as Orbit
     from fmu_models.analyses.orbits import find_orbit as find_orbit
+    from fmu_models.analyses.periodic import find_periodic as find_periodic
     from fmu_models.analyses.return_map import ReturnMap as ReturnMap
+    from fmu_models.analyses.section_system import SectionSystem as SectionSystem
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
     from fmu_models.coupling.run import couple as couple

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
@@ -200,6 +202,9 @@ def run(application: typer.Typer) -> None:
         _complain(str(error))
         code = UNWRITTEN if isinstance(error, WriteError) else 2
     except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            _complain(f"There is no file of that name: {error.strerror}. Found '{str(error.filename)[:60]}...'.")
+            sys.exit(2)
         if error.errno not in FULL:
             raise
         what = f"'{error.filename}'" if error.filename else "the output"
@@ -222,6 +227,18 @@ def _forget_output() -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.close(nowhere)
+
+
+@contextmanager
+def warnings_said() -> Iterator[None]:
+    """Say on standard error, at the end, each warning of the work once."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            yield
+        finally:
+            for text in dict.fromkeys(str(warning.message) for warning in said):
+                warn(text)
 
 
 def warn(text: str) -> None:

@@ -68,6 +68,8 @@ class _Reader:
         quantity = _registry().Quantity(1.0, units)
         try:
             size = abs(float(quantity.to_base_units().magnitude))
+        except TypeError as error:  # as pint says what is not a scale of its own: degrees Celsius squared, decibels
+            raise ValueError(f"the unit '{self._text}' multiplies one whose zero is not that of its base") from error
         except OverflowError:
             size = math.inf
         if not 0.0 < size < math.inf:

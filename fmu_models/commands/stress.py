@@ -44,7 +44,7 @@ def stress(
     Example: stickslip stress discontinuous_support --case 'ks=*' --figure heat.png
     """
     from fmu_models.validation.stress import report
-    from fmu_models.validation.stress.workers import judged
+    from fmu_models.validation.stress.workers import judged, judges
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
@@ -53,12 +53,13 @@ def stress(
         check_format(figure)
     if until is not None and not 0 < until < float("inf"):
         raise StickslipError(f"A run lasts a positive time, found --until {until:g}.")
-    chosen = _cases(models or [], case, until, quick)
     cells: list[Cell] = []
     interrupted = False
-    with console.progress("stressing") as advance:
+    # the children import what they need while the cases are made here
+    with judges(processes) as pool, console.progress("stressing") as advance:
+        chosen = _cases(models or [], case, until, quick)
         try:
-            for cell in judged(chosen, advance, processes=processes):
+            for cell in judged(chosen, advance, pool):
                 cells.append(cell)
         except KeyboardInterrupt:
             interrupted = True

@@ -10,7 +10,8 @@ import ctypes
 import struct
 import threading
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from ctypes import POINTER, addressof, c_char, c_char_p, c_int, c_int64, c_void_p
 from functools import cached_property
 from typing import Any
@@ -52,7 +53,7 @@ class Engine:
             dll = ctypes.CDLL(str(library(fmu, str(interface.modelIdentifier))))
         except OSError as error:
             raise StickslipError(f"'{fmu.path}' cannot be loaded: {error}") from error
-        self.model = str(fmu.description.modelName)
+        self.model, self._dll = str(fmu.description.modelName), dll
         self._idle: list[Instance] = []
         handles: list[int] = []
         self._handles = handles
@@ -77,6 +78,14 @@ class Engine:
         self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
+    def function(self, name: str, result: Any, *arguments: Any) -> Any:
+        """Another function of the library.
+
+        Raises:
+            AttributeError: there is none.
+        """
+        return _bound(getattr(self._dll, name), result, *arguments)
+
     def take(self) -> Instance:
         """An instance for one user, in whatever state the last one left it; give it back."""
         try:
@@ -89,6 +98,15 @@ class Engine:
     def give(self, instance: Instance) -> None:
         """Take it back."""
         self._idle.append(instance)
+
+    @contextmanager
+    def instance(self) -> Iterator[Instance]:
+        """One for a while."""
+        taken = self.take()
+        try:
+            yield taken
+        finally:
+            self.give(taken)
 
 
 class Instance:

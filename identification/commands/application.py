@@ -30,12 +30,13 @@ from identification.commands.inverse import inverse
 from identification.commands.laws import laws
 from identification.commands.report import report
 from identification.commands.slips import slips
+from rig_io.commands.describe import describe
 from rig_io.commands.emulate import emulate
 
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
-FRICTION = (emulate, fit, demo, laws, design, compare, report, apply, inverse, slips)
+FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips)
 for command in MODELS:
     app.command()(command)
 app.command("map")(show_map)

@@ -37,7 +37,6 @@ def read_logs(
     Raises:
         StickslipError: as in `rig_io.logs.log.read_log`, or an unknown constant.
     """
-    import warnings
     from dataclasses import replace
 
     from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
@@ -53,8 +52,7 @@ def read_logs(
     given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
     mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
     logs: list[RigLog] = []
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
+    with console.warnings_said():
         for path in paths:
             if path.is_dir() or path.suffix == ".json":
                 logs += read_package(path, repair=mend, reader=reader)
@@ -62,6 +60,4 @@ def read_logs(
                 logs.append(read_log(path, rig=RigConstants(**given), repair=mend, reader=reader))
             else:
                 logs.append(read_log(path, repair=mend, reader=reader))
-    for warning in said:
-        console.warn(str(warning.message))
     return [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs

@@ -191,7 +191,7 @@ def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
 def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
     """Laser angles scaled and dated by the encoder, one gain and one delay for all logs. window: s, smoothing.
 
-    Without encoder or laser the motions are returned as they are, with an empty `SensorFit`.
+    Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`.
 
     Raises:
         StickslipError: laser and encoder differ by more than a tolerance: one calibration is wrong.
@@ -200,11 +200,11 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
     # a log that passes one line alone fixes its own offset and tells nothing else
     usable = [m for m in usable if len(np.unique(_edge_equations([m], window).line)) > 1]
     if not usable:
-        return list(motions), SensorFit()
+        return list(motions), _as_stated(motions)
     equations = _edge_equations(usable, window)
     lines = len(np.unique(equations.line))
     if lines < LEAST_LINES:
-        return list(motions), SensorFit()
+        return list(motions), _as_stated(motions)
     solution = np.linalg.lstsq(equations.design, equations.edge, rcond=None)[0]
     residual = equations.design @ solution - equations.edge
     gain, delay = float(solution[0]), float(solution[1])
@@ -216,9 +216,17 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
             f"{advice}"
         )
     covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
+    covariance[1, 1] += max(m.log.clock_deviation for m in usable) ** 2
     warnings = delay_warnings(usable, equations, -residual)
     fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, warnings)
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
+
+
+def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:
+    """Without an encoder gain and delay are as sure as the calibration and the clocks of the recorders."""
+    gains = [m.log.calibration.need("laser").gain_deviation or 0.0 for m in motions if _by_laser(m.log)]
+    clock = max((m.log.clock_deviation for m in motions), default=0.0)
+    return SensorFit(covariance=np.diag([max(gains, default=0.0) ** 2, clock**2]))
 
 
 def _by_laser(log: RigLog) -> bool:

@@ -171,7 +171,7 @@ def pool(
         materials,
         arrangement,
         threshold,
-        (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, free_decay)),
+        (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, priors, free_decay)),
     )
 
 
@@ -334,13 +334,24 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
                 f"The rig constant {entry} is {quantity.value:g} {quantity.unit}; a fit needs it positive. Mend it in "
                 "datapackage.json."
             )
-        stated.append(Prior(name, quantity.value, quantity.unit, quantity.standard_uncertainty, "log"))
+        known = quantity.standard_uncertainty
+        source = "log" if known is not None else "log, uncertainty unknown"
+        stated.append(Prior(name, quantity.value, quantity.unit, known or 0.0, source))
     return (*stated, *ratios)
 
 
-def _warnings(logs: Sequence[RigLog], sensors: SensorFit, free_decay: FreeDecay | None) -> tuple[str, ...]:
+def _warnings(
+    logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
+) -> tuple[str, ...]:
     found = []
-    if sensors.lines == 0 and any(log.has("laser") and not log.has("angle") for log in logs):
+    unknown = [prior.name for prior in priors if prior.source.endswith("unknown")]
+    if unknown:
+        found.append(
+            f"How well {', '.join(unknown)} {'is' if len(unknown) == 1 else 'are'} known is not stated: what that "
+            "passes on to the parameters is missing in their deviations."
+        )
+    by_laser = [log for log in logs if log.has("laser") and not log.has("angle")]
+    if sensors.lines == 0 and any(log.calibration.need("laser").gain_deviation is None for log in by_laser):
         found.append(
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
             "of it passes to the friction coefficients one to one and is not in their standard deviations."

@@ -30,12 +30,15 @@ COLUMNS: dict[str, Column] = {
     column.name: column
     for column in (
         TIME,
-        Column("laser", "V", "laser telemeter on the disc's border"),
+        Column("laser", "V", "laser telemeter on the disc's border, in V or as a length"),
         Column("encoder_count", "1", "edges of the encoder on the disc, signed sum up to the tick", whole=True),
         Column("encoder_edge_time", "s", "clock time of the encoder's last edge at or before the tick"),
         *_drive(0),
         *_drive(1),
         Column("angle", "rad", "angle of the disc, already converted"),
+        Column("load0", "N", "normal force of driving disc 0 by a load cell; no estimator reads it"),
+        Column("load1", "N", "normal force of driving disc 1 by a load cell; no estimator reads it"),
+        Column("trigger", "1", "a mark that two recorders share; it joins their clocks"),
     )
 }
 ANGLE_SOURCES = ("laser", "encoder_count", "angle")

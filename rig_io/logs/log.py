@@ -32,14 +32,15 @@ class StickslipWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number, its unit, and its standard uncertainty (one standard deviation, in the same unit)."""
+    """A number, its unit, and its standard uncertainty (one standard deviation, in the same unit; None: not known)."""
 
     value: float
     unit: str
-    standard_uncertainty: float = 0.0
+    standard_uncertainty: float | None = 0.0
 
     def __str__(self) -> str:
-        return f"{self.value:g} {self.unit} +- {self.standard_uncertainty:g}"
+        known = "unknown" if self.standard_uncertainty is None else f"{self.standard_uncertainty:g}"
+        return f"{self.value:g} {self.unit} +- {known}"
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,9 @@ RIG_UNITS: Mapping[str, str] = MappingProxyType(
 class LaserCalibration:
     """Laser telemeter: displacement of the disc's border d = gain*(laser - zero) = R sin(angle), seen ``latency`` ago.
 
-    gain: m/V; zero: V; latency: s; noise: m rms; lowest, highest: V, the range within which the reading is valid.
+    gain: m/V (1 where the telemeter writes lengths; V then stands for m); zero: V; latency: s; noise: m rms; lowest,
+    highest: V, the range within which the reading is valid; gain_deviation: relative standard deviation of the gain,
+    None where it is not known.
     """
 
     gain: float
@@ -99,6 +102,7 @@ class LaserCalibration:
     noise: float = 0.0
     lowest: float = -float("inf")
     highest: float = float("inf")
+    gain_deviation: float | None = None
 
 
 @dataclass(frozen=True)
@@ -175,7 +179,8 @@ class RigLog(Tabular):
     time: (n_samples,) s, increasing. columns: raw columns by name, each (n_samples,) float64, without ``time``; names
     and units as in `rig_io.logs.columns`; NaN where the file has no number. units: unit of each column (and of time).
     breaks: samples at which a further recording begins, or before which edges were lost; warnings: what was mended when
-    it was read.
+    it was read; clock_deviation: s, standard deviation of the clock of a second recorder against the first's (0: one
+    recorder).
     """
 
     name: str
@@ -188,6 +193,7 @@ class RigLog(Tabular):
     path: Path | None = None
     breaks: tuple[int, ...] = ()
     warnings: tuple[str, ...] = ()
+    clock_deviation: float = 0.0
 
     @property
     def frame(self) -> pandas.DataFrame:

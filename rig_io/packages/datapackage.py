@@ -9,20 +9,24 @@ import shutil
 import tempfile
 import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, WriteError, nearest
 from fmu_models.base.files import FULL, OVERWRITE, existing, write_whole
 from fmu_models.base.registry import Reference
+from rig_io.joining.joined import Joined, joined
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import Calibration, Experiment, RigConstants, RigLog, StickslipWarning
+from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigConstants, RigLog, StickslipWarning
 from rig_io.packages import sidecar
+from rig_io.packages.described import fields_of, files_of, with_roles
 from rig_io.packages.sidecar import SIDECAR, mapping
 from rig_io.readers import check_kind, csv_log, read_table
 from rig_io.repair.counters import counted
-from rig_io.repair.table import check_edges, checked
+from rig_io.repair.table import Checked, check_edges, checked, conversion
 
+LASER = "laser"
 # the calibration that a column needs
 _INSTRUMENTS = {"laser": "laser", "encoder_count": "encoder", "drive0_count": "drive0", "drive1_count": "drive1"}
 
@@ -58,30 +62,108 @@ def read_log(
     package, resource = _description(path, required=rig is None)
     where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
     constants = {**mapping(package, "rig", where), **mapping(resource, "rig", where)}
-    table = read_table(path, reader)
-    known = checked(table, sidecar.units(resource, where), repair)
-    instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where)
-    for column, instrument in _INSTRUMENTS.items():
-        if column in known.columns:
-            instruments.need(instrument)
+    run = _run(path, resource, where, reader, _sizes(resource, constants, where))
+    known = checked(run.table, repair)
+    length = known.units[LASER] != COLUMNS[LASER].unit if LASER in known.units else False
+    instruments = calibration or sidecar.calibration(mapping(resource, "calibration", where), where, length)
+    if LASER in known.columns and length and instruments.laser is None:
+        instruments = replace(instruments, laser=LaserCalibration(1.0, gain_deviation=0.0))
+    known, unread = _calibrated(known, instruments, mapping(resource, "calibration", where))
     values, breaks, mended = counted(known.columns, known.breaks, instruments, known.table.source, known.table.place)
     check_edges(known.table, values, breaks)
-    said = (*known.said, *mended)
+    clock = () if run.clock is None else (run.clock.sentence(),)
+    said = (*run.said, *clock, *known.said, *unread, *mended, *_guesses(resource, where))
     for warning in said:
-        warnings.warn(f"{table.source}: {warning}", StickslipWarning, stacklevel=2)
+        warnings.warn(f"{run.table.source}: {warning}", StickslipWarning, stacklevel=2)
     time = values.pop(TIME.name)
     return RigLog(
         name=str(resource.get("name", path.stem)),
         time=time,
         columns=values,
-        units={name: COLUMNS[name].unit for name in (TIME.name, *values)},
+        units={name: known.units[name] for name in (TIME.name, *values)},
         rig=rig or sidecar.rig_constants(constants, where),
         calibration=instruments,
         experiment=experiment or sidecar.experiment(mapping(resource, "experiment", where), where),
         path=path,
         breaks=breaks,
         warnings=said,
+        clock_deviation=0.0 if run.clock is None else run.clock.spread,
     )
+
+
+def _sizes(resource: Mapping[str, Any], constants: Mapping[str, Any], where: str) -> dict[str, float]:
+    """rad per unit of the columns that show the disc, as far as they are calibrated."""
+    fields = {field.role: field for field in fields_of(resource, where)} if resource else {}
+    known = sidecar.calibration(mapping(resource, "calibration", where), where, length=True)
+    found = {"encoder_count": known.encoder.pitch} if known.encoder else {}
+    radius = sidecar.rig_constants({"R": constants["R"]} if "R" in constants else {}, where).R
+    laser = fields.get(LASER)
+    if laser is not None and laser.unit and radius is not None:
+        unit = _as_metres(laser.unit) or (known.laser.gain if known.laser else None)
+        found |= {LASER: abs(unit) / radius.value} if unit else {}
+    angle = fields.get("angle")
+    return found | ({"angle": conversion(angle.unit, "rad", where)} if angle and angle.unit else {})
+
+
+def _as_metres(unit: str) -> float | None:
+    """Metres of one unit of length; None for another unit."""
+    try:
+        return conversion(unit, "m", "")
+    except StickslipError:
+        return None
+
+
+def _run(
+    path: Path, resource: Mapping[str, Any], where: str, reader: Reference | None, sizes: Mapping[str, float]
+) -> Joined:
+    """The files of a log as one table, its columns by their roles."""
+    fields = fields_of(resource, where)
+    options = {key: str(value) for key, value in mapping(resource, "dialect", where).items()}
+    rate = resource.get("sampling_rate")
+    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9):
+        raise StickslipError(f'{where}: "sampling_rate" holds {rate!r}; expected a number of Hz.')
+    tables = []
+    for file in files_of(resource) if resource else (path.name,):
+        existing(path.parent / file, "log")
+        own = [field for field in fields if field.file in (None, file)]
+        found = read_table(path.parent / file, reader, options)
+        tables.append(with_roles(found, own, where, None if rate is None else float(rate)))
+    rule = resource.get("join")
+    return joined(tables, rule if rule is None else str(rule), sizes)
+
+
+def _calibrated(known: Checked, instruments: Calibration, stated: Mapping[str, Any]) -> tuple[Checked, tuple[str, ...]]:
+    """Columns whose instrument is calibrated; and what to say of those whose calibration nobody knows.
+
+    Raises:
+        StickslipError: nothing is stated of an instrument.
+    """
+    columns, said = dict(known.columns), []
+    for column, instrument in _INSTRUMENTS.items():
+        if column not in columns:
+            continue
+        if instrument in stated and getattr(instruments, instrument) is None:
+            del columns[column]
+            columns.pop(f"{instrument}_edge_time", None)
+            said.append(f"'{column}' is not read: its calibration is not known.")
+        else:
+            instruments.need(instrument)
+    return replace(known, columns=columns), tuple(said)
+
+
+def _guesses(resource: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    """What stands in the sidecar that nobody has confirmed, or that is not known."""
+    guessed = [f"the {what} of '{field.name}'" for field in fields_of(resource, where) for what in field.guessed]
+    guessed += [str(key) for key in mapping(mapping(resource, "experiment", where), "guessed", where)]
+    said = []
+    if guessed:
+        said.append(
+            f"{', '.join(guessed)} {'is' if len(guessed) == 1 else 'are'} guessed: stickslip describe --confirm."
+        )
+    laser = mapping(mapping(resource, "calibration", where), "laser", where)
+    if laser.get("zero", 0) is None:
+        said.append("the laser's reading at rest is not known: 0 was taken, and a free decay must show it.")
+    return tuple(said)
 
 
 def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -90,19 +172,20 @@ def _description(path: Path, required: bool) -> tuple[dict[str, Any], dict[str, 
     if not beside.exists():
         if required:
             raise StickslipError(
-                f"There is no {SIDECAR} beside '{path}', so the rig's constants are unknown. Write one after that of "
-                "an example (stickslip data copy rigs/paper_rubber), or give the constants and put units into the "
+                f"There is no {SIDECAR} beside '{path}', so the rig's constants are unknown. Have one "
+                "written: stickslip describe FILES. Or give the constants and put units into the "
                 "header: 'time [s]'."
             )
         return {}, {}
     package = sidecar.load_json(beside)
-    resources = {str(resource["path"]): resource for resource in package["resources"]}
+    resources = {file: resource for resource in package["resources"] for file in files_of(resource)}
     if path.name not in resources:
         if required:
             hint = nearest(path.name, resources)
             raise StickslipError(f"'{beside}' says nothing of '{path.name}'. Add a resource for it.{hint}")
         return package, {}
-    _check_hash(path, resources[path.name], beside)
+    for file in files_of(resources[path.name]):
+        _check_hash(path.parent / file, resources[path.name], beside)
     return package, resources[path.name]
 
 
@@ -123,7 +206,7 @@ def read_package(
     if found.name != SIDECAR:
         raise StickslipError(f"'{path}' is not a package of logs. Expected a folder or its {SIDECAR}.")
     resources = sidecar.load_json(found)["resources"]
-    return [read_log(found.parent / str(r["path"]), repair=repair, reader=reader) for r in resources]
+    return [read_log(found.parent / files_of(r)[0], repair=repair, reader=reader) for r in resources]
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
@@ -202,7 +285,9 @@ def _unwritable(folder: Path, error: OSError) -> StickslipError:
 
 def _check_hash(path: Path, resource: Mapping[str, Any], beside: Path) -> None:
     stated = resource.get("hash")
-    if stated is None:
+    if isinstance(stated, dict):
+        stated = stated.get(path.name)
+    if stated is None or not path.exists():
         return
     found = sidecar.file_hash(path)
     if stated != found:

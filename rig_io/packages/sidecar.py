@@ -29,6 +29,7 @@ from rig_io.logs.log import (
     RigConstants,
     RigLog,
 )
+from rig_io.packages.described import files_of
 from rig_io.repair.plausible import check_radius
 from rig_io.repair.table import conversion
 
@@ -45,7 +46,7 @@ def load_json(sidecar: Path) -> dict[str, Any]:
         package = json.loads(sidecar.read_text(encoding="utf-8-sig"))
     except json.JSONDecodeError as error:
         raise StickslipError(f"'{sidecar}' is not JSON: {error.msg} on line {error.lineno}. Mend it there.") from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, UnicodeDecodeError, RecursionError) as error:
         raise StickslipError(f"'{sidecar}' cannot be read: {error}. Save it as JSON in UTF-8.") from error
     resources = package.get("resources") if isinstance(package, dict) else None
     if (
@@ -55,10 +56,12 @@ def load_json(sidecar: Path) -> dict[str, Any]:
     ):
         raise StickslipError(f'\'{sidecar}\' lists no logs. Expected "resources": [{{"path": "....csv", ...}}].')
     for resource in resources:
-        if str(resource["path"]) != Path(str(resource["path"])).name:
-            raise StickslipError(
-                f"'{sidecar}': the path '{resource['path']}' leaves the folder. Keep logs beside {SIDECAR}."
-            )
+        files = files_of(resource)
+        if not files:
+            raise StickslipError(f"'{sidecar}' lists a log without a file. Name one in its \"path\".")
+        for file in files:
+            if file != Path(file).name:
+                raise StickslipError(f"'{sidecar}': the path '{file}' leaves the folder. Keep logs beside {SIDECAR}.")
     return package
 
 
@@ -82,11 +85,6 @@ def _number(value: Any, where: str) -> float:
     return float(value)
 
 
-def units(resource: Mapping[str, Any], where: str) -> dict[str, str]:
-    described = _list(mapping(resource, "schema", where), "fields", (), where)
-    return {str(f["name"]): str(f["unit"]) for f in described if isinstance(f, dict) and "name" in f and "unit" in f}
-
-
 def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
     constants: dict[str, Quantity] = {}
     for name in entries:
@@ -94,20 +92,24 @@ def rig_constants(entries: Mapping[str, Any], where: str) -> RigConstants:
         if name not in RIG_UNITS:
             raise StickslipError(f"{at} is unknown.{nearest(name, RIG_UNITS)}")
         entry = mapping(entries, name, where)
+        if entry.get("value", 0) is None:
+            continue  # asked for, and not known
         if "value" not in entry or "unit" not in entry:
             raise StickslipError(f'{at} needs "value" and "unit" ({RIG_UNITS[name]}).')
         factor = conversion(str(entry["unit"]), RIG_UNITS[name], at)
         value = _number(entry["value"], at) * factor
-        sd = _number(entry.get("standard_uncertainty", 0.0), at) * factor
-        if value < 0 or (value == 0 and name in ("J", "k", "R", "r")) or sd < 0:
-            raise StickslipError(f"{at} is {value:g} +- {sd:g} {RIG_UNITS[name]}; expected a positive value.")
+        stated = entry.get("standard_uncertainty")
+        sd = None if stated is None else _number(stated, at) * factor
+        if value < 0 or (value == 0 and name in ("J", "k", "R", "r")) or (sd is not None and sd < 0):
+            raise StickslipError(f"{at} is {Quantity(value, RIG_UNITS[name], sd)}; expected a positive value.")
         if name in ("R", "r"):
             check_radius(at, name, value)
         constants[name] = Quantity(value, RIG_UNITS[name], sd)
     return RigConstants(**constants)
 
 
-def calibration(entries: Mapping[str, Any], where: str) -> Calibration:
+def calibration(entries: Mapping[str, Any], where: str, length: bool = False) -> Calibration:
+    """length: whether the laser's column is a length, so that its gain is 1."""
     kinds = {f.name: LaserCalibration if f.name == "laser" else EncoderCalibration for f in fields(Calibration)}
     made: dict[str, Any] = {}
     for instrument in entries:
@@ -115,7 +117,13 @@ def calibration(entries: Mapping[str, Any], where: str) -> Calibration:
         if instrument not in kinds:
             raise StickslipError(f"{at}: there is no such instrument.{nearest(instrument, kinds)}")
         kind, entry = kinds[instrument], dict(mapping(entries, instrument, where))
+        # what was asked for and is not known
+        entry = {key: value for key, value in entry.items() if value is not None and key != "guessed"}
+        if length and instrument == "laser":
+            entry = {"gain": 1.0, "gain_deviation": 0.0, **entry}
         known = [f.name for f in fields(kind)]
+        if known[0] in entries[instrument] and known[0] not in entry:
+            continue  # nobody knows it: what the instrument wrote is not read
         needed = "gain" if instrument == "laser" else "pulses_per_revolution"
         if needed not in entry:
             raise StickslipError(f'{at} lacks "{needed}".')
@@ -220,4 +228,5 @@ def _field(name: str) -> dict[str, Any]:
 
 def file_hash(path: Path) -> str:
     """Checksum as the data package writes it: ``sha256:<hex>``."""
-    return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
+    with open(path, "rb") as file:
+        return "sha256:" + hashlib.file_digest(file, "sha256").hexdigest()

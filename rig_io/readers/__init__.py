@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import existing
 from fmu_models.base.registry import Reference, Registry
+from rig_io.logs import packed
 from rig_io.logs.table import Reader, Table
 
 READERS: Registry[Reader] = Registry(
@@ -26,35 +31,61 @@ def check_kind(path: Path, reader: Reference | None = None) -> None:
     Raises:
         StickslipError: no reader knows its suffix.
     """
-    _reader_of(path, reader)
+    if _reader_of(path, reader) is None and path.suffix.lower() not in packed.SUFFIXES:
+        raise _unknown(path, reader)
 
 
-def read_table(path: str | os.PathLike[str], reader: Reference | None = None) -> Table:
+def read_table(
+    path: str | os.PathLike[str], reader: Reference | None = None, options: Mapping[str, str] = MappingProxyType({})
+) -> Table:
     """Every column of a log file of any kind, under the names it has there, in the units it has there.
 
     No column is required, and none is checked: `packages.datapackage.read_log` does, for the disc rig.
 
     Args:
         reader: the user's own, as ``my_reader.py``; it goes before ours.
+        options: how the file is written, by the names that its reader knows; the file tells what is left out.
 
     Raises:
         StickslipError: the file cannot be read as a table of numbers; says what was found and what to do.
     """
-    name, chosen = _reader_of(Path(path), reader)
+    path = Path(path)
+    found = _reader_of(path, reader)
+    if found is None and path.suffix.lower() in packed.SUFFIXES:
+        existing(path, "log")
+        rest = {name: value for name, value in options.items() if name != packed.MEMBER}
+        with packed.unpacked(path, options.get(packed.MEMBER)) as inner:
+            if inner.suffix.lower() in packed.SUFFIXES:
+                raise StickslipError(f"'{inner}' is an archive in an archive. Unpack it.")
+            return replace(read_table(inner, reader, rest), source=f"'{path}'")
+    if found is None:
+        raise _unknown(path, reader)
+    name, chosen = found
+    for option in options:
+        if option not in chosen.options:
+            known = ", ".join(f"{key} ({what})" for key, what in chosen.options.items()) or "none"
+            raise StickslipError(f"'{path}': its kind of file has no option '{option}'. Known are: {known}.")
     with READERS.running(name):
-        found = chosen.read(Path(path))
-    return found if name in READERS.members() else _checked(found, os.fspath(name))
+        table = chosen.read(path, **options)
+    return table if name in READERS.members() else _checked(table, os.fspath(name))
 
 
-def _reader_of(path: Path, own: Reference | None) -> tuple[Reference, Reader]:
+def _reader_of(path: Path, own: Reference | None) -> tuple[Reference, Reader] | None:
     """What reads this kind of file, by its suffix: the user's own, one of ours, or an installed one."""
-    known: list[str] = []
-    for name in dict.fromkeys((*((own,) if own else ()), *READERS.members(), *READERS.names())):
-        reader = READERS.load(name)
+    for name, reader in _readers(own):
         if path.suffix.lower() in reader.suffixes:
             return name, reader
-        known += reader.suffixes
-    raise StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(sorted(set(known)))}.")
+    return None
+
+
+def _readers(own: Reference | None) -> Iterator[tuple[Reference, Reader]]:
+    for name in dict.fromkeys((*((own,) if own else ()), *READERS.members(), *READERS.names())):
+        yield name, READERS.load(name)
+
+
+def _unknown(path: Path, own: Reference | None) -> StickslipError:
+    known = sorted({suffix for _, reader in _readers(own) for suffix in reader.suffixes} | {*packed.SUFFIXES})
+    return StickslipError(f"'{path}' is of no known kind of log. Known are: {', '.join(known)}.")
 
 
 def _checked(found: object, name: str) -> Table:
@@ -77,4 +108,4 @@ def _checked(found: object, name: str) -> Table:
             f"Reader '{name}': all columns have one shape (n_samples,), found "
             f"{', '.join(f'{column} {shape}' for column, shape in shapes.items()) or 'no column'}."
         )
-    return Table(found.source, columns, found.units, found.first_line, found.scalars, found.left_out, found.rows)
+    return replace(found, columns=columns)

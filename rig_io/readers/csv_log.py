@@ -1,65 +1,67 @@
-"""CSV: one header row of plain names (or ``name [unit]``, or a row of units below), then numbers.
+"""Text: rows of numbers, above them perhaps a header of names (``name [unit]``, or a row of units) and other lines.
 
-Accepted besides comma and dot: a byte-order mark; ``;`` or tab between cells; a decimal comma with those.
+Accepted besides comma and dot: any encoding, `;`, tab, `|` or blanks between cells, a decimal comma, quotation marks,
+columns without names, columns of words (left out), date and time in one column or in two.
 """
 
 from __future__ import annotations
 
-import re
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass
-from io import StringIO
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from rig_io.logs import stamps
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import StickslipWarning
-from rig_io.logs.table import Reader, Table, content
+from rig_io.logs.table import Reader, Table, check_file
+from rig_io.logs.text_layout import (
+    BLANKS,
+    HEAD,
+    NO_NUMBER,
+    Layout,
+    encoding_of,
+    is_none,
+    is_number,
+    layout_of,
+    unquoted,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-# what recorders write where they have no number; the first are passed to pandas, the pattern knows all of them
-NO_NUMBER = ["", "nan", "NaN", "NAN", "NA", "N/A", "null", "None"]
-_NO_NUMBER = re.compile(
-    r"([+-]?(1[.,]#(QNAN|SNAN|IND|INF)\d*|[qs]?nan(\(\w*\))?|inf(inity)?|over|overflow|overrange|underflow|ol)"
-    r"|n/?a|#n/a|#num!|#value!|#div/0!|null|none|-+)?",
-    re.IGNORECASE,
-)
-_NAME_AND_UNIT = re.compile(r"^(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?$")
-_DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*$")
+BLOCK = 1 << 24  # bytes that are read at once
+OPTIONS = {
+    "encoding": "of the text, such as latin-1",
+    "separator": "semicolon, tab, comma, bar or blank",
+    "decimal": "point or comma",
+    "header": "number of the line that names the columns, 0 for none",
+    "dates": "day or month: which stands first in 03/04/2025",
+}
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """How a file is written: separator, decimal mark, names, units it states, line of its first row (from 1)."""
-
-    separator: str
-    decimal: str
-    names: tuple[str, ...]
-    units: Mapping[str, str]
-    first_line: int
-
-
-def read(path: Path) -> Table:
-    """Read every column of a CSV file as numbers.
+def read(path: Path, **options: str) -> Table:
+    """Read every column of a text file as numbers.
 
     A truncated last row is dropped with a `StickslipWarning`.
 
     Raises:
-        StickslipError: the file is missing, empty, not text, without header, holds a row of another length or a cell
-            that is no number; with the line number.
+        StickslipError: the file is missing, empty, not text, holds no rows of numbers, a row of another length or a
+            cell that is no number; with the line number.
     """
-    lines, whole = _lines(path)
-    layout = _layout(path, lines)
-    last = _last_row(path, lines, layout, whole)
-    return Table(
-        f"'{path}'", _numbers(path, lines[layout.first_line - 1 : last], layout), layout.units, layout.first_line
-    )
+    check_file(path, "a header row with 'time' and rows of numbers")
+    if options.get("dates", "day") not in stamps.ORDERS:
+        raise StickslipError(f"'{path}': dates begin with the 'day' or the 'month', found '{options['dates']}'.")
+    with _as_lines(path, options) as (file, encoding):
+        head = file.read(HEAD)
+        layout = layout_of(path, head, len(head) < HEAD, encoding, options)
+        file.seek(layout.offset)
+        return _table(path, layout, _blocks(file))
 
 
 def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
@@ -75,132 +77,250 @@ def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
     pandas.DataFrame(cells).to_csv(path, index=False, lineterminator="\n")
 
 
-def _lines(path: Path) -> tuple[list[str], bool]:
-    """Lines of the file without trailing blank ones, and whether the last one was ended by a line break."""
-    data = content(path, "a header row with 'time' and rows of numbers")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise StickslipError(f"'{path}' is not UTF-8 text (byte {error.start}). Save it as CSV in UTF-8.") from error
-    if "\0" in text:
-        raise StickslipError(f"'{path}' holds zero bytes: a binary file or UTF-16 text. Save it as CSV in UTF-8.")
-    lines = text.splitlines()
-    while not lines[-1].strip():
-        lines.pop()
-    return lines, text.endswith(("\n", "\r"))
-
-
-def _layout(path: Path, lines: list[str]) -> _Layout:
-    header = lines[0]
-    separator = next((mark for mark in (";", "\t") if mark in header), ",")
-    found = [_NAME_AND_UNIT.match(cell.strip().strip('"').strip()) for cell in header.split(separator)]
-    if None in found:
-        raise StickslipError(
-            f"'{path}': the header cell {found.index(None) + 1} of '{header[:60]}' is not a name or 'name [unit]'. "
-            "Name every column."
-        )
-    names = [match["name"] for match in found if match]
-    if all(_is_number(name.replace(",", ".")) for name in names):
-        raise StickslipError(f"'{path}' begins with numbers. Expected a header row of names, 'time' among them.")
-    double = next((name for name in names if names.count(name) > 1), None)
-    if double is not None:
-        raise StickslipError(f"'{path}' has two columns named '{double}'. Rename or remove one.")
-    units = {match["name"]: match["unit"] for match in found if match and match["unit"] is not None}
-    first = 1
-    below = [cell.strip().strip('"').strip("[]() ") for cell in lines[1].split(separator)] if len(lines) > 1 else []
-    if len(below) == len(names) and all(map(_is_unit, below)) and set(below) - {"", "1"}:
-        units |= dict(zip(names, below, strict=True))
-        first = 2
-    if len(lines) == first:
-        raise StickslipError(f"'{path}' has a header but no rows of numbers.")
-    sample = [cell for line in lines[first : first + 20] for cell in line.split(separator)]
-    comma = separator != "," and any(_DECIMAL_COMMA.match(cell) for cell in sample)
-    return _Layout(separator, "," if comma else ".", tuple(names), units, first + 1)
-
-
-def _last_row(path: Path, lines: list[str], layout: _Layout, whole: bool) -> int:
-    """Number of lines to use: all, or all but a truncated last one."""
-    expected = len(layout.names) - 1
-    wrong = [i for i in range(layout.first_line - 1, len(lines)) if lines[i].count(layout.separator) != expected]
-    last = len(lines) - 1
-    torn = wrong == [last] and lines[last].count(layout.separator) < expected
-    if torn or (not wrong and not whole and lines[last].rstrip().endswith(layout.separator)):
-        warnings.warn(f"'{path}': line {last + 1} is cut off and was left out.", StickslipWarning, stacklevel=4)
-        return last
-    if wrong:
-        line = wrong[0]
-        advice = "Mend or remove the row."
-        if layout.separator == "," and len(wrong) > 1 and lines[line].count(",") >= 2 * expected:
-            advice = "A comma as decimal mark needs ';' between cells, or use a decimal point."
-        raise StickslipError(
-            f"'{path}': line {line + 1} has {lines[line].count(layout.separator) + 1} cells, the header has "
-            f"{len(layout.names)}. {advice}"
-        )
-    return len(lines)
-
-
-def _numbers(path: Path, rows: list[str], layout: _Layout) -> dict[str, np.ndarray]:
-    if not rows:
-        raise StickslipError(f"'{path}' has a header but no complete row of numbers.")
-    import pandas
-
-    try:
-        frame = _parsed(rows, layout)
-    except (ValueError, pandas.errors.ParserError):
-        mark = layout.separator
-        plain = [mark.join("" if _is_none(cell) else cell for cell in row.split(mark)) for row in rows]
+@contextmanager
+def _as_lines(path: Path, options: Mapping[str, str]) -> Iterator[tuple[IO[bytes], str]]:
+    """The file with lines that end in a line feed, in an encoding that has ASCII in it, and that encoding."""
+    with open(path, "rb") as file:
+        head = file.read(HEAD)
+        if not head.strip():
+            raise StickslipError(f"The log '{path}' is empty. Expected a header row with 'time' and rows of numbers.")
+        encoding = options.get("encoding") or encoding_of(path, head)
         try:
-            frame = _parsed(plain, layout)
-        except (ValueError, pandas.errors.ParserError) as error:
-            raise _no_number(path, rows, layout) from error
-    return {name: frame[name].to_numpy() for name in layout.names}
+            "".encode(encoding)
+        except LookupError:
+            raise StickslipError(f"'{path}': there is no encoding '{encoding}'. Known are utf-8, latin-1 ...") from None
+        wide = encoding.lower().replace("_", "-").startswith(("utf-16", "utf-32"))
+        old = b"\r" in head and b"\n" not in head
+        file.seek(0)
+        if not (wide or old):
+            yield file, encoding
+            return
+        try:
+            text = file.read().decode(encoding)
+        except UnicodeDecodeError as error:
+            raise StickslipError(
+                f"'{path}' is not {encoding} text (byte {error.start}). Save it as CSV in UTF-8, or say what it is: "
+                "stickslip describe FILE --read encoding=NAME."
+            ) from error
+    yield BytesIO(text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").encode("utf-8")), "utf-8"
 
 
-def _parsed(rows: list[str], layout: _Layout) -> DataFrame:
-    import pandas
+def _blocks(file: IO[bytes]) -> Iterator[tuple[bytes, bool]]:
+    """Whole lines of a file, some megabytes of them, and whether they are the last."""
+    rest = b""
+    while True:
+        data = file.read(BLOCK)
+        if not data:
+            yield rest, True
+            return
+        end = data.rfind(b"\n") + 1
+        if not end:
+            rest += data
+            continue
+        whole, rest = rest + data[:end], data[end:]
+        # blank lines at the end of the file belong to the last block
+        body = whole.rstrip(b"\r\n\t \x1a")
+        keep = whole.find(b"\n", len(body)) + 1
+        rest = whole[keep:] + rest
+        yield whole[:keep], False
 
-    return pandas.read_csv(
-        StringIO("\n".join(rows) + "\n"),
-        sep=layout.separator,
-        decimal=layout.decimal,
-        header=None,
-        names=list(layout.names),
-        index_col=False,
-        dtype=np.float64,
-        na_values=NO_NUMBER,
-        skipinitialspace=True,
-        skip_blank_lines=False,
+
+def _table(path: Path, layout: Layout, blocks: Iterator[tuple[bytes, bool]]) -> Table:
+    """All rows, block by block."""
+    wanted = [j for j, kind in enumerate(layout.kinds) if kind not in ("text", "empty")]
+    parts: dict[int, list[np.ndarray]] = {j: [] for j in wanted}
+    zoned: dict[int, set[bool]] = {j: set() for j in wanted}
+    line = layout.first_line
+    for block, last in blocks:
+        if last:
+            block = _whole_rows(path, block, layout, line)
+        if not block.strip():
+            break
+        frame = _frame(path, block, layout, wanted, line)
+        for j in wanted:
+            if layout.kinds[j] == "number":
+                parts[j].append(frame[j].to_numpy())
+                continue
+            try:
+                found, zone = stamps.instants(frame[j], layout.kinds[j], layout.dates)
+            except StickslipError as error:
+                raise StickslipError(
+                    f"'{path}', from line {line} on, column '{layout.names[j]}': {error}. Write all in one zone."
+                ) from error
+            parts[j].append(found)
+            zoned[j].add(zone)
+        line += len(frame)
+    if line == layout.first_line:
+        raise StickslipError(f"'{path}' has a header but no complete row of numbers.")
+    return _joined(path, layout, parts, zoned)
+
+
+def _joined(path: Path, layout: Layout, parts: dict[int, list[np.ndarray]], zoned: Mapping[int, set[bool]]) -> Table:
+    """The table of the parts of each column; a date and a time of day become one column."""
+    columns: dict[str, np.ndarray] = {}
+    units = dict(layout.units)
+    made: list[str] = []
+    begin = None
+    for j in list(parts):
+        values, name, kind = np.concatenate(parts.pop(j)), layout.names[j], layout.kinds[j]
+        if kind == "number":
+            columns[name] = values
+            continue
+        if len(zoned[j]) > 1:
+            raise StickslipError(f"'{path}': some stamps of column '{name}' state a time zone, some do not.")
+        time, origin = stamps.seconds(values, kind, True in zoned[j])
+        columns[name] = time
+        units[name] = "s"
+        made.append(name)
+        begin = begin or origin
+    kinds = dict(zip(layout.names, layout.kinds, strict=True))
+    dates = [name for name in made if kinds[name] == "date"]
+    clocks = [name for name in made if kinds[name] == "time of day"]
+    if len(dates) == 1 and len(clocks) == 1:
+        # dates count from the first one: the time of day that falls at midnight begins there anew
+        day, clock = columns.pop(dates[0]), columns.pop(clocks[0])
+        within = np.mod(clock, stamps.DAY)
+        joined = f"{dates[0]} {clocks[0]}"
+        columns = {joined: day + within, **columns}
+        units = {joined: "s", **{name: unit for name, unit in units.items() if name not in (dates[0], clocks[0])}}
+        made = [joined, *(name for name in made if name not in (dates[0], clocks[0]))]
+    words = {
+        name: "a column of words" if kind == "text" else "a column of nothing"
+        for name, kind in kinds.items()
+        if kind in ("text", "empty") and (kind == "text" or not name.startswith("column "))
+    }
+    return Table(
+        f"'{path}'",
+        columns,
+        units,
+        layout.first_line,
+        left_out=words,
+        nameless=layout.nameless,
+        doubled=layout.doubled,
+        begin=begin,
+        stamps=tuple(made),
+        notes=layout.notes,
     )
 
 
-def _is_none(cell: str) -> bool:
-    return _NO_NUMBER.fullmatch(cell.strip().strip('"').strip()) is not None
+def _whole_rows(path: Path, block: bytes, layout: Layout, line: int) -> bytes:
+    """The last block without blank lines at its end, and without a last row that is cut off."""
+    ended = block.endswith((b"\n", b"\r"))
+    body = block.rstrip(b"\r\n\t \x1a" if layout.separator != "\t" else b"\r\n \x1a")
+    if not body.strip():
+        return b""
+    if layout.separator == "\t":
+        body = block.rstrip(b"\r\n \x1a")
+    begin = body.rfind(b"\n") + 1
+    final = body[begin:].decode(layout.encoding, errors="replace")
+    cells = _count(final, layout)
+    before = body[:begin]
+    short = cells < len(layout.names)
+    if (short and not ended) or (not ended and final.endswith(layout.separator) and layout.kinds[-1] != "empty"):
+        if line == layout.first_line and not before.strip():
+            raise StickslipError(f"'{path}' has a header but no complete row of numbers.")
+        number = line + before.count(b"\n")
+        warnings.warn(f"'{path}': line {number} is cut off and was left out.", StickslipWarning, stacklevel=6)
+        return before
+    return body + b"\n"
 
 
-def _no_number(path: Path, rows: list[str], layout: _Layout) -> StickslipError:
+def _count(row: str, layout: Layout) -> int:
+    """Cells of a row as it stands."""
+    return len(layout.cells(row)) if layout.separator == BLANKS or '"' in row else row.count(layout.separator) + 1
+
+
+def _frame(path: Path, block: bytes, layout: Layout, wanted: Sequence[int], line: int) -> DataFrame:
+    """The wanted columns of a block of whole rows, numbers as float64, stamps as text.
+
+    Raises:
+        StickslipError: a row of another length, or a cell that is no number; with its line.
+    """
+    import pandas
+
+    if not block.isascii():
+        block = block.decode(layout.encoding, errors="replace").encode("utf-8")
+    if b'"' in block:
+        block = unquoted(block.decode("utf-8"), layout.separator).encode("utf-8")
+    rows = block.count(b"\n")
+    if layout.separator == BLANKS:
+        counted = all(len(row.split()) == len(layout.names) for row in block.split(b"\n")[:-1])
+    else:
+        counted = block.count(layout.separator.encode()) == rows * (len(layout.names) - 1)
+    if not counted:
+        raise _uneven_row(path, block, layout, line)
+    try:
+        # as many separators as rows need, and none with too many, which pandas refuses: none has too few
+        return _parsed(block, layout, wanted)
+    except (ValueError, OverflowError, pandas.errors.ParserError):
+        text = block.decode("utf-8").replace("\r", "")
+        plain = "\n".join(
+            layout.separator.replace(BLANKS, " ").join("NaN" if is_none(c) else c for c in _raw(row, layout))
+            for row in text.split("\n")[:-1]
+        )
+        try:
+            return _parsed((plain + "\n").encode("utf-8"), layout, wanted)
+        except (ValueError, OverflowError, pandas.errors.ParserError) as error:
+            raise _no_number(path, text, layout, wanted, line) from error
+
+
+def _raw(row: str, layout: Layout) -> list[str]:
+    return row.split() if layout.separator == BLANKS else [cell.strip() for cell in row.split(layout.separator)]
+
+
+def _parsed(block: bytes, layout: Layout, wanted: Sequence[int]) -> DataFrame:
+    import pandas
+
+    everything = range(len(layout.names))
+    kinds = {j: np.float64 if layout.kinds[j] == "number" else "string" for j in everything}
+    found = pandas.read_csv(
+        BytesIO(block),
+        sep=layout.separator,
+        decimal=layout.decimal,
+        header=None,
+        names=list(everything),
+        index_col=False,
+        dtype=kinds,
+        na_values=NO_NUMBER,
+        keep_default_na=True,
+        skipinitialspace=True,
+        skip_blank_lines=False,
+        encoding="utf-8",
+    )
+    return found[list(wanted)]
+
+
+def _uneven_row(path: Path, block: bytes, layout: Layout, line: int) -> StickslipError:
+    """The error that names the first row of another length."""
+    rows = block.decode("utf-8", errors="replace").split("\n")[:-1]
+    counts = [_count(row.rstrip("\r"), layout) for row in rows]
+    expected = len(layout.names)
+    wrong = [i for i, count in enumerate(counts) if count != expected]
+    first = wrong[0] if wrong else 0
+    advice = "Mend or remove the row."
+    if layout.separator == "," and len(wrong) > 1 and counts[first] >= 2 * expected - 1:
+        advice = "A comma as decimal mark needs ';' between cells, or use a decimal point."
+    return StickslipError(
+        f"'{path}': line {line + first} has {counts[first]} cells, the header has {expected}. {advice}"
+    )
+
+
+def _no_number(path: Path, text: str, layout: Layout, wanted: Sequence[int], line: int) -> StickslipError:
     """The error that names the first cell that is neither a number nor a recorder's word for none."""
-    for i, row in enumerate(rows):
-        for name, cell in zip(layout.names, row.split(layout.separator), strict=True):
-            text = cell.strip()
-            if not _is_none(text) and not _is_number(text.replace(layout.decimal, ".")):
+    for i, row in enumerate(text.split("\n")[:-1]):
+        cells = _raw(row, layout)
+        for j in wanted:
+            if layout.kinds[j] == "number" and not is_none(cells[j]) and not is_number(cells[j], layout.decimal):
+                other = "," if layout.decimal == "." else "."
+                advice = "Mend or remove the row."
+                if is_number(cells[j], other):
+                    mark = "comma" if other == "," else "point"
+                    advice = f"If that is its decimal mark, say so: stickslip describe FILE --read decimal={mark}."
                 return StickslipError(
-                    f"'{path}': line {layout.first_line + i}, column '{name}' holds '{text[:40]}', not a number. "
-                    "Mend or remove the row."
+                    f"'{path}': line {line + i}, column '{layout.names[j]}' holds '{cells[j][:40]}', not a number. "
+                    f"{advice}"
                 )
     return StickslipError(f"'{path}' cannot be read as a table of numbers. Save it again as plain CSV, UTF-8.")
 
 
-def _is_unit(text: str) -> bool:
-    """Whether a cell below the header can be a unit; that of a count may be written 1 or left out."""
-    return text in ("", "1") or not (_is_number(text.replace(",", ".")) or _is_none(text))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-READER = Reader((".csv", ".txt"), read)
+READER = Reader((".csv", ".txt", ".tsv", ".asc", ".dat", ".t"), read, OPTIONS)

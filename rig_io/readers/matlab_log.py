@@ -14,7 +14,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import IsolatedFailure, Limits, isolated
 from rig_io.logs.mat_file import Array, Damaged, arrays
-from rig_io.logs.table import Reader, Table, content
+from rig_io.logs.table import Reader, Table, check_file
 
 HEADER = 128  # bytes of version 5 before the first variable; the last four are version and byte order
 VERSIONS = (b"\x00\x01IM", b"\x01\x00MI")
@@ -65,7 +65,9 @@ def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 
 def _variables(path: Path) -> list[Array]:
-    data = content(path, "a MATLAB file with vectors of numbers")
+    check_file(path, "a MATLAB file with vectors of numbers")
+    with open(path, "rb") as file:
+        data = file.read(1024)
     hdf5 = _HDF5 in (data[: len(_HDF5)], data[512 : 512 + len(_HDF5)])
     if not hdf5 and data[HEADER - 4 : HEADER] not in VERSIONS:
         raise StickslipError(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
 from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
@@ -22,19 +23,20 @@ class Checked:
     """Columns of a rig log, ``time`` first, each (n,) float64 in its expected unit; NaN where the file has no number.
 
     breaks: samples at which a further recording begins; said: what was mended, in sentences; table: where they are
-    from, with the rows that are left.
+    from, with the rows that are left; units: of the columns, of which only a laser's may be another one than usual (m).
     """
 
     table: Table
     columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
     breaks: tuple[int, ...]
     said: tuple[str, ...]
 
 
-def checked(table: Table, stated_units: Mapping[str, str], repair: Collection[str] = ()) -> Checked:
+def checked(table: Table, repair: Collection[str] = ()) -> Checked:
     """The known columns of a table in their expected units, on a rising clock; unknown columns are left out.
 
-    stated_units: from the sidecar; where it is silent the file's own units count. repair: see `rig_io.repair.clock`.
+    repair: see `rig_io.repair.clock`.
 
     Raises:
         StickslipError: a needed column or unit is missing, a unit has another dimension, a count is not whole, a column
@@ -56,9 +58,9 @@ def checked(table: Table, stated_units: Mapping[str, str], repair: Collection[st
             f"{table.source} is too short: {rows} rows, at least {SHORTEST} are needed. Record a longer log."
         )
     known = {name: column for name, column in COLUMNS.items() if name in table.columns}
+    known = {name: _as_length(column, table.units.get(name)) for name, column in known.items()}
     converted = {
-        name: _in_unit(table, column, _whole(table, column), stated_units.get(name, table.units.get(name)))
-        for name, column in known.items()
+        name: _in_unit(table, column, _whole(table, column), table.units.get(name)) for name, column in known.items()
     }
     clock = mended(converted[TIME.name], table, repair)
     table = replace(table, rows=clock.rows)
@@ -71,7 +73,18 @@ def checked(table: Table, stated_units: Mapping[str, str], repair: Collection[st
         if name != TIME.name:
             said += _missing_numbers(table, name, found[name])
     check_sizes(table.source, found)
-    return Checked(table, found, clock.breaks, tuple(said))
+    return Checked(table, found, {name: column.unit for name, column in known.items()}, clock.breaks, tuple(said))
+
+
+def _as_length(column: Column, unit: str | None) -> Column:
+    """A laser whose telemeter writes lengths: its column is of metres."""
+    if column.name != "laser" or unit in (None, column.unit):
+        return column
+    try:
+        conversion(str(unit), "m", "")
+    except StickslipError:
+        return column
+    return replace(column, unit="m")
 
 
 def _missing(table: Table, name: str, what: str = "") -> StickslipError:
@@ -79,10 +92,13 @@ def _missing(table: Table, name: str, what: str = "") -> StickslipError:
         return StickslipError(
             f"{table.source}: '{name}' is {table.left_out[name]}. It is needed as a vector of numbers."
         )
-    hint = nearest(name, table.columns)
+    others = [*table.columns, *table.left_out]
+    # closer than for a slip of the keys: 'Antrieb' has half the letters of 'time'
+    close = difflib.get_close_matches(name, others, n=1, cutoff=0.7)
+    hint = f" Did you mean '{close[0]}'?" if close else ""
     return StickslipError(
-        f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(table.columns)}."
-        f"{hint if 'Did' in hint else ''} Rename the column (names as in the README.md of stickslip data)."
+        f"{table.source} lacks {what or repr(name)}; its columns are {', '.join(others)}.{hint} Say which one it is: "
+        f"stickslip describe FILE --map COLUMN={name}."
     )
 
 

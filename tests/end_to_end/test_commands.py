@@ -338,8 +338,8 @@ def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
 
     whole = workers.judged
 
-    def two_then_an_interrupt(cases, progress, **options):
-        cells = whole(cases, progress, **options)
+    def two_then_an_interrupt(cases, progress, pool):
+        cells = whole(cases, progress, pool)
         yield next(cells)
         yield next(cells)
         cells.close()  # type: ignore[attr-defined]  # a generator
@@ -351,3 +351,15 @@ def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
     assert (answer.json["finished"], answer.json["totals"]["failed"]) == (2, 0)
     assert answer.json["asked"] > 10
     assert "interrupted" in answer.err
+
+
+@pytest.mark.parametrize("what", ["models", "maps"])
+def test_a_list_is_kept_and_then_imports_no_member(stickslip, what):
+    first = stickslip(what, "--json").out
+    code = (
+        "import sys; from identification.cli import main\n"
+        "try: main()\n"
+        "finally: assert 'sympy' not in sys.modules and 'numpy' not in sys.modules"
+    )
+    again = subprocess.run([sys.executable, "-c", code, what, "--json"], capture_output=True, text=True, check=False)
+    assert (again.returncode, again.stderr, again.stdout) == (0, "", first)

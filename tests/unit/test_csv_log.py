@@ -99,6 +99,13 @@ ACCEPTED = {
     "blank lines at the end": lambda text: text + "\n\n",
     "row of units": lambda text: text.replace("\n", "\ns,V,1,s\n", 1),
     "units in the header": lambda text: text.replace("time,laser", "time [s],laser [V]"),
+    "a column without a name": lambda text: "\n".join(
+        f"{line}," if i == 0 else f"{line},3" for i, line in enumerate(text.splitlines())
+    ),
+    "lines above the header": lambda text: "Recorder 7\nGain: 3 mV\n\n" + text,
+    "quotation marks": lambda text: "\n".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")) for line in text.splitlines()
+    ),
     "an unknown column": lambda text: "\n".join(
         line + (",lab_temperature" if line.startswith("time") else ",21.5") for line in text.splitlines()
     ),
@@ -145,7 +152,6 @@ REFUSED = {
     "no angle": (lambda text: text.replace("laser", "lasso").replace("encoder_count", "count"), "lacks one source"),
     "edge times without count": (lambda text: text.replace("encoder_count", "count"), "lacks 'encoder_count'"),
     "doubled name": (lambda text: text.replace("laser", "time"), "two columns named 'time'"),
-    "nameless column": (lambda text: text.replace("laser", ""), "cell 2 .* is not a name"),
     "column without numbers": (
         lambda text: "\n".join(cell_of(line, 2, "OVER" if i else "laser") for i, line in enumerate(text.splitlines())),
         "column 'laser' holds no number",
@@ -183,10 +189,33 @@ def test_a_row_torn_off_at_the_end_is_left_out_with_a_warning(package: Path) -> 
         assert len(log.time) == 50
 
 
-def test_text_of_another_encoding_is_named(package: Path) -> None:
-    edit_sidecar(package, lambda content: content["resources"][0].pop("hash"))
-    (package / "a.csv").write_bytes("time,laser\n0,1 µm\n".encode("latin-1"))
-    with pytest.raises(StickslipError, match="not UTF-8"):
+@pytest.mark.parametrize("encoding", ["latin-1", "cp1252", "utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_text_of_any_encoding_is_read(package: Path, encoding: str) -> None:
+    plain = read_log(package / "a.csv")
+    text = (
+        (package / "a.csv")
+        .read_text()
+        .replace(
+            "time,",
+            "Gr\N{LATIN SMALL LETTER O WITH DIAERESIS}\N{LATIN SMALL LETTER SHARP S}e [\N{MICRO SIGN}m],time,",
+            1,
+        )
+    )
+    head, rest = text.split("\n", 1)
+    edit_csv(package, lambda text: text)
+    (package / "a.csv").write_bytes("\n".join([head, *(f"1,{line}" for line in rest.splitlines())]).encode(encoding))
+    log = read_log(package / "a.csv")
+    np.testing.assert_array_equal(log.column("laser"), plain.column("laser"))
+
+
+def test_bytes_that_are_no_text_in_a_stated_encoding_are_named(package: Path) -> None:
+    edit_csv(package, lambda text: text)
+
+    def as_wide(content) -> None:
+        content["resources"][0]["dialect"] = {"encoding": "utf-16"}
+
+    edit_sidecar(package, as_wide)
+    with pytest.raises(StickslipError, match="stickslip describe FILE --read"):
         read_log(package / "a.csv")
 
 
@@ -295,7 +324,8 @@ def test_no_sidecar_breaks_the_reader(tmp_path_factory, data) -> None:
         node = node[key]
     node[last] = data.draw(JSON)
     sidecar.write_text(json.dumps(content))
-    with contextlib.suppress(StickslipError):
+    with contextlib.suppress(StickslipError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", StickslipWarning)
         assert len(read_package(folder)[0].time) == 50
 
 

@@ -77,6 +77,7 @@ def test_one_unit_may_be_written_in_many_ways(text: str, same: str) -> None:
         ("Ym12 Ym12 Ym12", "beyond the range of numbers"),
         ("__import__", "'__import__' is not a unit"),
         ("m;s", "';' has no meaning"),
+        ("degC^2", "multiplies one whose zero is not that of its base"),
         ("m" * 101, "at most 100 characters"),
         ("", "write 1 for a pure number"),
     ],

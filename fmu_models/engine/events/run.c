@@ -40,6 +40,14 @@ RunStatus run_initialize(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
     }
+    memset(r->closings, 0, sizeof r->closings);
+    if (MODEL_NM > 0) {
+        taylor_load(r, &r->scratch);
+        model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+        if (run_check_mass(r, &r->scratch) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
+    }
     r->accumulation_start = r->last_event = r->pace_start = r->at.time;
     r->pace_first_step = r->steps;
     r->pace_first_event = r->events;

@@ -13,7 +13,7 @@
  *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
  *                 and all that stick or are closed (another contact's change can tear them loose)
  *     choose:     mode_selection.c
- *     settle:     a bounce in the tail of a chatter is the last: its contact is held from here on (impact.c)
+ *     settle:     an impact in the tail of a chatter is the last: its contacts are held from here on (chatter.c)
  *
  * Changes at one instant are bounded; beyond the bound the run stops and names the contact.
  */
@@ -21,6 +21,7 @@
 
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
+#include "chatter.h"
 #include "contact_placement.h"
 #include "impact.h"
 #include "mode_selection.h"
@@ -68,7 +69,10 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c])))
                           || placement_at_zero_slip(r, c);
         r->at.known[c][SLOT_NORMAL] = 1;
-        r->at.memory[c] = r->struck[c] ? fmax(r->at.memory[c], speed[c]) : r->at.memory[c];
+        if (r->struck[c]) {
+            r->at.memory[c] = fmax(r->at.memory[c], speed[c]);
+            r->closings[c].fastest = fmax(r->closings[c].fastest, speed[c]);
+        }
         candidate[c] = (signed char)rests;
         if (!rests) {
             placement_open(r, c);
@@ -83,39 +87,6 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     }
     placement_others(r, candidate);
     return RUN_OK;
-}
-
-/* contacts that bounced slowly enough are held from now on, until infinitely many bounces would be over */
-static RunStatus settle(Run *r, int *moved)
-{
-    const signed char at_limit[NC] = {0};
-    signed char candidate[NC] = {0};
-    int any = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
-        double wait;
-        int other;
-        if (!r->struck[c] || r->at.state[c] != CONTACT_AWAY || !impact_settles(r, c, &wait, &other)) {
-            continue;
-        }
-        for (int e = c; e >= 0; e = e == c ? other : -1) {
-            r->at.settles[e] = r->at.time + wait;
-            r->at.state[e] = r->at.settles[e] > r->at.time ? CONTACT_CHATTERING : CONTACT_TOUCHING;
-            candidate[e] = 1;
-            any = 1;
-        }
-    }
-    if (!any) {
-        return RUN_OK;
-    }
-    placement_load(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (candidate[c]) {
-            placement_friction(r, c, candidate);
-        } else if (contact_is_held(r->at.state, c)) {
-            candidate[c] = 1;
-        }
-    }
-    return selection_make(r, candidate, at_limit, moved);
 }
 
 /* the signs with which the depths of regions leave zero where the body rests at their end; 0 for all others */
@@ -199,7 +170,7 @@ RunStatus transition_reconsider(Run *r, int *moved)
     if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    return any ? settle(r, moved) : RUN_OK;
+    return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
 /* states jump where the contact's switching function reaches zero from the side it was on */
@@ -304,7 +275,7 @@ RunStatus transition_make(Run *r, int *moved)
     if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    return any ? settle(r, moved) : RUN_OK;
+    return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
 /* whether events accumulate at a time; asked once per event */

@@ -65,6 +65,15 @@ typedef struct {
     double searched; /* variable of the series up to which the step in use has been searched */
 } Section;
 
+/* how a rigid contact has closed again and again */
+typedef struct {
+    long count;
+    double struck;              /* time of its last impact */
+    double closed, closed_rest; /* time of its last closing, and what rounding took from it */
+    double pause, ratio;        /* between the last two closings, and in parts of the pause before */
+    double fastest;             /* speed of impact */
+} Closings;
+
 typedef struct {
     Tolerances tolerances;
     Point at;       /* where the run is */
@@ -81,6 +90,7 @@ typedef struct {
     ImpactPhase impact[2];
     signed char struck[MODEL_ROOM(MODEL_NC)];
     double impact_work;
+    Closings closings[MODEL_ROOM(MODEL_NC)];
     double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: of rigid contacts, from nominal coordinates */
     double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */
     int segment_rooted;                  /* its series run in the square root of time */
@@ -114,6 +124,8 @@ void run_reset(Run *r);
 /* after any write to p, u, du, x or time: forget the step in use (p: derive the constants anew) */
 void run_parameters_changed(Run *r);
 void run_touched(Run *r);
+/* the same run at a time that is later by so much, for a motion whose forcing is the same there */
+void run_shift_time(Run *r, double by);
 
 /* RUN_ERROR with a message */
 RunStatus run_fail(Run *r, const char *format, ...)
@@ -123,6 +135,8 @@ RunStatus run_fail(Run *r, const char *format, ...)
     ;
 /* the same if a value is not finite */
 RunStatus run_check_finite(Run *r, const char *what, const double *values, int n);
+/* the same if a pivot of the mass matrix, as it was last factored, is not positive */
+RunStatus run_check_mass(Run *r, const Jets *j);
 /* names of contacts in quotes, as a list, cut where it does not fit */
 void run_name_contacts(const int *contact, int count, char *names, size_t size);
 

@@ -99,6 +99,32 @@ static void KIND(solve_column)(Real L[NC][NC], int n, int rank, const Real *D, i
     }
 }
 
+/* all columns of D S^+ D; with drag S is not symmetric, and S^+ = S^T (S S^T)^+ */
+static void KIND(solve_least_norm)(Real S[NC][NC], int n, int symmetric, const Real *D, Real columns[NC][NC])
+{
+    Real P[NC][NC];
+    Real L[NC][NC];
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++) {
+            P[i][k] = S[i][k];
+            for (int e = 0; !symmetric && e < n; e++) {
+                P[i][k] = (e == 0 ? 0.0 : P[i][k]) + S[i][e] * S[k][e];
+            }
+        }
+    }
+    const int rank = KIND(cholesky)(P, n, L);
+    for (int e = 0; e < n; e++) {
+        Real column[NC];
+        KIND(solve_column)(L, n, rank, D, e, column);
+        for (int i = 0; i < n; i++) {
+            columns[i][e] = symmetric ? column[i] : 0.0;
+            for (int k = 0; !symmetric && k < n; k++) {
+                columns[i][e] += D[i] * S[k][i] * column[k] / D[k];
+            }
+        }
+    }
+}
+
 /* the same where S is regular, symmetric or not: all columns of D S^-1 D, by elimination with pivoting; 0 if S is
    singular */
 static int KIND(solve_regular)(Real A[NC][NC], int n, const Real *D, Real columns[NC][NC])
@@ -205,7 +231,6 @@ void contact_factor(const Point *at, const Jets *j, const signed char *member, c
         return;
     }
     Real S[NC][NC];
-    Real L[NC][NC];
     Real D[NC];
     for (int i = 0; i < s->count; i++) {
         /* the friction of a rigid contact has a capacity only once the forces are known */
@@ -217,14 +242,11 @@ void contact_factor(const Point *at, const Jets *j, const signed char *member, c
         return;
     }
     KIND(scale_effects)(j, s, D, S);
-    const int rank = KIND(cholesky)(S, s->count, L);
-    for (int e = 0; e < s->count; e++) {
-        Real column[NC];
-        KIND(solve_column)(L, s->count, rank, D, e, column);
-        for (int i = 0; i < s->count; i++) {
-            s->inverse[i][e] = column[i];
-        }
+    int symmetric = 1;
+    for (int i = 0; i < s->count; i++) {
+        symmetric &= s->drag[i] == 0.0;
     }
+    KIND(solve_least_norm)(S, s->count, symmetric, D, s->inverse);
 }
 
 /* order k of the product of two series */
@@ -241,7 +263,8 @@ static Real KIND(product)(const Real *a, const Real *b, int k)
 static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
 {
     Real sum = 0.0;
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
+        const int e = model_joined[n];
         /* what is still unknown at this order acts through its lower orders only */
         const int silent = MODEL_CONSTANT_INERTIA && !contact_has_law(at->state, e);
         if (silent || at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED) {
@@ -313,7 +336,8 @@ void contact_forces(Point *at, Jets *j, int k)
 Real contact_rate(const Jets *j, int i, int k)
 {
     Real sum = j->a[i][k];
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int n = model_acting_first[i]; n < model_acting_first[i + 1]; n++) {
+        const int c = model_acting[n];
         sum += MODEL_CONSTANT_INERTIA ? j->W[i][c][0] * j->force[c][k] : KIND(product)(j->W[i][c], j->force[c], k);
     }
     return sum;

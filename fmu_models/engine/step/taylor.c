@@ -334,6 +334,9 @@ RunStatus taylor_step(Run *r, double limit)
     h = fmin(h, end);
     const double least = LEAST_STEP * DBL_EPSILON * fabs(r->at.time);
     if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > least)) {
+        if (run_check_mass(r, &r->jets) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
         return run_fail(r,
                         "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
                         "(a state that is not finite, or a singular law)",

@@ -32,6 +32,7 @@
 
 /* the model and the flow once more, for numbers with a tangent; jets.h first */
 #include "../model/jets.h"
+#include "../model/mass_matrix.h"
 
 #include "../model_kind.c"
 #include "../step/contact_forces.c"
@@ -162,6 +163,20 @@ static int falling_series(const Run *r, const Jets *j, int c, int slot, int orde
     return order - (margin || closed);
 }
 
+/* the order up to which the series is finite: just before a force that is a root of the depth lets go, its high orders
+   grow beyond all numbers, and the step is so short that they do not matter */
+static int finite_order(const Tangent *t, int order)
+{
+    for (int m = 2; m <= order; m++) {
+        for (int i = 0; i < MODEL_NX; i++) {
+            if (!isfinite(creal(t->jets.x[i][m])) || !isfinite(cimag(t->jets.x[i][m]))) {
+                return m - 1;
+            }
+        }
+    }
+    return order;
+}
+
 /* the length over which the derivatives of the states keep the tolerance */
 static double shortest_length(const Run *r, Tangents *tangents)
 {
@@ -170,7 +185,7 @@ static double shortest_length(const Run *r, Tangents *tangents)
     for (int k = 0; k < tangents->count; k++) {
         Tangent *t = &tangents->list[k];
         flow_series(&t->at, &t->jets, order);
-        t->order = order;
+        t->order = finite_order(t, order);
         for (int i = 0; i < MODEL_NX; i++) {
             double derivative[POLYNOMIAL_TERMS];
             for (int m = 0; m <= order; m++) {
@@ -333,6 +348,31 @@ void tangents_hold(Tangents *tangents)
         t->at.time = creal(t->at.time);
         t->order = 0;
     }
+}
+
+void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction)
+{
+    Point *at = &tangents->list[k].at;
+    rejoin(r, &tangents->list[k]);
+    for (int i = 0; i < MODEL_NX; i++) {
+        at->x[i] = r->at.x[i] + EPS * direction[i] * _Complex_I;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        at->memory[c] = r->at.memory[c] + EPS * direction[MODEL_NX + c] * _Complex_I;
+    }
+    at->time = r->at.time + EPS * direction[MODEL_NX + MODEL_NC] * _Complex_I;
+}
+
+void tangents_read(const Tangents *tangents, int k, double *direction)
+{
+    const Point *at = &tangents->list[k].at;
+    for (int i = 0; i < MODEL_NX; i++) {
+        direction[i] = cimag(at->x[i]) / EPS;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        direction[MODEL_NX + c] = cimag(at->memory[c]) / EPS;
+    }
+    direction[MODEL_NX + MODEL_NC] = cimag(at->time) / EPS;
 }
 
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)

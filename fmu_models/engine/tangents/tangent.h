@@ -19,6 +19,10 @@ void tangents_along(Tangents *tangents, int k, Along what, int index);
 void tangents_choose(const Run *r, Tangents *tangents);
 /* the tangents at the very time of the run: an event just passed came earlier or later for them */
 void tangents_hold(Tangents *tangents);
+/* tangent k from the present point of the run on, along a direction of states, memories of contacts, and time
+   (MODEL_NX + MODEL_NC + 1 numbers), and the direction that it has come to */
+void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction);
+void tangents_read(const Tangents *tangents, int k, double *direction);
 /* a step from r towards a time, where there is none in use; until: how far the tangents may be evaluated at or moved by
    it */
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until);

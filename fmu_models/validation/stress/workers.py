@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 
 from fmu_models import oscillators
-from fmu_models.base.processes import IsolatedFailure, Limits, in_processes
+from fmu_models.base.processes import IsolatedFailure, Limits, Pool
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.validation.stress.cases import Case, grid
@@ -27,33 +27,25 @@ def cases_of(name: str, until: float | None = None) -> list[Case]:
     return grid(name, model, Equations(model), until=until)
 
 
-def judged(
-    cases: Sequence[Case],
-    progress: Callable[[float], None],
-    *,
-    processes: int | None = None,
-    patience: float = PATIENCE,
-) -> Iterator[Cell]:
-    """The cells of the cases as they are finished; ``progress`` is told the fraction done."""
-    outcomes = in_processes(
-        _Judge().judged,
-        [(case,) for case in cases],
-        processes=processes or os.cpu_count() or 1,
-        limits=Limits(patience),
-        threads=1,
-        group=operator.attrgetter("model"),
-    )
+def judges(processes: int | None = None, patience: float = PATIENCE) -> Pool[Cell]:
+    """Children for ``judged``, one per core if no number is given; they start now."""
+    return Pool(_Judge().judged, processes=processes or os.cpu_count() or 1, limits=Limits(patience), threads=1)
+
+
+def judged(cases: Sequence[Case], progress: Callable[[float], None], pool: Pool[Cell]) -> Iterator[Cell]:
+    """The cells of the cases as they are finished by ``judges``; ``progress`` is told the fraction done."""
+    outcomes = pool.run([(case,) for case in cases], group=operator.attrgetter("model"))
     for done, (number, outcome) in enumerate(outcomes, 1):
         progress(done / len(cases))
         if isinstance(outcome, IsolatedFailure):
-            yield _failed(cases[number], outcome, patience)
+            yield _failed(cases[number], outcome, pool.limits.time)
         elif isinstance(outcome, Exception):
             raise outcome
         else:
             yield outcome
 
 
-def _failed(case: Case, failure: IsolatedFailure, patience: float) -> Cell:
+def _failed(case: Case, failure: IsolatedFailure, patience: float | None) -> Cell:
     late = failure.cause == "time"
     said = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
     return Cell(case, "failed", None, "process", said, seconds=failure.seconds)

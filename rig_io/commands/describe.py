@@ -1,0 +1,193 @@
+"""Command that says what the columns of logs are, and writes their sidecar."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Json, Overwrite
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import refuse_existing
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rig_io.description.draft import Draft
+    from rig_io.description.questions import Question
+
+Many = list[str] | None
+
+
+def describe(
+    files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Logs of one folder, or the folder.")],
+    mapped: Annotated[
+        Many, typer.Option("--map", metavar="COLUMN=ROLE", help="Role of a column, 'none' for no role; repeat.")
+    ] = None,
+    units: Annotated[Many, typer.Option("--unit", metavar="COLUMN=UNIT", help="Unit of a column; repeat.")] = None,
+    values: Annotated[
+        Many,
+        typer.Option(
+            "--set", metavar="NAME=VALUE±U", help="J, k, c, R, r, N0, N1, laser, encoder, drive0, drive1; repeat."
+        ),
+    ] = None,
+    uncertainties: Annotated[
+        Many, typer.Option("--uncertainty", metavar="NAME=U", help="Standard uncertainty of a --set value; repeat.")
+    ] = None,
+    kinds: Annotated[
+        Many, typer.Option("--kind", metavar="FILE=KIND", help="stick-slip or free-decay; repeat for several.")
+    ] = None,
+    read: Annotated[
+        Many,
+        typer.Option("--read", metavar="OPTION=VALUE", help="How files are written: decimal=comma ..."),
+    ] = None,
+    join: Annotated[
+        str | None,
+        typer.Option(metavar="RULE", help="FILES are one run: columns, time, clocks; none: each is one."),
+    ] = None,
+    answers: Annotated[Path | None, typer.Option(metavar="FILE", help="Answers (.toml) to all questions.")] = None,
+    like: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Described logs of the same recorder; nothing is asked.")
+    ] = None,
+    confirm: Annotated[bool, typer.Option("--confirm", help="What is guessed is right.")] = False,
+    reader: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Reader for a kind of logs of your own: my_reader.py.")
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Draw the columns with their roles (png, svg, pdf).")
+    ] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Say what the columns of logs are, and write datapackage.json beside them; the logs stay as they are.
+
+    Roles and units are proposed with the reason. What cannot be known is asked, one question at a time, on a terminal;
+    elsewhere it is given by options or answers.
+
+    Example: stickslip describe data/machines/axis.csv --map force=none --json
+    """
+    from rig_io.description.answers import Answers, from_file, from_options
+    from rig_io.description.draft import draft, write
+
+    refuse_existing(figure, overwrite=overwrite)
+    said = from_options(mapped, units, values, uncertainties, kinds, read, join, confirm)
+    said = said.over(from_file(answers) if answers is not None else Answers())
+    with console.warnings_said(), console.progress("reading") as advance:
+        made = draft(files, said, like, reader)
+        advance(0.9)
+    if figure:
+        from fmu_models.report.figures import save_figure
+        from rig_io.description.figure import columns_figure
+
+        save_figure(columns_figure(made.logs), figure, overwrite=overwrite)
+    asking = sys.stdin.isatty() and not json
+    if asking:
+        show(made, console.console())
+        made = ask(made)
+    target = write(made)
+    content = {"sidecar": str(target), "logs": [_plain(log) for log in made.logs], **_open(made)}
+    content["files"] = [str(figure)] if figure else []
+    console.say(json, content, lambda out: finish(made, target, not asking, out))
+
+
+def ask(made: Draft) -> Draft:
+    """Ask what is open, until nothing is; a wrong answer is asked for again, with the reason."""
+    from rig_io.description.questions import answered, questions
+
+    out = console.console()
+    while left := questions(made):
+        question = left[0]
+        out.print(console.plain(f"\n{question.text}"))
+        hint = f"{question.form}; Enter: {question.proposal}" if question.proposal else question.form
+        try:
+            text = input(f"  [{hint}] > ")
+            made = replace(made, answers=answered(made, question, text))
+        except EOFError:
+            raise typer.Abort from None
+        except StickslipError as error:
+            out.print(console.plain(f"  {error}"))
+            continue
+        if question.key == "columns" and text.strip():
+            show(made, out)
+    return made
+
+
+def show(made: Draft, out: Console) -> None:
+    """The columns with their roles."""
+    shown: set[tuple[object, ...]] = set()
+    for log in made.logs:
+        names = " + ".join(file.path.name for file in log.files)
+        kind = f"{log.kind} ({log.kind_reason})" + ("" if log.rule is None else f", joined by {log.rule}")
+        alike = tuple((one.name, one.role, one.unit) for file in log.files for one in file.columns)
+        out.print(console.plain(f"{names}: {kind}{', columns as above' if alike in shown else ''}", style="bold"))
+        if alike in shown:
+            continue
+        shown.add(alike)
+        table = console.table("column", "role", "unit", ">sure", "why")
+        for file in log.files:
+            for one in file.columns:
+                sure = f"{100 * one.confidence:.0f} %" if one.role else ""
+                unit = f"{one.unit or ''}{' ?' if 'unit' in one.guessed else ''}"
+                role = f"{one.role or '-'}{' ?' if 'role' in one.guessed else ''}"
+                table.add_row(console.plain(one.name), role, unit, sure, one.reason)
+        out.print(table)
+    for file in (file for log in made.logs for file in log.files):
+        for name, why in file.table.left_out.items():
+            out.print(console.plain(f"{file.path.name}: '{name}' is left out: {why}."))
+
+
+def finish(made: Draft, target: Path, with_columns: bool, out: Console) -> None:
+    """What was written and what is open."""
+    from rig_io.description.questions import questions
+
+    if with_columns:
+        show(made, out)
+    out.print(console.plain(f"written: {target}"))
+    left = questions(made)
+    for question in left:
+        out.print(console.plain(f"Open: {question.text} {_option(question)}"))
+    if not left:
+        out.print(console.plain(f"Fit:  stickslip fit {made.folder}"))
+
+
+def _option(question: Question) -> str:
+    """How the command is told."""
+    if question.key == "columns":
+        return "--confirm, or --map COLUMN=ROLE, --unit COLUMN=UNIT, --kind FILE=KIND"
+    return f"--set '{question.key}={question.form.removesuffix(' (or unknown)')}'"
+
+
+def _open(made: Draft) -> dict[str, Any]:
+    from rig_io.description.questions import questions
+
+    left = questions(made)
+    asked = [{"key": q.key, "text": q.text, "form": q.form, "option": _option(q)} for q in left]
+    return {"questions": asked, "complete": not left}
+
+
+def _plain(log: Any) -> dict[str, Any]:
+    """A log as JSON values."""
+    files = []
+    for file in log.files:
+        columns = [
+            {
+                "name": one.name,
+                "role": one.role,
+                "unit": one.unit,
+                "header_unit": one.header,
+                "confidence": round(one.confidence, 2),
+                "reason": one.reason,
+                "guessed": dict(one.guessed),
+            }
+            for one in file.columns
+        ]
+        rows = len(next(iter(file.table.columns.values()), ()))
+        left_out = dict(file.table.left_out)
+        files.append(
+            {"file": str(file.path), "rows": rows, "columns": columns, "left_out": left_out, "notes": file.table.notes}
+        )
+    return {"name": log.name, "kind": log.kind, "kind_reason": log.kind_reason, "join": log.rule, "files": files}

@@ -1,0 +1,77 @@
+"""What the name of a column says of its role, in English, German, French, Italian and Spanish."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+from rig_io.logs.columns import COLUMNS
+
+EXACT, CLEAR, FAINT = 0.95, 0.7, 0.35
+
+_DRIVE = (
+    r"drive|driv|antrieb|treib|motor|moteur|motore|entrain|menant|azion|traino|accion|impuls?or|belt|band|rolle|roller"
+)
+_ENCODER = (
+    r"encoder|geber|drehgeber|inkrement|codeur|codificador|pulse|impuls|count|zahler|zaehler|compteur|contatore|contador"
+    r"|ticks?\b|inc\b"
+)
+_SPEED = r"speed|drehzahl|geschwind|vitesse|veloc|rpm|omega|winkelgeschw|u min"
+_EDGE = r"edge|flank|front|flanc|flanco|fronte"
+_WORDS: tuple[tuple[str, str, float], ...] = (
+    (
+        "time",
+        r"^(time|zeit|temps|tempo|tiempo|t|timestamp|zeitstempel|datum|date|uhrzeit|heure|ora|hora|x ?value)\b",
+        CLEAR,
+    ),
+    ("time", r"time|zeit|temps|tiempo|datum|uhrzeit|stamp|sekund|second|horodat|x value", 0.5),
+    ("laser", r"laser|telemet|lase\b", CLEAR),
+    ("laser", r"weg|abstand|distan|displac|verschieb|deplac|sposta|desplaz|triang|\bdist\b", 0.55),
+    ("angle", r"angle|winkel|angol|angul|theta|phi\b|rotation|verdreh", CLEAR),
+    ("load", r"load|kraft|force|forza|fuerza|last\b|charge|carico|carga|normal|waage|kmd|dms", CLEAR),
+    ("trigger", r"trigger|sync|synchron|declench|disparo|innesco|marke", CLEAR),
+)
+ROWS = re.compile(r"^(unnamed \d+|index|nr|no|row|zeile|ligne|riga|fila|sample|lfd ?nr)$")
+
+
+def plain(name: str) -> str:
+    """A name in small letters without accents."""
+    spread = unicodedata.normalize("NFKD", name.lower().replace("ß", "ss"))
+    return "".join(c for c in spread if not unicodedata.combining(c))
+
+
+def named(name: str) -> dict[str, float]:
+    """Roles that a name speaks for, with how clearly (0 to 1)."""
+    if name in COLUMNS:
+        return {name: EXACT}
+    text = re.sub(r"[_\W]+", " ", plain(name)).strip()
+    if ROWS.fullmatch(text):
+        return {}
+    found: dict[str, float] = {}
+    drive = re.search(_DRIVE, text) is not None
+    disc = _number(text)
+    if re.search(_EDGE, text):
+        found[f"drive{disc}_edge_time" if drive else "encoder_edge_time"] = CLEAR
+        return found
+    if drive:
+        if re.search(_SPEED, text):
+            return {f"drive{disc}_speed": CLEAR + 0.1}
+        if re.search(_ENCODER, text):
+            return {f"drive{disc}_count": CLEAR + 0.1}
+        return {f"drive{disc}_count": FAINT, f"drive{disc}_speed": FAINT}
+    for role, words, weight in _WORDS:
+        if re.search(words, text):
+            full = f"load{disc}" if role == "load" else role
+            found[full] = max(found.get(full, 0.0), weight)
+    if re.search(_ENCODER, text):
+        found["encoder_count"] = CLEAR
+    elif re.search(_SPEED, text):
+        found[f"drive{disc}_speed"] = FAINT
+    if "encoder_count" in found:
+        found.pop("angle", None)
+    return found
+
+
+def _number(text: str) -> int:
+    """Of the driving disc: 1 where a 2, or a word for the second, stands alone; else 0."""
+    return 1 if re.search(r"(?<![\d.])2(?![\d.])|links|left|second|zweit", text) else 0

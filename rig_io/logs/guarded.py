@@ -1,0 +1,160 @@
+"""Readers of other people's binary formats, run in a process of their own: a damaged file may take a parser down, hang
+it, or make it ask for more memory than there is. Columns come back through a file, which costs no second copy.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import IsolatedFailure, Limits, isolated
+from rig_io.logs.table import Table, check_file
+
+EXTRA = "daq"
+_COLUMNS = "columns.bin"
+LARGEST = 1 << 36  # bytes of all columns
+
+
+class Damaged(StickslipError):
+    """The parser does not understand the file; the text is the parser's."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel of a file as its parser gives it: values (n,) of any numeric type; unit, "" if none is stated."""
+
+    name: str
+    values: np.ndarray
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Channels of one length; left_out: name -> why it is no column; scalars; begin: what time zero is, ISO, or "";
+    stamps: names of the channels that hold times; notes: lines beside them."""
+
+    channels: Sequence[Channel]
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    scalars: Mapping[str, float] = field(default_factory=dict)
+    begin: str = ""
+    stamps: Sequence[str] = ()
+    notes: Sequence[str] = ()
+
+
+def need(module: str, package: str, what: str) -> None:
+    """Whether a package is installed that only some users need.
+
+    Raises:
+        StickslipError: it is not; with the line that installs it.
+    """
+    if importlib.util.find_spec(module) is None:
+        raise StickslipError(
+            f"{what} are read by the package '{package}'. Install it: pip install 'stickslip[{EXTRA}]'"
+        )
+
+
+def table_of(
+    path: Path,
+    parse: Callable[..., Channels],
+    expected: str,
+    magic: Sequence[bytes] = (),
+    **options: str,
+) -> Table:
+    """The table of a file. parse: called in the child with the path and the options; magic: what such a file begins
+    with; expected: what it should be, in words.
+
+    Raises:
+        StickslipError: the file is missing, empty, not of its kind, damaged, or holds no column of numbers.
+    """
+    check_file(path, expected)
+    with open(path, "rb") as file:
+        head = file.read(max(map(len, magic), default=0))
+    if magic and not any(head.startswith(one) for one in magic):
+        raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
+        try:
+            found, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=Limits.default())
+        except Damaged as error:
+            raise StickslipError(
+                f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
+            ) from error
+        except IsolatedFailure as error:
+            raise StickslipError(
+                f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
+                f"{error} Copy it again from its source."
+            ) from error
+        columns = _columns(Path(room) / _COLUMNS, [one.name for one in found.channels], rows)
+    return Table(
+        f"'{path}'",
+        columns,
+        {one.name: one.unit for one in found.channels if one.unit},
+        scalars=found.scalars,
+        left_out=found.left_out,
+        begin=datetime.fromisoformat(found.begin) if found.begin else None,
+        stamps=tuple(found.stamps),
+        notes=tuple(found.notes),
+    )
+
+
+def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:
+    return {name: np.fromfile(file, np.float64, rows, offset=8 * rows * place) for place, name in enumerate(names)}
+
+
+def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[str, str]) -> tuple[Channels, int]:
+    """In the child: the file parsed, its columns written as float64 one after the other; without their values."""
+    try:
+        found = parse(path, **options)
+        lengths = {one.name: len(one.values) for one in found.channels}
+        if not found.channels:
+            why = "; ".join(f"'{name}' is {reason}" for name, reason in list(found.left_out.items())[:8])
+            raise StickslipError(f"'{path}' holds no column of numbers{f' ({why})' if why else ''}.")
+        if len(set(lengths.values())) > 1:
+            shown = ", ".join(f"'{name}' {length}" for name, length in list(lengths.items())[:8])
+            raise StickslipError(f"'{path}' holds channels of different lengths: {shown}. Choose those of one rate.")
+        rows = next(iter(lengths.values()))
+        if 8 * rows * len(lengths) > LARGEST:
+            raise Damaged(f"{len(lengths)} columns of {rows} rows")
+        with open(Path(room) / _COLUMNS, "wb") as file, np.errstate(invalid="ignore", over="ignore"):
+            for one in found.channels:
+                np.ascontiguousarray(one.values, dtype=np.float64).tofile(file)
+    except (StickslipError, MemoryError):
+        raise
+    except Exception as error:  # the parsers raise errors of many kinds on damaged files
+        raise Damaged(str(error).strip().rstrip(".")[:300] or type(error).__name__) from error
+    bare = [Channel(one.name, np.zeros(0), one.unit) for one in found.channels]
+    return Channels(bare, found.left_out, found.scalars, found.begin, found.stamps, found.notes), rows
+
+
+def fits(name: str, values: object, left_out: dict[str, str]) -> bool:
+    """Whether an array is a column of numbers; if not, why is put down."""
+    kind = getattr(getattr(values, "dtype", None), "kind", "O")
+    shape = getattr(values, "shape", ())
+    if kind not in "biuf":
+        left_out[name] = "complex" if kind == "c" else "not of numbers"
+    elif len(shape) != 1:
+        left_out[name] = f"no vector, but an array of {' x '.join(map(str, shape)) or 'one number'}"
+    elif not shape[0]:
+        left_out[name] = "empty"
+    else:
+        return True
+    return False
+
+
+def of_one_length(channels: Sequence[Channel], left_out: dict[str, str]) -> list[Channel]:
+    """The channels of the length that most have; the others are left out, with the reason."""
+    lengths = [len(one.values) for one in channels]
+    if not lengths:
+        return []
+    most = max(set(lengths), key=lambda length: (lengths.count(length), length))
+    for one in channels:
+        if len(one.values) != most:
+            left_out[one.name] = f"of another rate: {len(one.values)} values, not {most}"
+    return [one for one in channels if len(one.values) == most]

@@ -1,0 +1,170 @@
+"""What the sidecar says of the columns of a log's files: the role of each, its unit, and what is still a guess.
+
+A field of a resource's schema: ``name`` in the file; ``role``, a name of `rig_io.logs.columns` or null (absent: the
+name is the role); ``unit``; ``header_unit``, which the file states and which the user has overruled; ``file``, where
+the resource has several; ``guessed``: what of it nobody has confirmed, and why it was guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from rig_io.logs.columns import COLUMNS, TIME
+from rig_io.logs.table import Table
+from rig_io.logs.text_layout import unit_like
+from rig_io.repair.table import conversion
+
+COUNT_UNITS = ("", "1", "-", "count", "counts", "pulses")
+
+
+@dataclass(frozen=True)
+class Field:
+    """One column as described; role: None where it is not to be read."""
+
+    name: str
+    role: str | None
+    unit: str | None = None
+    header_unit: str | None = None
+    file: str | None = None
+    explicit: bool = False
+    guessed: tuple[str, ...] = ()
+
+
+def files_of(resource: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the files of a resource, beside its sidecar."""
+    path = resource["path"]
+    return tuple(map(str, path)) if isinstance(path, list) else (str(path),)
+
+
+def fields_of(resource: Mapping[str, Any], where: str) -> tuple[Field, ...]:
+    """The columns that a resource describes.
+
+    Raises:
+        StickslipError: an unknown role, or two columns for one role; begins with ``where``.
+    """
+    schema = resource.get("schema", {})
+    entries = schema.get("fields", []) if isinstance(schema, dict) else []
+    if not isinstance(entries, list):
+        raise StickslipError(f'{where}: "fields" holds {entries!r}; expected a list [...].')
+    fields = [_field(entry, where) for entry in entries if isinstance(entry, dict) and "name" in entry]
+    shared = resource.get("join") in ("clocks", "columns", "time")
+    taken: dict[tuple[str | None, str], Field] = {}
+    for one in fields:
+        if one.role is None:
+            continue
+        other = taken.setdefault((one.file if shared else None, one.role), one)
+        if other is not one and (one.explicit or other.explicit):
+            raise StickslipError(
+                f"{where}: two columns, '{other.name}' and '{one.name}', have the role '{one.role}'. Keep one: "
+                f"stickslip describe FILE --map '{other.name}=none'."
+            )
+    return tuple(fields)
+
+
+def _field(entry: Mapping[str, Any], where: str) -> Field:
+    name = str(entry["name"])
+    explicit = "role" in entry
+    role = entry["role"] if explicit else name if name in COLUMNS else None
+    if role is not None and role not in COLUMNS:
+        raise StickslipError(f"{where}: column '{name}' has the unknown role {role!r}.{nearest(str(role), COLUMNS)}")
+    said = entry.get("guessed", {})
+    unit, header = entry.get("unit"), entry.get("header_unit")
+    file = entry.get("file")
+    return Field(
+        name,
+        role,
+        None if unit is None else str(unit),
+        None if header is None else str(header),
+        None if file is None else str(file),
+        explicit,
+        tuple(str(key) for key in said) if isinstance(said, dict) else (),
+    )
+
+
+def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | None = None) -> Table:
+    """The columns of one file that have a role, by their roles, units stated by sidecar or file.
+
+    rate: Hz, of files without a clock.
+
+    Raises:
+        StickslipError: a column with a role is not there, has no name of its own, or a unit that is not the file's.
+    """
+    described = any(field.explicit for field in fields)
+    roles = {field.name: field for field in fields if field.role is not None}
+    if not described:
+        _check_names(table, roles)
+        roles |= {name: Field(name, name) for name in table.columns if name in COLUMNS and name not in roles}
+    columns: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    left_out = dict(table.left_out)
+    for name, field in roles.items():
+        assert field.role is not None
+        if name not in table.columns:
+            if field.explicit:
+                raise _missing(table, field, where)
+            continue
+        columns[field.role] = table.columns[name]
+        unit = _unit(table, field)
+        if unit is not None:
+            units[field.role] = unit
+    if rate and TIME.name not in columns and columns:
+        length = len(next(iter(columns.values())))
+        columns = {TIME.name: np.arange(length) / rate, **columns}
+        units[TIME.name] = TIME.unit
+    stamps = tuple(field.role for name, field in roles.items() if name in table.stamps and field.role)
+    kept = {name: "" for name in table.columns if name not in roles}
+    return replace(table, columns=columns, units=units, left_out=left_out | _others(kept), stamps=stamps)
+
+
+def _others(names: Mapping[str, str]) -> dict[str, str]:
+    return dict.fromkeys(names, "a column without a role")
+
+
+def _check_names(table: Table, roles: Mapping[str, Field]) -> None:
+    say = "Say what they are: stickslip describe FILE."
+    if table.nameless:
+        raise StickslipError(
+            f"{table.source} begins with numbers: its {len(table.columns)} columns have no names. {say}"
+        )
+    for name in table.doubled:
+        if name in COLUMNS:
+            raise StickslipError(f"{table.source} has two columns named '{name}'. Rename or remove one, or: {say}")
+
+
+def _missing(table: Table, field: Field, where: str) -> StickslipError:
+    if field.name in table.left_out:
+        return StickslipError(
+            f"{table.source}: column '{field.name}' is to be '{field.role}', but it is {table.left_out[field.name]}. "
+            f"Map another one: stickslip describe FILE --map COLUMN={field.role}."
+        )
+    known = ", ".join(f"'{name}'" for name in table.columns)
+    return StickslipError(
+        f"{table.source} has no column '{field.name}', which {where} calls '{field.role}'; its columns are {known}. "
+        f"Map one of them: stickslip describe FILE --map COLUMN={field.role}."
+    )
+
+
+def _unit(table: Table, field: Field) -> str | None:
+    """The unit of a column: the sidecar's, or the file's; both must be one unless the user has overruled the file."""
+    stated, header = field.unit, table.units.get(field.name)
+    if stated is None or header is None or stated == header or field.header_unit == header:
+        return header if stated is None else stated
+    if field.role is not None and COLUMNS[field.role].whole and header in COUNT_UNITS and stated in COUNT_UNITS:
+        return stated
+    if not unit_like(header):
+        return stated  # brackets around something else
+    try:
+        same = abs(conversion(header, stated, "") - 1) < 1e-12
+    except StickslipError:
+        same = False
+    if same:
+        return stated
+    raise StickslipError(
+        f"{table.source}: column '{field.name}' is in '{header}' by its header and in '{stated}' by datapackage.json. "
+        f"Say which holds: stickslip describe FILE --unit '{field.name}={header}'."
+    )

@@ -1,0 +1,62 @@
+"""MDF 3 and 4 (vehicles' recorders): the signals of one channel group, with its master channel as ``time``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fmu_models.base.errors import StickslipError
+from rig_io.logs.guarded import Channel, Channels, fits, need, table_of
+from rig_io.logs.table import Reader, Table
+
+TIME = "time"
+
+
+def read(path: Path, **options: str) -> Table:
+    """Read every signal of a channel group as a column.
+
+    Raises:
+        StickslipError: the file is missing, damaged or none of its kind; several groups and none chosen; asammdf is
+            not installed.
+    """
+    need("asammdf", "asammdf", "MDF files")
+    return table_of(path, channels, "an MDF file with signals", (b"MDF ", b"UnFinMF "), **options)
+
+
+def channels(path: str, group: str = "") -> Channels:
+    """The signals of a file; in the child."""
+    import logging
+
+    from asammdf import MDF
+
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+    with MDF(path) as file:
+        filled = [i for i, one in enumerate(file.groups) if one.channel_group.cycles_nr and len(one.channels) > 1]
+        if not filled:
+            return Channels([])
+        if not group and len(filled) > 1:
+            shown = ", ".join(f"{i} ({one.channels[-1].name} ...)" for i in filled[:8] for one in [file.groups[i]])
+            raise StickslipError(
+                f"'{path}' holds the channel groups {shown}. Choose: stickslip describe FILE --read group=NUMBER."
+            )
+        if group and (not group.isdigit() or int(group) not in filled):
+            raise StickslipError(f"'{path}' holds no channel group '{group}'; there are {', '.join(map(str, filled))}.")
+        chosen = int(group) if group else filled[0]
+        found: list[Channel] = []
+        left_out: dict[str, str] = {}
+        masters = file.masters_db
+        for place, one in enumerate(file.groups[chosen].channels):
+            if masters.get(chosen) == place:
+                continue
+            signal = file.get(group=chosen, index=place)
+            if not found:
+                found.append(Channel(TIME, signal.timestamps, "s"))
+            name = one.name if one.name != TIME else f"{TIME} (2)"
+            if fits(name, signal.samples, left_out):
+                found.append(Channel(name, signal.samples, signal.unit or ""))
+        begin = file.header.start_time
+        notes = [str(file.header.comment or "").strip()]
+    stamped = begin is not None and begin.year > 1980
+    return Channels(found if len(found) > 1 else [], left_out, {}, "", [], [n for n in notes if n and not stamped])
+
+
+READER = Reader((".mf4", ".mdf", ".mf3"), read, {"group": "number of the channel group"})

@@ -1,0 +1,77 @@
+"""Parquet and Feather (Arrow): every column of numbers; stamps become seconds; metadata of a field may state a unit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rig_io.logs.guarded import Channel, Channels, fits, need, table_of
+from rig_io.logs.stamps import DAY
+from rig_io.logs.table import Reader, Table
+
+NANO = 1e-9
+
+
+def read(path: Path) -> Table:
+    """Read every column of numbers.
+
+    Raises:
+        StickslipError: the file is missing, damaged or none of its kind; pyarrow is not installed.
+    """
+    need("pyarrow", "pyarrow", "Parquet and Feather files")
+    return table_of(path, channels, "a Parquet or Feather file", (b"PAR1", b"ARROW1", b"FEA1"))
+
+
+def channels(path: str) -> Channels:
+    """The columns of a file; in the child."""
+    import pyarrow
+    from pyarrow import feather, parquet
+
+    with open(path, "rb") as file:
+        is_parquet = file.read(4) == b"PAR1"
+    table = parquet.ParquetFile(path).read() if is_parquet else feather.read_table(path)
+    found: list[Channel] = []
+    left_out: dict[str, str] = {}
+    begin, stamps = "", []
+    for field, column in zip(table.schema, table.columns, strict=True):
+        name = _free(field.name, {one.name for one in found} | set(left_out))
+        if pyarrow.types.is_timestamp(field.type):
+            at = column.cast(pyarrow.timestamp("ns")).to_numpy().astype("datetime64[ns]").astype(np.int64)
+            midnight = int(at[0] // int(DAY / NANO) * int(DAY / NANO)) if len(at) else 0
+            zone = "+00:00" if field.type.tz else ""
+            begin = str(np.datetime64(midnight, "ns"))[:19] + zone
+            found.append(Channel(name, (at - midnight) * NANO, "s"))
+            stamps.append(name)
+            continue
+        if pyarrow.types.is_decimal(field.type):
+            column = column.cast(pyarrow.float64())
+        values = column.to_numpy()
+        if values.dtype.kind == "O" and column.null_count and _is_number(field.type):
+            values = column.cast(pyarrow.float64()).to_numpy()
+        if fits(name, values, left_out):
+            found.append(Channel(name, values, _unit(field)))
+    return Channels(found, left_out, {}, begin, stamps)
+
+
+def _is_number(kind: Any) -> bool:
+    import pyarrow
+
+    return pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind) or pyarrow.types.is_boolean(kind)
+
+
+def _unit(field: Any) -> str:
+    said = field.metadata or {}
+    return next((said[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in said), "")
+
+
+def _free(name: str, taken: set[str]) -> str:
+    number, made = 1, name
+    while made in taken:
+        number += 1
+        made = f"{name} ({number})"
+    return made
+
+
+READER = Reader((".parquet", ".pq", ".feather", ".arrow"), read)

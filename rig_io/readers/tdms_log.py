@@ -1,0 +1,82 @@
+"""TDMS (National Instruments): the channels of one group; a waveform's clock becomes the column ``time``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from rig_io.logs.guarded import Channel, Channels, fits, need, of_one_length, table_of
+from rig_io.logs.stamps import DAY
+from rig_io.logs.table import Reader, Table
+
+TIME = "time"
+NANO = 1e-9
+
+
+def read(path: Path, **options: str) -> Table:
+    """Read every channel of a group as a column.
+
+    Raises:
+        StickslipError: the file is missing, damaged or none of its kind; several groups and none chosen; npTDMS is
+            not installed.
+    """
+    need("nptdms", "npTDMS", "TDMS files")
+    return table_of(path, channels, "a TDMS file with channels of numbers", (b"TDSm",), **options)
+
+
+def channels(path: str, group: str = "") -> Channels:
+    """The channels of a file; in the child."""
+    from nptdms import TdmsFile
+
+    with TdmsFile.open(path) as file:
+        groups = {one.name: one for one in file.groups() if len(one.channels())}
+        if not group and len(groups) > 1:
+            raise StickslipError(
+                f"'{path}' holds the groups {', '.join(groups)}. Choose: stickslip describe FILE --read group=NAME."
+            )
+        if group and group not in groups:
+            raise StickslipError(f"'{path}' holds no group '{group}'.{nearest(group, groups)}")
+        if not groups:
+            return Channels([])
+        found: list[Channel] = []
+        left_out: dict[str, str] = {}
+        begin, stamps, clock = "", [], None
+        for one in groups[group or next(iter(groups))].channels():
+            values = one[:]
+            if values.dtype.kind == "M":
+                at = values.astype("datetime64[ns]").astype(np.int64)
+                midnight = int(at[0] // int(DAY / NANO) * int(DAY / NANO))
+                values, begin = (at - midnight) * NANO, str(np.datetime64(midnight, "ns"))[:19] + "+00:00"
+                stamps.append(one.name)
+                found.append(Channel(one.name, values, "s"))
+            elif fits(one.name, values, left_out):
+                unit = one.properties.get("unit_string") or one.properties.get("NI_UnitDescription") or ""
+                found.append(Channel(one.name, values, str(unit)))
+                clock = clock or _clock(one.properties, len(values))
+        found = of_one_length(found, left_out)
+        if clock and TIME not in {one.name for one in found} and not stamps:
+            begin, step, start = clock
+            found.insert(0, Channel(TIME, start + step * np.arange(len(found[0].values)), "s"))
+            stamps = [TIME] if begin else []
+        notes = [f"{key}: {value}" for key, value in file.properties.items()]
+    return Channels(found, left_out, {}, begin, stamps, notes)
+
+
+def _clock(properties: Any, samples: int) -> tuple[str, float, float] | None:
+    """Begin (ISO, "" if not stated), step in s and first time of a waveform."""
+    step = properties.get("wf_increment")
+    if not isinstance(step, int | float) or not step > 0 or not samples:
+        return None
+    start = float(properties.get("wf_start_offset", 0.0))
+    at = properties.get("wf_start_time")
+    if at is None:
+        return "", float(step), start
+    stamp = np.datetime64(at).astype("datetime64[ns]")
+    midnight = stamp.astype("datetime64[D]")
+    return f"{midnight}T00:00:00+00:00", float(step), start + float((stamp - midnight).astype(np.int64)) * NANO
+
+
+READER = Reader((".tdms",), read, {"group": "of channels"})

@@ -130,7 +130,7 @@ def orbit_diagram(
         raise StickslipError(
             f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
         )
-    ways, m, n = DIRECTIONS[direction], swept.size, len(system.states)
+    ways, m = DIRECTIONS[direction], swept.size
     order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
     varied = {over: swept[order]}
     starts = np.tile(system.start(start), (order.size, 1))
@@ -150,7 +150,10 @@ def orbit_diagram(
     if exponents:
         _fill_exponents(system, made, varied, claims.periods, growth, workers)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
-    shaped = [one[back].reshape(len(ways), m, *one.shape[1:]) for one in (kept, claims.periods, began, growth)]
+
+    def shaped(one: NDArray[Any]) -> NDArray[Any]:
+        return one[back].reshape(len(ways), m, *one.shape[1:])
+
     return Diagram(
         system.name,
         over,
@@ -158,7 +161,10 @@ def orbit_diagram(
         tuple(system.contacts),
         swept,
         ways,
-        *shaped,
+        shaped(kept),
+        shaped(claims.periods),
+        shaped(began),
+        shaped(growth),
         failures=_failures(made, order, swept, ways),
         steps=int(made.steps.sum()),
     )
@@ -188,4 +194,4 @@ def _failures(
 ) -> dict[tuple[str, float], str]:
     bad = np.flatnonzero(made.outcomes > families.ABSORBED)
     said = (made.messages.get(int(i)) or families.OUTCOMES[int(made.outcomes[i])] for i in bad)
-    return {(ways[i // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}
+    return {(ways[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}

@@ -141,8 +141,8 @@ def _part(made: Step, part: slice) -> Step:
 def corrected_cycles(
     system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
 ) -> list[PeriodicMotion | None]:
-    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has no
-    derivative. Their eigenvalues are those at the guess."""
+    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has
+    no derivative. Their eigenvalues are those at the guess."""
     m, period, n = guesses.shape
     values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
     made = system.step(guesses.reshape(-1, n), values)

@@ -10,8 +10,7 @@ import ctypes
 import struct
 import threading
 import weakref
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from ctypes import POINTER, addressof, c_char, c_char_p, c_int, c_int64, c_void_p
 from functools import cached_property
 from typing import Any
@@ -27,6 +26,7 @@ from fmu_models.fmu.library import library, unload
 C = declarations(
     "engine/model/run_state.h",
     *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run", "sensitivity_run")),
+    *("engine/model/model.h", "engine/ensemble/ensemble.h"),
 )
 RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
@@ -53,7 +53,7 @@ class Engine:
             dll = ctypes.CDLL(str(library(fmu, str(interface.modelIdentifier))))
         except OSError as error:
             raise StickslipError(f"'{fmu.path}' cannot be loaded: {error}") from error
-        self.model, self._dll = str(fmu.description.modelName), dll
+        self.model = str(fmu.description.modelName)
         self._idle: list[Instance] = []
         handles: list[int] = []
         self._handles = handles
@@ -76,15 +76,10 @@ class Engine:
         self.simulate = _bound(dll.stickslip_simulate, c_int, c_void_p, POINTER(C.structure("WholeRun")))
         self.differentiate = _bound(dll.stickslip_sensitivity, c_int, c_void_p, POINTER(C.structure("SensitivityRun")))
         self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
+        self.ensemble = _bound(dll.stickslip_ensemble, c_int, c_void_p, POINTER(C.structure("Ensemble")))
+        self.ensemble_room = _bound(dll.stickslip_ensemble_room, c_int64, c_int64)
+        self.ensemble_memory = _bound(dll.stickslip_ensemble_memory, c_int64, c_int64)
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
-
-    def function(self, name: str, result: Any, *arguments: Any) -> Any:
-        """Another function of the library.
-
-        Raises:
-            AttributeError: there is none.
-        """
-        return _bound(getattr(self._dll, name), result, *arguments)
 
     def take(self) -> Instance:
         """An instance for one user, in whatever state the last one left it; give it back."""
@@ -98,15 +93,6 @@ class Engine:
     def give(self, instance: Instance) -> None:
         """Take it back."""
         self._idle.append(instance)
-
-    @contextmanager
-    def instance(self) -> Iterator[Instance]:
-        """One for a while."""
-        taken = self.take()
-        try:
-            yield taken
-        finally:
-            self.give(taken)
 
 
 class Instance:

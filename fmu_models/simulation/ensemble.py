@@ -1,26 +1,20 @@
-"""The C structures of engine/ensemble, and the call that makes many runs: from the values of each to rows of results."""
+"""The C structures of engine/ensemble, and the call that makes many runs."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
-from ctypes import POINTER, c_int, c_int64, c_void_p
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.c_structures import declarations
-from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.engine import Engine, Instance, engine_of
+from fmu_models.simulation.engine import C, Engine
 
-_C = declarations("engine/model/model.h", "engine/ensemble/ensemble.h")
-_Ensemble = _C.structure("Ensemble")
-_VERSION: int = _C.constants(prefix="ENSEMBLE_").VERSION
-_MESSAGE: int = _C.constants(prefix="ENSEMBLE_").MESSAGE
-KINDS = _C.constants("SectionKind", "SECTION_")
-OUTCOMES = _C.constants("Outcome", "OUTCOME_")
+_Ensemble = C.structure("Ensemble")
+_MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
+KINDS = C.constants("SectionKind", "SECTION_")
+OUTCOMES = C.constants("Outcome", "OUTCOME_")
 
 Vector = NDArray[np.float64]
 
@@ -92,29 +86,8 @@ class Results:
     messages: Mapping[int, str]
 
 
-def ensemble_engine(fmu: Fmu) -> Engine:
-    """The engine of an opened FMU, one that makes many runs in one call.
-
-    Raises:
-        StickslipError: an FMU of somebody else, or of another version of this suite.
-    """
-    engine = engine_of(fmu)
-    try:
-        version = engine.function("stickslip_ensemble_version", c_int)()
-    except AttributeError:
-        raise StickslipError(
-            f"'{fmu.path.name}' was not exported by this version of stickslip and cannot make many runs in "
-            "one call. Export it again."
-        ) from None
-    if version != _VERSION:
-        raise StickslipError(f"'{fmu.path.name}' was exported by another version of stickslip. Export it again.")
-    return engine
-
-
-def make_runs(
-    engine: Engine, instance: Instance, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]
-) -> Results:
-    """Make the runs with one instance; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
+def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Results:
+    """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
     n, contacts = sizes
     m, k = len(runs.values), len(runs.along)
     width, extended = n + contacts + 2, n + contacts + 1
@@ -124,7 +97,11 @@ def make_runs(
         np.zeros((m, runs.rows, max(1, contacts)), np.int32)[..., :contacts],
         np.full((m, runs.rows, k), np.nan) if k and not runs.jacobians else np.empty((m, runs.rows, 0)),
         np.full((m, runs.rows, extended, k), np.nan) if runs.jacobians else np.empty((m, runs.rows, 0, 0)),
-        *(np.zeros(m, kind) for kind in (np.int64, np.int64, np.int32, np.int64, np.int64)),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int32),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
         {},
     )
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
@@ -136,9 +113,8 @@ def make_runs(
     ]
     along = np.array(runs.along, np.int64)
     whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
-    room_of, memory_of = (engine.function(f"stickslip_ensemble_{of}", c_int64, c_int64) for of in ("room", "memory"))
-    room = np.empty(room_of(k) // 8 + 2) if k else np.empty(0)
-    memory = np.empty(max(1, memory_of(runs.longest)))
+    room = np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)
+    memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
     values, starts, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
     after, orbits, passes = (one.ctypes.data for one in whole)
     c = _Ensemble(
@@ -188,9 +164,12 @@ def make_runs(
         stop=stop.ctypes.data,
         memory=memory.ctypes.data,
     )
-    run = engine.function("stickslip_ensemble", c_int, c_void_p, POINTER(_Ensemble))
-    if run(instance.handle, c) != 0:
-        raise RuntimeError("the engine refused an ensemble")
+    instance = engine.take()
+    try:
+        if engine.ensemble(instance.handle, ctypes.byref(c)) != 0:
+            raise instance.failure()
+    finally:
+        engine.give(instance)
     for i in np.flatnonzero(made.outcomes == OUTCOMES.BROKEN):
         text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0]
         made.messages[int(i)] = text.decode("utf-8", "replace")  # type: ignore[index]

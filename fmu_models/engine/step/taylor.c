@@ -296,8 +296,7 @@ static int enters(Run *r, int c)
     return j->depth[c][0] <= 0.0 && j->slip[c][0] > 0.0;
 }
 
-/* whether a law with half-integer powers of its depth starts at zero depth */
-static int starts_rooted(Run *r)
+int taylor_starts_rooted(Run *r)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) {
@@ -316,7 +315,7 @@ static int starts_rooted(Run *r)
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
-    const int rooted = r->segment_rooted = starts_rooted(r);
+    const int rooted = r->segment_rooted = taylor_starts_rooted(r);
     int order = full;
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);

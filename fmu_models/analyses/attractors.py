@@ -1,4 +1,4 @@
-"""What runs have come to: periodic motions, claimed by Newton's method and not by looking alike, and where they attract.
+"""What runs have come to: periodic motions, claimed by Newton's method alone, and where they attract.
 
 A motion that repeats itself is brought to rounding; its multipliers say whether it attracts at all. About each of its
 points the quadratic form V = sum over all steps ahead of |difference|^2 falls with every step of a small difference, by
@@ -58,23 +58,49 @@ def claimed(
     for i in np.flatnonzero((rows.outcomes == families.FINISHED) & (rows.filled > 1)):
         periods[i] = _alike(system, rows.points[i, : rows.filled[i]], longest)
     motions: list[PeriodicMotion | None] = [None] * len(periods)
-    for period in np.unique(periods[(periods > 0) & (periods <= rows.points.shape[1])]):
-        which = np.flatnonzero(periods == period)
-        guesses = np.stack([rows.points[i, max(0, rows.filled[i] - period) : rows.filled[i]] for i in which])
-        values = {name: v[which] for name, v in varied.items()}
-        for i, motion in enumerate(corrected_cycles(system, guesses, values)):
-            if motion is not None and _is_it(system, motion, guesses[i]):
-                motions[which[i]] = motion
-        # what only looks alike needs all of Newton's method
-        left = [i for i in range(which.size) if motions[which[i]] is None and rows.periods[which[i]] == 0]
-        if left:
-            values = {name: v[which[left]] for name, v in varied.items()}
-            cycles, found = solved_cycles(system, guesses[left], values)
-            solved = motions_at(system, cycles, {name: v[found] for name, v in values.items()})
-            for k, motion in zip(found, solved, strict=True):
-                if motion is not None and _is_it(system, motion, guesses[left[k]]):
-                    motions[which[left[k]]] = motion
+    # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
+    shorter = np.array([_shorter(system, rows, i, period) for i, period in enumerate(periods)])
+    for tried in (shorter, np.where(shorter < periods, periods, 0)):
+        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1])]):
+            which = np.flatnonzero((tried == period) & np.array([one is None for one in motions]))
+            for i, motion in zip(which, _solved(system, rows, varied, which, int(period)), strict=True):
+                motions[i] = motion
     return Claims(motions)
+
+
+def _solved(
+    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], which: NDArray[np.int64], period: int
+) -> list[PeriodicMotion | None]:
+    """The motions of a period near the last points of some runs; None where there is no stable one."""
+    if not which.size:
+        return []
+    guesses = np.stack([rows.points[i, max(0, rows.filled[i] - period) : rows.filled[i]] for i in which])
+    values = {name: v[which] for name, v in varied.items()}
+    found = [
+        motion if motion is not None and _is_it(system, motion, guess) else None
+        for motion, guess in zip(corrected_cycles(system, guesses, values), guesses, strict=True)
+    ]
+    # what only looks alike needs all of Newton's method
+    left = np.array([i for i in range(which.size) if found[i] is None and rows.periods[which[i]] == 0], np.int64)
+    if left.size:
+        values = {name: v[left] for name, v in values.items()}
+        cycles, numbers = solved_cycles(system, guesses[left], values)
+        solved = motions_at(system, cycles, {name: v[numbers] for name, v in values.items()})
+        for k, motion in zip(left[numbers], solved, strict=True):
+            found[k] = motion if motion is not None and _is_it(system, motion, guesses[k]) else None
+    return found
+
+
+def _shorter(system: SectionSystem, rows: Rows, i: int, period: int) -> int:
+    """The least part of a period after which the last points of a run look alike."""
+    if not period or period > rows.filled[i]:
+        return int(period)
+    points = rows.points[i, rows.filled[i] - period : rows.filled[i]]
+    for part in range(1, period):
+        apart = system.difference(points - np.roll(points, part, axis=0))
+        if period % part == 0 and (np.abs(apart) <= ALIKE * system.sizes()).all():
+            return part
+    return int(period)
 
 
 def _is_it(system: SectionSystem, motion: PeriodicMotion, guess: Vector) -> bool:
@@ -162,9 +188,13 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
         apart = system.difference(made[:, i] - motion.points[k])
         with np.errstate(invalid="ignore"):
             values = np.einsum("rsi,ij,rsj->rs", apart, forms[k], apart)
-            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(axis=1)
+            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(
+                axis=1
+            )
     inside = np.flatnonzero(~falls)
-    return float(radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6)
+    return float(
+        radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6
+    )
 
 
 def _least_fall(form: Vector, system: SectionSystem) -> float:

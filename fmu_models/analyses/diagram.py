@@ -127,15 +127,15 @@ def orbit_diagram(
     if swept.ndim != 1 or swept.size < 1 or not np.isfinite(swept).all() or (np.diff(swept) <= 0).any():
         raise StickslipError(f"The values of '{over}' must be finite and ascending, found shape {swept.shape}.")
     if points < 1 or transient < 0 or longest < 0:
-        raise StickslipError(f"{transient} steps of transient, {points} points, longest period {longest}: none below 0.")
-    ways, m, n = DIRECTIONS[direction], swept.size, len(system.states)
+        raise StickslipError(
+            f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
+        )
+    ways, m = DIRECTIONS[direction], swept.size
     order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
     varied = {over: swept[order]}
     starts = np.tile(system.start(start), (order.size, 1))
     rows_kept = max(points, 2 * longest)
-    jobs = Jobs(
-        starts, varied, transient=transient, rows=rows_kept, chain=m, longest=longest, settled=SETTLED
-    )
+    jobs = Jobs(starts, varied, transient=transient, rows=rows_kept, chain=m, longest=longest, settled=SETTLED)
     made = system.make(jobs, workers=workers, progress=progress)
     claims = claimed(system, made, varied, longest=longest)
     kept = made.points[:, :points].copy()
@@ -150,7 +150,10 @@ def orbit_diagram(
     if exponents:
         _fill_exponents(system, made, varied, claims.periods, growth, workers)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
-    shaped = [one[back].reshape(len(ways), m, *one.shape[1:]) for one in (kept, claims.periods, began, growth)]
+
+    def shaped(one: NDArray[Any]) -> NDArray[Any]:
+        return one[back].reshape(len(ways), m, *one.shape[1:])
+
     return Diagram(
         system.name,
         over,
@@ -158,7 +161,10 @@ def orbit_diagram(
         tuple(system.contacts),
         swept,
         ways,
-        *shaped,
+        shaped(kept),
+        shaped(claims.periods),
+        shaped(began),
+        shaped(growth),
         failures=_failures(made, order, swept, ways),
         steps=int(made.steps.sum()),
     )
@@ -188,4 +194,4 @@ def _failures(
 ) -> dict[tuple[str, float], str]:
     bad = np.flatnonzero(made.outcomes > families.ABSORBED)
     said = (made.messages.get(int(i)) or families.OUTCOMES[int(made.outcomes[i])] for i in bad)
-    return {(ways[i // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}
+    return {(ways[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}

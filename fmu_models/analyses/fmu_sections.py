@@ -4,7 +4,7 @@
     Crossing    the states where one of them crosses a level
     Impacts     the states right after a contact begins (an impact, the touch of a stop, the begin of stick), or ends
 
-A point is the states, the speeds of entry that stops remember (0 where they are free), and, at a section that is not one
+A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one
 of time, the phase of the forcing in turns. What nothing forces has no phase. Derivatives are exact, events on the way
 included; at a section that a neighbour meets earlier or later they are those on the section.
 """
@@ -26,7 +26,8 @@ from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.ensemble import KINDS, Instances, Known, Runs, Where, make_runs
+from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
 from fmu_models.simulation.run import check_names, check_value
 from fmu_models.simulation.sections import Section
 
@@ -63,7 +64,7 @@ class FmuSection(SectionSystem):
     ) -> None:
         self.fmu, self.forcing, self.period, self.tolerance = fmu, forcing, period, tolerance
         self.values = _checked(fmu, parameters, forcing, period)
-        self._instances = Instances(fmu)
+        self._engine = engine_of(fmu)
 
     @property
     def name(self) -> str:
@@ -81,18 +82,30 @@ class FmuSection(SectionSystem):
         return [("phase", place)] if self.forced else []
 
     @cached_property
-    def _memories(self) -> list[str]:
-        return self.fmu.memories
-
-    @cached_property
-    def states(self) -> tuple[str, ...]:
-        """Names of the numbers of a point."""
+    def _names(self) -> tuple[str, ...]:
         return tuple(name for name, _ in self._columns)
 
     @cached_property
+    def _contacts(self) -> tuple[str, ...]:
+        return tuple(self.fmu.contacts)
+
+    @cached_property
+    def _parameters(self) -> list[str]:
+        return [*self.fmu.parameters, *self.fmu.inputs]
+
+    @cached_property
+    def _memories(self) -> list[str]:
+        return self.fmu.memories
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the numbers of a point."""
+        return self._names
+
+    @property
     def contacts(self) -> tuple[str, ...]:
         """Names of the contacts."""
-        return tuple(self.fmu.contacts)
+        return self._contacts
 
     @property
     def forced(self) -> bool:
@@ -104,10 +117,10 @@ class FmuSection(SectionSystem):
         """A level that nothing forces binds one of the states; memories follow from the way."""
         return len(self.fmu.states)
 
-    @cached_property
+    @property
     def parameters(self) -> Sequence[str]:
         """Parameters and inputs."""
-        return [*self.fmu.parameters, *self.fmu.inputs]
+        return self._parameters
 
     def at(self, **values: float) -> Self:
         """With other values of parameters or inputs."""
@@ -124,7 +137,9 @@ class FmuSection(SectionSystem):
         for value in (np.min(values), np.max(values)):
             check_value(self.fmu, name, float(value))
         if name == self.forcing and not (np.asarray(values) > 0).all():
-            raise StickslipError(f"'{name}' is the frequency of the forcing and must be positive, found {min(values):g}.")
+            raise StickslipError(
+                f"'{name}' is the frequency of the forcing and must be positive, found {min(values):g}."
+            )
 
     def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) states by name, in SI units; what is not given has the default of the FMU."""
@@ -160,6 +175,16 @@ class FmuSection(SectionSystem):
         frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, float(variable.start or 0.0))))
         return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
 
+    def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
+        """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
+        found = dict(zip(self.states, point.tolist(), strict=True))
+        given: dict[str, dict[str, float]] = {
+            kind: {name: value for name, value in self.values.items() if name in known}
+            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+        }
+        states = {name: value for name, value in found.items() if name in self.fmu.states}
+        return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
+
     def _where(self) -> Where:
         raise NotImplementedError
 
@@ -187,8 +212,8 @@ class FmuSection(SectionSystem):
             return families.joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
         places = [place for _, place in self._columns]
         periods = self.periods(jobs.varied, len(jobs))
-        with self._instances.one() as slave:
-            made = make_runs(slave, (len(self.fmu.states), len(self.contacts)), self._where(), self._runs(jobs), stop)
+        sizes = (len(self.fmu.states), len(self.contacts))
+        made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
         points = made.points[..., places]
         derivatives = made.jacobians
         if jobs.derivatives:
@@ -243,7 +268,7 @@ class FmuSection(SectionSystem):
         )
 
     def _along(self, jobs: Jobs) -> list[int]:
-        """Places of the numbers of a point by which steps are differentiated: those that matter to one of the starts."""
+        """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
         matters = [name not in self._memories or jobs.starts[:, i].any() for i, name in enumerate(self.states)]
         return [place for (_, place), one in zip(self._columns, matters, strict=True) if one]
 
@@ -255,7 +280,9 @@ class FmuSection(SectionSystem):
         return Known(t.points[:, :n], t.forms[:, :n, :n], t.after, t.orbits, t.passes)
 
 
-def _checked(fmu: Fmu, given: Mapping[str, float] | None, forcing: str | None, period: float | None) -> dict[str, float]:
+def _checked(
+    fmu: Fmu, given: Mapping[str, float] | None, forcing: str | None, period: float | None
+) -> dict[str, float]:
     values = dict(given or {})
     check_names(fmu, "parameter", values, [*fmu.parameters, *fmu.inputs])
     for name, value in values.items():

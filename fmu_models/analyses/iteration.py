@@ -148,16 +148,16 @@ class Iteration(SectionSystem):
         """(...) determinant of the derivative, by which small areas or volumes grow; cancelled by SymPy beforehand."""
         return self.volume(x)
 
-    def wrapped(self, x: Vector) -> Vector:
+    def wrapped(self, points: Vector) -> Vector:
         """(..., n) angles from 0 to their modulus, other states as they are."""
         with np.errstate(invalid="ignore"):
-            return np.where(np.isfinite(_moduli(self.map)), np.mod(x, _turns(self.map)), x)
+            return np.where(np.isfinite(_moduli(self.map)), np.mod(points, _turns(self.map)), points)
 
-    def difference(self, x: Vector) -> Vector:
-        """(..., n) the shortest difference that x, a difference of states, stands for."""
+    def difference(self, points: Vector) -> Vector:
+        """(..., n) the shortest difference that a difference of states stands for."""
         with np.errstate(invalid="ignore"):
-            turns = np.round(x / _turns(self.map))
-        return np.where(np.isfinite(_moduli(self.map)), x - turns * _turns(self.map), x)
+            turns = np.round(points / _turns(self.map))
+        return np.where(np.isfinite(_moduli(self.map)), points - turns * _turns(self.map), points)
 
 
 def iterate(iteration: Iteration, start: Any, steps: int) -> Vector:

@@ -24,6 +24,8 @@ Vector = NDArray[np.float64]
 
 # steps of a section in a chunk, about: some 50 ms of work
 CHUNK = 5000
+# steps after which a run that may end early has ended, as a rule
+EARLY = 50
 # how a run ended
 FINISHED, SETTLED, ABSORBED, ESCAPED, LOST, BROKEN, STOPPED = range(7)
 OUTCOMES = ("finished", "settled", "absorbed", "to infinity", "section not met", "error", "stopped")
@@ -89,6 +91,8 @@ class Jobs:
     def chunks(self, together: int = 1) -> list[tuple[int, int]]:
         """Begin and end of each chunk, of at least so many runs; a chain stays whole."""
         steps = self.transient + self.rows * self.batch
+        if self.targets is not None or self.longest:
+            steps = min(steps, EARLY)
         size = max(together, CHUNK // max(1, steps * self.chain * (1 + 2 * self.tangents)), 1) * self.chain
         return [(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]
 
@@ -119,6 +123,12 @@ class Rows:
     periods: NDArray[np.int64]
     orbits: NDArray[np.int64]
     messages: Mapping[int, str]
+
+    def only(self, which: NDArray[np.int64]) -> Rows:
+        """Those of some runs."""
+        parts = {one.name: getattr(self, one.name) for one in dataclasses.fields(self) if one.name != "messages"}
+        messages = {k: self.messages[int(i)] for k, i in enumerate(which) if int(i) in self.messages}
+        return Rows(**{name: part[which] for name, part in parts.items()}, messages=messages)
 
     @property
     def ends(self) -> Vector:

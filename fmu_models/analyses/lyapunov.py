@@ -3,14 +3,14 @@
     Q(k+1) R(k+1) = DP(x(k)) Q(k),    lambda_i = mean of ln |R_ii(k)|,    their sum = mean of ln |det DP(x(k))|
 
 Several motions are followed, from starts that differ by a millionth of the sizes of the states; what each grows by is
-summed in batches. The error of a mean is that of its batches, whose memory (integrated autocorrelation time) counts; that of many motions is the scatter of theirs.
-Where stick, or an impact without rebound, takes a difference away altogether, its exponent is -inf, not the logarithm of
-a rounding error. Of a motion that nothing forces one exponent is zero, that along the motion; it is followed by itself,
-and how near it comes to zero is a check. A motion that is chaotic for a while only shows two values: batches before and
-after a change point that no scatter explains.
+summed in batches. The error of a mean is that of its batches, whose memory (integrated autocorrelation time) counts;
+that of many motions is the scatter of theirs. Where stick, or an impact without rebound, takes a difference away, its
+exponent is -inf, not the logarithm of a rounding error. A motion that nothing forces has an exponent of zero, that
+along the motion; it is followed by itself, and how near it comes to zero is a check. A motion that is chaotic for a
+while only shows two values: batches before and after a change point that no scatter explains.
 
-Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Sokal, Monte Carlo Methods in Statistical Mechanics
-(1997), section 3 (the window of the autocorrelation).
+Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Sokal, Monte Carlo methods in statistical
+mechanics (1997), section 3 (the window of the autocorrelation).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from fmu_models.analyses import jobs as families
 from fmu_models.analyses.jobs import Jobs, Rows
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Tabular
+from fmu_models.base.shown import Pictured
 
 Vector = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class Transient:
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents(Tabular):
+class Exponents(Pictured):
     """Lyapunov exponents and how well they are known.
 
     Attributes:
@@ -66,8 +66,7 @@ class Exponents(Tabular):
         zero: index of the exponent along a motion that nothing forces; None where something forces it.
         lost: how many are -inf.
         shares: per contact the share of the time in contact or stick.
-        sum, volume: of all exponents per step, and where the system knows the determinant of its step the mean of its
-            logarithm, to which the sum must be equal.
+        sum: of all exponents, per step.
         transient: what the motion was at first; None if it did not change.
     """
 
@@ -80,7 +79,6 @@ class Exponents(Tabular):
     zero: int | None
     lost: int
     shares: Mapping[str, float]
-    volume: float | None = None
     transient: Transient | None = None
 
     @property
@@ -146,7 +144,9 @@ def lyapunov(
     """
     steps = periods // max(1, motions)
     if motions < 2 or steps < 1 or transient < 0:
-        raise StickslipError(f"Exponents of {motions} motions over {periods} steps: take at least 2 motions and 1 step.")
+        raise StickslipError(
+            f"Exponents of {motions} motions over {periods} steps: take at least 2 motions and 1 step."
+        )
     begin = system.start(start)
     sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
@@ -169,8 +169,8 @@ def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
     why = {families.ESCAPED: "leaves every bound", families.LOST: "does not meet the section again"}.get(outcome)
     why = why or f"cannot be continued ({made.messages.get(int(bad[0]), families.OUTCOMES[outcome])})"
     raise StickslipError(
-        f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, or "
-        "change the parameters."
+        f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
+        "or change the parameters."
     )
 
 

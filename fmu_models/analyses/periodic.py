@@ -131,22 +131,18 @@ def motions_at(
     made = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
     parts = [slice(i * period, (i + 1) * period) for i in range(m)]
     lost = {i // period for i in made.why}
-    return [
-        None if i in lost else _motion(system, cycles[i], _part(made, part)) for i, part in enumerate(parts)
-    ]
+    return [None if i in lost else _motion(system, cycles[i], _part(made, part)) for i, part in enumerate(parts)]
 
 
 def _part(made: Step, part: slice) -> Step:
-    return Step(
-        made.points[part], made.derivatives[part], made.times[part], made.began[part], made.held[part], {}
-    )
+    return Step(made.points[part], made.derivatives[part], made.times[part], made.began[part], made.held[part], {})
 
 
 def corrected_cycles(
     system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
 ) -> list[PeriodicMotion | None]:
-    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has no
-    derivative. Their eigenvalues are those at the guess."""
+    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has
+    no derivative. Their eigenvalues are those at the guess."""
     m, period, n = guesses.shape
     values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
     made = system.step(guesses.reshape(-1, n), values)
@@ -254,5 +250,3 @@ def _from_least(points: Vector, size: Vector) -> Vector:
     rounded = _rounded(points, size)
     first = min(range(len(points)), key=lambda i: tuple(rounded[i]))
     return np.roll(points, -first, axis=0)
-
-

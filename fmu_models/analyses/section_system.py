@@ -31,9 +31,6 @@ class SectionSystem(Shown, ABC):
     """A system seen at a section.
 
     Attributes:
-        name: of the model.
-        states: names of the numbers of a point.
-        contacts: names of those whose events are counted on the way.
         values: parameters that are not at their default.
         dimension: of the space of differences that a step may keep: n, or less where the numbers of a point are bound.
         unit: of the time that a step takes: "s" or "1".
@@ -42,7 +39,6 @@ class SectionSystem(Shown, ABC):
         together: runs that are best made by one call, since they go step by step together.
     """
 
-    contacts: tuple[str, ...] = ()
     values: Mapping[str, float]
     unit: str = "s"
     autonomous: bool = False
@@ -57,6 +53,11 @@ class SectionSystem(Shown, ABC):
     @abstractmethod
     def states(self) -> tuple[str, ...]:
         """Names of the numbers of a point."""
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of those whose events are counted on the way."""
+        return ()
 
     @property
     def dimension(self) -> int:

@@ -45,8 +45,8 @@ class Step:
 class Stepping(Protocol):
     """What a family needs of a system; see ``section_system``."""
 
-    contacts: tuple[str, ...]
-
+    @property
+    def contacts(self) -> tuple[str, ...]: ...
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step: ...
     def difference(self, points: Vector) -> Vector: ...
     def sizes(self) -> Vector: ...
@@ -163,7 +163,7 @@ class _Together:
         else:
             self.left[group[arrived]] -= 1
             # differences that were lost on the way to where the motion stays say nothing of it
-            fresh = group[(self.left[group] == 0) & ~self.frames[group].any(axis=1).all(axis=1)]
+            fresh = group[(self.left[group] == 0) & ~(self.frames[group] != 0.0).any(axis=1).all(axis=-1)]
             self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
 

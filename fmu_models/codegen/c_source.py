@@ -461,7 +461,7 @@ def _facts(system: HybridSystem) -> list[str]:
             f"{{{', '.join(str(int(value)) for value in values) or '0'}}};"
             for name, values in tables.items()
         ),
-        f"const signed char model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
+        f"const short model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
         *_sparsity(system),
     ]
 

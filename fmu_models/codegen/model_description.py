@@ -1,6 +1,6 @@
 """The XML files of an FMU: modelDescription.xml (FMI 2.0 and 3.0) and buildDescription.xml (FMI 3.0).
 
-The order of ``variables`` is that of the value references, which engine/fmi/variables.c counts through: time,
+The order of ``variables`` is that of the value references, from 1, which engine/fmi/variables.c counts through: time,
 parameters, inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts,
 indicators.
 """
@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.unit_names import parse_unit
+from fmu_models.base.unit_names import base_units
 from fmu_models.codegen import contact_states
+from fmu_models.codegen.rights import Rights
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
 from fmu_models.lowering.hybrid_system import acting
@@ -86,12 +87,16 @@ class Unknown:
 
 
 class Description:
-    """What is written about one lowered system. Value references are indices into ``variables``."""
+    """What is written about one lowered system.
+
+    Value references are places in ``variables``, counted from 1, as are the indices by which FMI 2.0 refers to
+    variables, and importers that take the ones for the others are right with both.
+    """
 
     def __init__(self, system: HybridSystem) -> None:
         self.system = system
         self.variables: list[Variable] = []
-        self._reference: dict[sympy.Basic, int] = {TIME: 0}
+        self._reference: dict[sympy.Basic, int] = {TIME: 1}
         self._add("time", "time", causality="independent", variability="continuous", unit="s")
         self._add_values()
         self.states = [self._add_state(state) for state in system.states]
@@ -114,8 +119,12 @@ class Description:
             for what in contact.indicators
         ]
 
+    @property
+    def _next(self) -> int:
+        return len(self.variables) + 1
+
     def _add(self, name: str, description: str, **attributes: Any) -> Variable:
-        variable = Variable(reference=len(self.variables), name=name, description=description, **attributes)
+        variable = Variable(reference=self._next, name=name, description=description, **attributes)
         self.variables.append(variable)
         return variable
 
@@ -133,7 +142,7 @@ class Description:
                 maximum=p.maximum,
             )
         for symbol in (*self.system.inputs, *(u.rate for u in self.system.inputs)):
-            self._reference[symbol] = len(self.variables)
+            self._reference[symbol] = self._next
             self._add(
                 symbol.name,
                 symbol.description,
@@ -144,7 +153,7 @@ class Description:
             )
 
     def _add_state(self, state: State) -> Variable:
-        self._reference[state] = len(self.variables)
+        self._reference[state] = self._next
         return self._add(
             state.name,
             state.description,
@@ -183,7 +192,7 @@ class Description:
         return self._add(
             f"{contact.name}_state",
             f"{contact.description}: {contact_states.meaning(contact.kind)}",
-            causality="output",
+            causality="output" if contact.name in self.system.shown_states else "local",
             variability="discrete",
             initial="calculated",
             declared_type=contact_states.type_name(contact.kind),
@@ -195,9 +204,9 @@ class Description:
 
     @property
     def output_unknowns(self) -> list[Unknown]:
-        """Outputs, and the contact states, which depend on everything through the events."""
+        """Outputs, and the contact states among them, which depend on everything through the events."""
         found = [Unknown(v, self._known(o.expression)) for v, o in zip(self.outputs, self.system.outputs, strict=True)]
-        return found + [Unknown(v) for v in self.contact_states]
+        return found + [Unknown(v) for v in self._shown_states]
 
     @property
     def derivative_unknowns(self) -> list[Unknown]:
@@ -228,7 +237,11 @@ class Description:
     @property
     def initial_unknowns(self) -> list[Unknown]:
         """What initialization computes, in order of reference."""
-        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self.contact_states)]
+        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self._shown_states)]
+
+    @property
+    def _shown_states(self) -> list[Variable]:
+        return [v for v in self.contact_states if v.causality == "output"]
 
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
@@ -307,13 +320,13 @@ def _base_unit(unit: str) -> dict[str, float] | None:
     >>> _base_unit("N m/rad"), _base_unit("N/m1.5")
     ({'kg': 1, 'm': 2, 's': -2, 'rad': -1}, None)
     """
-    base = parse_unit(unit).to_base_units()
-    if any(power % 1 for _, power in base.unit_items()):
+    base = base_units(unit)
+    if any(power % 1 for _, power in base.powers):
         return None
-    exponents = {BASE_UNITS[str(name)]: int(power) for name, power in base.unit_items()}
+    exponents = {BASE_UNITS[name]: int(power) for name, power in base.powers}
     attributes: dict[str, float] = {name: exponents[name] for name in BASE_UNITS.values() if name in exponents}
-    if base.magnitude != 1.0:
-        attributes["factor"] = float(base.magnitude)
+    if base.factor != 1.0:
+        attributes["factor"] = base.factor
     return attributes
 
 
@@ -332,6 +345,7 @@ def render(template: str, **values: Any) -> str:
     return environment.get_template(template).render(**values)
 
 
-def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str) -> str:
+def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str, rights: Rights) -> str:
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
-    return render(f"fmi{fmi_version[0]}.xml.j2", d=Description(system), system=system, token=token, tool=tool)
+    values = {"d": Description(system), "system": system, "token": token, "tool": tool, "rights": rights.attributes}
+    return render(f"fmi{fmi_version[0]}.xml.j2", **values)

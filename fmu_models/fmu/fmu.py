@@ -148,8 +148,9 @@ class Fmu(Shown):
     @cached_property
     def contacts(self) -> list[str]:
         """Names of the contacts."""
-        states = [name for name, v in self.variables.items() if v.causality == "output" and v.variability == "discrete"]
-        return [name.removesuffix("_state") for name in states]
+        types = {contact_states.type_name(kind) for kind in contact_states.MEANINGS}
+        counted = [name for name, v in self.variables.items() if v.declaredType and v.declaredType.name in types]
+        return [name.removesuffix("_state") for name in counted]
 
     @cached_property
     def impacts(self) -> list[str]:

@@ -33,7 +33,7 @@ def fold(
         fixed: values of parameters and inputs that become constants of the code, in the unit of each.
         values: of the other parameters and inputs, as their start values.
         start: start values of states.
-        outputs: names of those to keep.
+        outputs: names of those to keep, with the states of contacts that are to be among them.
 
     Returns:
         A system of the same states and contacts.
@@ -68,6 +68,7 @@ def fold(
         outputs=tuple(
             dataclasses.replace(o, expression=folded(o.expression)) for o in system.outputs if o.name in outputs
         ),
+        shown_states=frozenset(c.name for c in system.contacts if f"{c.name}_state" in outputs),
         # the others hold already: values are checked before they are folded
         all_requirements=tuple(r for r in requirements if sympy.sympify(r.expression).free_symbols),
     )

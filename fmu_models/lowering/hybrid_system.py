@@ -117,6 +117,8 @@ class HybridSystem:
         internal_rates: one per internal state.
         kinetic_energy: the part that is quadratic in v, which impulses change; 0 without a body.
         all_requirements: what the parameters must satisfy beside their own bounds.
+        shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
+            with these integers, so none by default.
     """
 
     name: str
@@ -137,6 +139,7 @@ class HybridSystem:
     kinetic_energy: sympy.Expr
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
+    shown_states: frozenset[str] = frozenset()
     inertia: Mapping[tuple[int, int], sympy.Expr] = field(default_factory=dict)
 
     def written_out(self) -> HybridSystem:

@@ -26,6 +26,7 @@ from fmu_models.fmu.library import library, unload
 C = declarations(
     "engine/model/run_state.h",
     *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run", "sensitivity_run")),
+    *("engine/model/model.h", "engine/ensemble/ensemble.h"),
 )
 RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
@@ -75,6 +76,9 @@ class Engine:
         self.simulate = _bound(dll.stickslip_simulate, c_int, c_void_p, POINTER(C.structure("WholeRun")))
         self.differentiate = _bound(dll.stickslip_sensitivity, c_int, c_void_p, POINTER(C.structure("SensitivityRun")))
         self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
+        self.ensemble = _bound(dll.stickslip_ensemble, c_int, c_void_p, POINTER(C.structure("Ensemble")))
+        self.ensemble_room = _bound(dll.stickslip_ensemble_room, c_int64, c_int64)
+        self.ensemble_memory = _bound(dll.stickslip_ensemble_memory, c_int64, c_int64)
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
     def take(self) -> Instance:

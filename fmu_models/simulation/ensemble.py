@@ -1,30 +1,20 @@
-"""The C structures of engine/ensemble, and the call that makes many runs: from the values of each to rows of results."""
+"""The C structures of engine/ensemble, and the call that makes many runs."""
 
 from __future__ import annotations
 
 import ctypes
-import threading
-import weakref
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from ctypes import POINTER, c_int, c_int64, c_void_p
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.c_structures import declarations
-from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.run import new_instance
+from fmu_models.simulation.engine import C, Engine
 
-_C = declarations("engine/model/model.h", "engine/ensemble/ensemble.h")
-_Ensemble = _C.structure("Ensemble")
-_VERSION: int = _C.constants(prefix="ENSEMBLE_").VERSION
-_MESSAGE: int = _C.constants(prefix="ENSEMBLE_").MESSAGE
-KINDS = _C.constants("SectionKind", "SECTION_")
-OUTCOMES = _C.constants("Outcome", "OUTCOME_")
+_Ensemble = C.structure("Ensemble")
+_MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
+KINDS = C.constants("SectionKind", "SECTION_")
+OUTCOMES = C.constants("Outcome", "OUTCOME_")
 
 Vector = NDArray[np.float64]
 
@@ -96,63 +86,8 @@ class Results:
     messages: Mapping[int, str]
 
 
-class Instances:
-    """Instances of one FMU of this suite, made when they are needed and kept; each serves one thread at a time.
-
-    Raises:
-        StickslipError: an FMU of somebody else, or of another version of this suite.
-    """
-
-    def __init__(self, fmu: Fmu) -> None:
-        self._fmu = fmu
-        self._free: list[Any] = []
-        self._lock = threading.Lock()
-        self._all: list[Any] = []
-        weakref.finalize(self, _free_all, self._all)
-        with self.one():
-            pass
-
-    @contextmanager
-    def one(self) -> Iterator[Any]:
-        """An instance that nobody else has."""
-        with self._lock:
-            slave = self._free.pop() if self._free else None
-        if slave is None:
-            slave = self._new()
-        try:
-            yield slave
-        finally:
-            with self._lock:
-                self._free.append(slave)
-
-    def _new(self) -> Any:
-        slave, _ = new_instance(self._fmu)
-        try:
-            version = slave.dll.stickslip_ensemble_version
-        except AttributeError:
-            slave.freeInstance()
-            raise StickslipError(
-                f"'{self._fmu.path.name}' was not exported by this version of stickslip and cannot make many runs in "
-                "one call. Export it again."
-            ) from None
-        version.restype = c_int
-        if version() != _VERSION:
-            slave.freeInstance()
-            raise StickslipError(
-                f"'{self._fmu.path.name}' was exported by another version of stickslip. Export it again."
-            )
-        with self._lock:
-            self._all.append(slave)
-        return slave
-
-
-def _free_all(slaves: list[Any]) -> None:
-    for slave in slaves:
-        slave.freeInstance()
-
-
-def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Results:
-    """Make the runs with one instance; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
+def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Results:
+    """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
     n, contacts = sizes
     m, k = len(runs.values), len(runs.along)
     width, extended = n + contacts + 2, n + contacts + 1
@@ -162,7 +97,11 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         np.zeros((m, runs.rows, max(1, contacts)), np.int32)[..., :contacts],
         np.full((m, runs.rows, k), np.nan) if k and not runs.jacobians else np.empty((m, runs.rows, 0)),
         np.full((m, runs.rows, extended, k), np.nan) if runs.jacobians else np.empty((m, runs.rows, 0, 0)),
-        *(np.zeros(m, kind) for kind in (np.int64, np.int64, np.int32, np.int64, np.int64)),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int32),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
         {},
     )
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
@@ -174,12 +113,8 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
     ]
     along = np.array(runs.along, np.int64)
     whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
-    dll = slave.dll
-    for name in ("room", "memory"):
-        function = getattr(dll, f"stickslip_ensemble_{name}")
-        function.restype, function.argtypes = c_int64, (c_int64,)
-    room = np.empty(int(dll.stickslip_ensemble_room(k)) // 8 + 2) if k else np.empty(0)
-    memory = np.empty(max(1, int(dll.stickslip_ensemble_memory(runs.longest))))
+    room = np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)
+    memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
     values, starts, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
     after, orbits, passes = (one.ctypes.data for one in whole)
     c = _Ensemble(
@@ -229,10 +164,12 @@ def make_runs(slave: Any, sizes: tuple[int, int], where: Where, runs: Runs, stop
         stop=stop.ctypes.data,
         memory=memory.ctypes.data,
     )
-    run = dll.stickslip_ensemble
-    run.restype, run.argtypes = c_int, (c_void_p, POINTER(_Ensemble))
-    if run(slave.component, ctypes.byref(c)) != 0:
-        raise RuntimeError("the engine refused an ensemble")
+    instance = engine.take()
+    try:
+        if engine.ensemble(instance.handle, ctypes.byref(c)) != 0:
+            raise instance.failure()
+    finally:
+        engine.give(instance)
     for i in np.flatnonzero(made.outcomes == OUTCOMES.BROKEN):
         text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0]
         made.messages[int(i)] = text.decode("utf-8", "replace")  # type: ignore[index]

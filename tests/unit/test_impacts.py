@@ -317,8 +317,8 @@ def test_restriction_keeps_what_belongs_to_the_contacts_kept():
 
 def test_the_description_of_an_fmu_names_both_directions():
     description = Description(lower(declare(impact())))
-    names = [v.name for v in description.variables]
-    assert names[-4:] == ["rim_state", "rim_friction_state", "rim_indicator", "rim_friction_indicator"]
+    names = {v.reference: v.name for v in description.variables}
+    assert list(names.values())[-4:] == ["rim_state", "rim_friction_state", "rim_indicator", "rim_friction_indicator"]
     states = {v.name: v for v in description.contact_states}
     assert "2 open, 3 closed, 5 chattering" in states["rim_state"].description
     assert states["rim_state"].description.startswith("rim on wall: ")

@@ -33,8 +33,6 @@ typedef struct {
 
 int64_t stickslip_ensemble_room(int64_t n_directions) { return (int64_t)tangents_room((int)n_directions); }
 
-int stickslip_ensemble_version(void) { return ENSEMBLE_VERSION; }
-
 /* unit vectors: of the states as the choice of contact states has left them */
 static void ensemble_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
 {
@@ -118,17 +116,15 @@ static Outcome ensemble_start(Job *job, int64_t i)
     const int follows = e->follow && i > 0 && e->outcomes[i - 1] <= OUTCOME_ABSORBED;
     memcpy(x, r->at.x, sizeof x);
     memcpy(memory, r->at.memory, sizeof memory);
-    instance_reset(m);
-    r->message[0] = 0;
-    if (variables_set(m, __func__, e->set, (size_t)e->n_set, e->values + i * e->n_set)) {
-        run_fail(r, "a value that cannot be set");
+    const RunStart start = {e->n_set, e->set, e->values + i * e->n_set, e->starts[i], e->tolerance};
+    if (whole_run_enter_initialization(m, __func__, &start)) {
+        run_fail(r, "%s", "a value that cannot be set");
         return OUTCOME_BROKEN;
     }
     if (follows) {
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
     }
-    if (instance_set_up(m, __func__, 1, e->tolerance, e->starts[i], 0, 0.0)) return OUTCOME_BROKEN;
     if (e->n_directions > 0) {
         tangents_start(e->room, r, (int)e->n_directions);
         for (int k = 0; k < e->n_directions; k++) {

@@ -3,18 +3,7 @@
 #ifndef STICKSLIP_ENSEMBLE_H
 #define STICKSLIP_ENSEMBLE_H
 
-#include "../fmi/instance.h"
-
-#if defined(_WIN32)
-#define ENSEMBLE_EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define ENSEMBLE_EXPORT __attribute__((visibility("default")))
-#else
-#define ENSEMBLE_EXPORT
-#endif
-
-/* changes with the structures of this header */
-enum { ENSEMBLE_VERSION = 1 };
+#include "../whole_run/restart.h"
 
 /* where a motion is looked at: once per period; where a state crosses a level; where a contact begins or ends */
 typedef enum { SECTION_STROBE = 0, SECTION_LEVEL = 1, SECTION_BEGIN = 2, SECTION_END = 3 } SectionKind;
@@ -89,9 +78,8 @@ typedef struct {
 } Ensemble;
 
 /* bytes of the room for tangents, and numbers of that of the engine, for periods up to the longest */
-ENSEMBLE_EXPORT int64_t stickslip_ensemble_room(int64_t n_directions);
-ENSEMBLE_EXPORT int64_t stickslip_ensemble_memory(int64_t longest);
-ENSEMBLE_EXPORT int stickslip_ensemble_version(void);
-ENSEMBLE_EXPORT int stickslip_ensemble(void *instance, Ensemble *e);
+WHOLE_RUN_EXPORT int64_t stickslip_ensemble_room(int64_t n_directions);
+WHOLE_RUN_EXPORT int64_t stickslip_ensemble_memory(int64_t longest);
+WHOLE_RUN_EXPORT int stickslip_ensemble(void *instance, Ensemble *e);
 
 #endif

@@ -187,7 +187,7 @@ void placement_on_walls(Run *r, const signed char *at_walls)
     contact_factor(&r->at, j, at_walls, NULL, &s);
     for (int i = 0; i < s.count; i++) {
         double push = 0.0;
-        for (int e = 0; e < s.count; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++) {
             push += s.inverse[i][e] * j->depth[s.contact[e]][0];
         }
         for (int v = 0; v < MODEL_NQ; v++) {

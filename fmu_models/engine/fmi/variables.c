@@ -31,9 +31,9 @@ Kind variables_locate(uint32_t vr, int *index)
 {
     const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, variables_memory_contact(MODEL_NC),
                           MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
-    long rest = (long)vr;
+    long rest = (long)vr - 1;
     for (int kind = TIME; kind < UNKNOWN; kind++) {
-        if (rest < counts[kind]) {
+        if (rest >= 0 && rest < counts[kind]) {
             *index = (int)rest;
             return (Kind)kind;
         }

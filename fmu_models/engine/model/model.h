@@ -98,7 +98,7 @@ extern const unsigned char
 extern const unsigned char
     model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
-extern const signed char model_contact_partner[MODEL_ROOM(
+extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */

@@ -92,10 +92,11 @@ RunStatus run_check_mass(Run *r, const Jets *j)
 {
     for (int i = 0; i < MODEL_NV && MODEL_NM > 0; i++) {
         if (!(j->factor[model_mass_row[i] + i] > 0.0)) {
-            return run_fail(r,
-                            "the mass matrix is not positive definite at t = %.17g: some motion has no positive kinetic "
-                            "energy there. Look at the signs and cross terms of the kinetic energy",
-                            r->at.time);
+            return run_fail(
+                r,
+                "the mass matrix is not positive definite at t = %.17g: some motion has no positive kinetic "
+                "energy there. Look at the signs and cross terms of the kinetic energy",
+                r->at.time);
         }
     }
     return RUN_OK;

@@ -12,7 +12,7 @@ import threading
 import weakref
 from collections.abc import Mapping
 from ctypes import POINTER, addressof, c_char, c_char_p, c_int, c_int64, c_void_p
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -32,9 +32,6 @@ RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
 # an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
 EVENT_CAPACITY = 1 << 18
-
-
-KEPT_VALUES = 1 << 15  # room for values that an instance keeps: more takes longer to compute than to allocate
 
 
 class Engine:
@@ -101,8 +98,7 @@ class Instance:
     def __init__(self, engine: Engine) -> None:
         self._model, self._restart = engine.model, engine.restart
         self._message = ctypes.create_string_buffer(RUN.MESSAGE)
-        self._values = np.empty(KEPT_VALUES)
-        self._start, self._room, self._numbers = C.structure("RunStart")(), 0, bytearray(1)
+        self._start, self._room = C.structure("RunStart")(), -1
         handle = engine.open(self._message)
         if not handle:
             raise MemoryError(f"no memory for an instance of {engine.model}")
@@ -122,12 +118,6 @@ class Instance:
         # as bytes: numpy copies structures one by one
         return np.ndarray((n,), EVENT, bytearray(self._events[: n * EVENT.itemsize]))
 
-    def values(self, n: int) -> NDArray[np.float64]:
-        """(n,) to be written to by the engine, until they are asked for again."""
-        if n > KEPT_VALUES:
-            return np.empty(n)
-        return self._values[:n]
-
     def restart(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> None:
         """Go to start values by reference; all others have their defaults.
 
@@ -140,13 +130,12 @@ class Instance:
     def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> Any:
         """Start values by reference as the engine reads them, until it is asked for again."""
         n = len(initial)
+        layout, c = _layout(n), self._start
         if n > self._room:
-            self._room, self._numbers = n, bytearray(n * struct.calcsize("=dI"))
-        # doubles first: they need the stricter alignment
-        struct.pack_into(f"={n}d{n}I", self._numbers, 0, *initial.values(), *initial)
-        where = address(self._numbers)
-        c = self._start
-        c.n_initial, c.initial_values, c.initial = n, where, where + 8 * n
+            self._room, self._numbers = n, bytearray(layout.size or 1)
+            c.initial_values = self._where = address(self._numbers)
+        layout.pack_into(self._numbers, 0, *initial.values(), *initial)
+        c.n_initial, c.initial = n, self._where + 8 * n
         c.start_time, c.tolerance = start_time, tolerance
         return c
 
@@ -157,6 +146,12 @@ class Instance:
         # messages may begin with the C function that refused; that is of no use to the reader
         said = rest if colon and head.startswith(("stickslip_", "whole_run_")) else text
         return StickslipError(f"{self._model}: {said}")
+
+
+@cache
+def _layout(n: int) -> struct.Struct:
+    """Of n values and their references; doubles first, which need the stricter alignment."""
+    return struct.Struct(f"={n}d{n}I")
 
 
 def address(array: Any) -> int:

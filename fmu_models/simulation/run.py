@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import sys
 import weakref
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,9 +15,12 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.engine import Engine, engine_of
+from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.signal import Signal, knots
-from fmu_models.simulation.trajectory import Events, Trajectory
+from fmu_models.simulation.trajectory import Columns, Events, Trajectory
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ScalarVariable
 
 
 def simulate(
@@ -45,15 +50,9 @@ def simulate(
         StickslipError: unknown name, value out of its range, times out of order, an FMU of somebody else, or a motion
             that the engine cannot continue (the message says when and why).
     """
-    return KeptRun(fmu, tolerance=tolerance)(
-        stop_time,
-        start_time=start_time,
-        parameters=parameters,
-        start=start,
-        inputs=inputs,
-        output_times=output_times,
-        progress=progress,
-    )
+    check_tolerance(tolerance)
+    span = start_time, stop_time
+    return _run(fmu, _known_of(fmu), tolerance, span, parameters, start, inputs, output_times, progress)
 
 
 class KeptRun(Shown):
@@ -71,8 +70,7 @@ class KeptRun(Shown):
     def __init__(self, fmu: Fmu, *, tolerance: float = 1e-14) -> None:
         check_tolerance(tolerance)
         self.fmu, self.tolerance = fmu, tolerance
-        self._engine: Engine | None = engine_of(fmu)
-        self._names = _names_of(fmu)
+        self._known: _Known | None = _known_of(fmu)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "tolerance": self.tolerance}
@@ -85,7 +83,7 @@ class KeptRun(Shown):
 
     def close(self) -> None:
         """No run afterwards."""
-        self._engine = None
+        self._known = None
 
     def __call__(
         self,
@@ -103,94 +101,126 @@ class KeptRun(Shown):
         Raises:
             StickslipError: as for ``simulate``, after which the next run is as any other; or this was closed.
         """
-        engine, names = self._engine, self._names
-        if engine is None:
+        if self._known is None:
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
-        check_span(start_time, stop_time)
-        initial, signals = self._initial(parameters, start, inputs)
-        times = checked_times(output_times, start_time, stop_time)
-        stops = np.concatenate((times, [stop_time])) if times[-1] < stop_time else times
-        driven = None
-        if signals:
-            table = knots(signals, start_time, stop_time)
-            driven = np.array([names.inputs[name] for name in signals], dtype=np.uint32), table
-            for i, name in enumerate(signals):
-                initial[names.inputs[name]], initial[names.rates[name]] = table[1][0, i], table[2][0, i]
-        request = whole_run.Request(stops, names.recorded, driven)
-        instance = engine.take()
-        try:
-            instance.restart(initial, start_time, self.tolerance)
-            return names.trajectory(times, whole_run.run(engine, instance, request, progress))
-        finally:
-            engine.give(instance)
+        span = start_time, stop_time
+        return _run(self.fmu, self._known, self.tolerance, span, parameters, start, inputs, output_times, progress)
 
-    def _initial(
-        self,
-        parameters: Mapping[str, float] | None,
-        start: Mapping[str, float] | None,
-        inputs: Mapping[str, float | Signal] | None,
-    ) -> tuple[dict[int, float], dict[str, Signal]]:
-        """Checked start values by reference, and the inputs that change with time."""
-        fmu, names = self.fmu, self._names
-        signals: dict[str, Signal] = {}
-        initial: dict[int, float] = {}
-        for kind, given, known in (
-            ("parameter", parameters, names.parameters),
-            ("state", start, names.states),
-            ("input", inputs, names.inputs),
-        ):
-            if not given:
-                continue
+
+def _run(
+    fmu: Fmu,
+    known: _Known,
+    tolerance: float,
+    span: tuple[float, float],
+    parameters: Mapping[str, float] | None,
+    start: Mapping[str, float] | None,
+    inputs: Mapping[str, float | Signal] | None,
+    output_times: ArrayLike | None,
+    progress: Callable[[float], None] | None,
+) -> Trajectory:
+    """The arguments are those of ``simulate``; in their order, since names cost time."""
+    start_time, stop_time = span
+    check_span(start_time, stop_time)
+    initial: dict[int, float] = {}
+    signals: dict[str, Signal] = {}
+    if parameters:
+        _set(fmu, "parameter", parameters, known.parameters, initial)
+    if start:
+        _set(fmu, "state", start, known.states, initial)
+    if inputs:
+        signals = _set(fmu, "input", inputs, known.inputs, initial)
+    times = checked_times(output_times, start_time, stop_time)
+    stops = np.concatenate((times, [stop_time])) if times.item(-1) < stop_time else times
+    driven = None
+    if signals:
+        table = knots(signals, start_time, stop_time)
+        references = [known.inputs[name][0] for name in signals]
+        driven = np.array(references, dtype=np.uint32), table
+        for i, name in enumerate(signals):
+            initial[references[i]], initial[known.rates[name]] = table[1][0, i], table[2][0, i]
+    engine = known.engine
+    instance = engine.take()
+    try:
+        instance.restart(initial, start_time, tolerance)
+        result = whole_run.run(engine, instance, whole_run.Request(stops, known.recorded, driven), progress)
+    finally:
+        engine.give(instance)
+    return known.trajectory(times, result)
+
+
+def _set(
+    fmu: Fmu, kind: str, given: Mapping[str, float | Signal], known: _Settable, initial: dict[int, float]
+) -> dict[str, Signal]:
+    """Write checked start values by reference; the inputs that change with time are returned."""
+    signals: dict[str, Signal] = {}
+    for name, value in given.items():
+        if name not in known:
             check_names(fmu, kind, given, known)
-            for name, value in given.items():
-                if isinstance(value, Signal):
-                    signals[name] = value
-                else:
-                    check_value(fmu, name, value)
-                    initial[known[name]] = value
-        return initial, signals
+        if isinstance(value, Signal):
+            if kind != "input":
+                raise StickslipError(f"'{name}' is a {kind} and takes a number, found a Signal: only inputs change.")
+            signals[name] = value
+            continue
+        reference, low, high = known[name]
+        if not (isinstance(value, _PLAIN) and low <= value <= high):
+            check_names(fmu, kind, given, known)
+            check_value(fmu, name, value)
+        initial[reference] = value
+    return signals
 
 
-class _Names:
-    """Value references by name, and what a trajectory records, in order; of one FMU."""
+_PLAIN = (float, int)
+_Settable = dict[str, tuple[int, float, float]]  # by name: value reference, least and largest value
+
+
+class _Known:
+    """What does not change from run to run of an FMU: its engine, value references by name, what is recorded."""
 
     def __init__(self, fmu: Fmu) -> None:
-        def references(names: Sequence[str]) -> dict[str, int]:
-            return {name: fmu.variables[name].valueReference for name in names}
+        def reference(name: str) -> int:
+            return fmu.variables[name].valueReference
 
-        self.parameters = references(fmu.parameters)
-        self.states = references([*fmu.states, *fmu.memories])
-        self.inputs = references(fmu.inputs)
-        self.rates = {name: fmu.variables[f"{name}_rate"].valueReference for name in fmu.inputs}
+        def settable(names: Iterable[str]) -> _Settable:
+            return {name: (reference(name), *_bounds(fmu.variables[name])) for name in names}
+
+        self.engine = engine_of(fmu)
+        self.parameters = settable(fmu.parameters)
+        self.states = settable([*fmu.states, *fmu.memories])
+        self.inputs = settable(fmu.inputs)
+        self.rates = {name: reference(f"{name}_rate") for name in fmu.inputs}
         derivatives = [f"der({name})" for name in fmu.states]
         real = [*fmu.inputs, *fmu.states, *derivatives, *fmu.outputs, *fmu.memories]
-        self._recorded, self._n_real = [*real, *(f"{name}_state" for name in fmu.contacts)], len(real)
-        self.recorded = np.array(list(references(self._recorded).values()), dtype=np.uint32)
-        self._units = {name: fmu.variables[name].unit or "1" for name in self._recorded}
+        names = [*real, *(f"{name}_state" for name in fmu.contacts)]
+        self._columns, self._n_real = {name: i for i, name in enumerate(names)}, len(real)
+        self.recorded = np.array([reference(name) for name in names], dtype=np.uint32)
+        self._units = {name: fmu.variables[name].unit or "1" for name in names}
         self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
 
     def trajectory(self, times: NDArray[np.float64], result: whole_run.Result) -> Trajectory:
         """What came of a run, by name."""
-        n = self._n_real
-        rows = result.values[: times.size]
-        # rows of the instance are copied; many have an array of their own, of which the columns are views
-        real, states = rows[:, :n].T, rows[:, n:].T.astype(np.int8, order="C")
-        real = real.copy() if result.kept else real
-        values: dict[str, NDArray] = dict(zip(self._recorded, (*real, *states), strict=True))
+        rows = result.values
+        values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
         events = Events(result.events, self._contacts, self._rigid)
         return Trajectory(
-            times, values, dict(self._units), events, result.steps, result.evaluations, seconds=result.seconds
+            times, values, self._units.copy(), events, result.steps, result.evaluations, seconds=result.seconds
         )
 
 
-_known: weakref.WeakKeyDictionary[Fmu, _Names] = weakref.WeakKeyDictionary()
+_all_known: weakref.WeakKeyDictionary[Fmu, _Known] = weakref.WeakKeyDictionary()
 
 
-def _names_of(fmu: Fmu) -> _Names:
-    found = _known.get(fmu)
+def _known_of(fmu: Fmu) -> _Known:
+    found = _all_known.get(fmu)
     if found is None:
-        found = _known[fmu] = _Names(fmu)
+        found = _all_known[fmu] = _Known(fmu)
     return found
+
+
+def _bounds(variable: ScalarVariable) -> tuple[float, float]:
+    """Between which values a finite number passes ``check_value``."""
+    low, high = variable.min, variable.max
+    largest = sys.float_info.max
+    return -largest if low is None else float(low), largest if high is None else float(high)
 
 
 def check_tolerance(tolerance: float) -> None:
@@ -221,7 +251,7 @@ def check_value(fmu: Fmu, name: str, value: float) -> None:
 
 
 def check_span(start: float, stop: float) -> None:
-    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+    if not -math.inf < start < stop < math.inf:
         raise StickslipError(f"The run must end after it starts, found start {start:g} s and stop {stop:g} s.")
 
 
@@ -232,12 +262,13 @@ def checked_times(given: ArrayLike | None, start: float, stop: float) -> NDArray
     times = np.array(given, dtype=float)
     if times.ndim != 1 or times.size == 0:
         raise StickslipError(f"Output times must be a list of numbers, found shape {times.shape}.")
+    first, last = times.item(0), times.item(-1)
     # what is not a number is not in order either, and what is infinite comes first or last
     ascending = times.size == 1 or (times[1:] >= times[:-1]).all()
-    if not ascending or not (math.isfinite(times[0]) and math.isfinite(times[-1])):
+    if not ascending or not (math.isfinite(first) and math.isfinite(last)):
         raise StickslipError("Output times must be finite and ascending. Sort them.")
-    if times[0] < start or times[-1] > stop:
+    if first < start or last > stop:
         raise StickslipError(
-            f"Output times from {times[0]:g} s to {times[-1]:g} s leave the run from {start:g} s to {stop:g} s."
+            f"Output times from {first:g} s to {last:g} s leave the run from {start:g} s to {stop:g} s."
         )
     return times

@@ -98,6 +98,40 @@ class Events(Sequence[Event]):
         return Event(time, name, before, after, work, name in self.rigid)
 
 
+class Columns(Mapping[str, NDArray]):
+    """The variables of a run by name, kept as rows; each becomes an array (n,) when it is asked for.
+
+    Args:
+        rows: (n, m) values over time.
+        columns: number of the column by name.
+        n_real: the columns from there on are states of contacts, integers.
+    """
+
+    def __init__(self, rows: NDArray[np.float64], columns: Mapping[str, int], n_real: int) -> None:
+        self._rows, self._columns, self._n_real = rows, columns, n_real
+        self._made: dict[str, NDArray] = {}
+
+    def __getitem__(self, name: str) -> NDArray:
+        found = self._made.get(name)
+        if found is None:
+            i = self._columns[name]
+            column = self._rows[:, i]
+            found = self._made[name] = column if i < self._n_real else column.astype(np.int8)
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} variables: {', '.join(self)}>"
+
+
 @dataclass(frozen=True)
 class ForeignEvent(Shown):
     """An event of any FMU as the master sees it.
@@ -157,9 +191,10 @@ class Trajectory(Tabular):
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":
             return self.time
-        if name not in self.values:
-            raise StickslipError(f"The trajectory has no variable '{name}'.{nearest(name, self.values)}")
-        return self.values[name]
+        try:
+            return self.values[name]
+        except KeyError:
+            raise StickslipError(f"The trajectory has no variable '{name}'.{nearest(name, self.values)}") from None
 
     @property
     def impacts(self) -> tuple[Event, ...]:

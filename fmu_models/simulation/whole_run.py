@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.simulation.engine import KEPT_VALUES, RUN, C, Engine, Instance, address
+from fmu_models.simulation.engine import RUN, C, Engine, Instance, address
 from fmu_models.simulation.signal import Knots
 
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -43,17 +43,13 @@ class Section:
 
 
 class Result(NamedTuple):
-    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s.
-
-    kept: the values are those of the instance until its next run; else an array of their own.
-    """
+    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s."""
 
     values: NDArray[np.float64]
     events: NDArray
     steps: int
     evaluations: int
     seconds: float
-    kept: bool = False
 
 
 def run(
@@ -64,8 +60,7 @@ def run(
     Raises:
         StickslipError: the engine cannot continue the motion.
     """
-    shape = request.times.size, request.references.size
-    values = instance.values(shape[0] * shape[1])
+    values = np.empty((request.times.size, request.references.size))
     c = _filled(instance.whole_run, request, values)
     c.n_events = c.next_time = c.next_knot = 0
     chunks = []
@@ -78,11 +73,11 @@ def run(
         seconds += time.perf_counter() - begin
         chunks.append(instance.events(c.n_events))
         if progress:
-            progress(c.next_time / max(1, shape[0]))
+            progress(c.next_time / max(1, len(values)))
     if status != RUN.DONE:
         raise instance.failure()
     events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
-    return Result(values.reshape(shape), events, c.steps, c.evaluations, seconds, values.size <= KEPT_VALUES)
+    return Result(values, events, c.steps, c.evaluations, seconds)
 
 
 def crossings(engine: Engine, instance: Instance, request: Request, section: Section) -> Iterator[NDArray[np.float64]]:

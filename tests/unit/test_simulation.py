@@ -204,6 +204,7 @@ BAD = [
     ({"output_times": [0.0, math.nan]}, "finite"),
     ({"inputs": {"w0": Signal([0.1, 2.0], [1.0, 1.0])}}, "covers 0.1 s to 2 s"),
     ({"inputs": {"w0": Signal([0.0, 0.9], [1.0, 1.0])}}, "covers 0 s to 0.9 s"),
+    ({"parameters": {"N0": Signal([0.0, 2.0], [1.0, 1.0])}}, "'N0' is a parameter and takes a number, found a Signal"),
 ]
 
 

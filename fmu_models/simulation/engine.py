@@ -116,7 +116,7 @@ class Instance:
     def events(self, n: int) -> NDArray[Any]:
         """(n,) of dtype EVENT: a copy of those that the engine has written."""
         # as bytes: numpy copies structures one by one
-        return np.ndarray((n,), EVENT, bytearray(self._events[: n * EVENT.itemsize]))
+        return np.frombuffer(bytearray(self._events[: n * EVENT.itemsize]), EVENT)
 
     def restart(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> None:
         """Go to start values by reference; all others have their defaults.

@@ -58,6 +58,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
         _violation(system, names),
         *(_magnitude(system, names, what) for what in ("slip", "depth", "rate")),
         _lever(system, names),
+        _kinetic_energy(system),
     ]
     # the constants in d are collected while the other functions are made
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
@@ -365,6 +366,19 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
 
 
+def _kinetic_energy(system: HybridSystem) -> str:
+    """The part of the kinetic energy that impulses change, at one point."""
+    values: dict[Any, str] = {TIME: "at->time"}
+    rows = {"p": system.parameters, "u": system.inputs, "x": system.states}
+    values |= {q: f"at->{letter}[{i}]" for letter, quantities in rows.items() for i, q in enumerate(quantities)}
+    values |= {q.rate: f"at->du[{i}]" for i, q in enumerate(system.inputs)}
+    shared, (energy,) = sympy.cse([system.kinetic_energy], symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
+    values |= {symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}
+    lines = [f"    const double {values[symbol]} = {c_expression(value, values)};\n" for symbol, value in shared]
+    body = f"    (void)at;\n{''.join(lines)}    return {c_expression(sympy.sympify(energy), values)};\n"
+    return f"double model_kinetic_energy(const Point *at)\n{{\n{body}}}\n"
+
+
 def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str]) -> str:
     """An expression in parts of its terms, and of how it would change over the typical magnitudes of the states."""
     if not expression.free_symbols:
@@ -447,7 +461,7 @@ def _facts(system: HybridSystem) -> list[str]:
             f"{{{', '.join(str(int(value)) for value in values) or '0'}}};"
             for name, values in tables.items()
         ),
-        f"const signed char model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
+        f"const short model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
         *_sparsity(system),
     ]
 

@@ -19,11 +19,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import sealed_text
 from fmu_models.language import laws
 from fmu_models.language.law_parameter import LawParameter, declared_in
-from fmu_models.toolchain.compiler import cache_folder, digest
 
 if TYPE_CHECKING:
     import numpy as np

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.unit_names import parse_unit
+from fmu_models.base.unit_names import base_units
 from fmu_models.codegen import contact_states
 from fmu_models.codegen.rights import Rights
 from fmu_models.language.inertia import blocks
@@ -320,13 +320,13 @@ def _base_unit(unit: str) -> dict[str, float] | None:
     >>> _base_unit("N m/rad"), _base_unit("N/m1.5")
     ({'kg': 1, 'm': 2, 's': -2, 'rad': -1}, None)
     """
-    base = parse_unit(unit).to_base_units()
-    if any(power % 1 for _, power in base.unit_items()):
+    base = base_units(unit)
+    if any(power % 1 for _, power in base.powers):
         return None
-    exponents = {BASE_UNITS[str(name)]: int(power) for name, power in base.unit_items()}
+    exponents = {BASE_UNITS[name]: int(power) for name, power in base.powers}
     attributes: dict[str, float] = {name: exponents[name] for name in BASE_UNITS.values() if name in exponents}
-    if base.magnitude != 1.0:
-        attributes["factor"] = float(base.magnitude)
+    if base.factor != 1.0:
+        attributes["factor"] = base.factor
     return attributes
 
 

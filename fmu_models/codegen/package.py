@@ -24,6 +24,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
 from fmu_models.base.temporary import temporary_folder
@@ -32,7 +33,7 @@ from fmu_models.codegen.rights import Rights
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
-from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
+from fmu_models.toolchain.compiler import compile_shared, engine_sources, this_platform
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism

@@ -12,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shipped import ROOM
 
 ENGINE_LICENSE = "BSD-3-Clause"
 # of the folder that both versions of the standard name for this
@@ -79,10 +80,10 @@ class Rights:
 
 
 def _engine_license() -> str:
-    try:
-        text = metadata.distribution("stickslip").read_text("licenses/LICENSE")
-    except metadata.PackageNotFoundError:
-        text = None
+    """Text of this suite's licence: beside the packages in a checkout, with the metadata of what is installed."""
+    if (ROOM / "LICENSE").is_file():
+        return (ROOM / "LICENSE").read_text("utf-8")
+    text = metadata.distribution("stickslip").read_text("licenses/LICENSE")
     if text is None:
         raise StickslipError("The licence of the engine is missing. Install stickslip again, by pip install.")
     return text

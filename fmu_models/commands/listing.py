@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.files import sealed_text
 from fmu_models.base.registry import Registry
-from fmu_models.toolchain.compiler import cache_folder, digest
 
 T = TypeVar("T")
 

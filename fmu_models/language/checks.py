@@ -18,6 +18,8 @@ from fmu_models.language.stops import Stop
 
 # what lowering adds to the outputs of every mechanism
 POWERS = ("energy", "power_input", "power_dissipated", "power_stops")
+# the engine has room for the forces of so many on the stack of a thread (step/contact_factor.c)
+MAX_CONTACTS = 200
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -43,7 +45,7 @@ def check_mechanism(mechanism: Body) -> None:
             if contact.where is not None:
                 _check_place(f"contact '{contact.name}': where", contact.where, mechanism.coordinates)
     _check_symbols(mechanism)
-    _check_impacts(mechanism)
+    _check_numbers(mechanism)
 
 
 def check_names(model: str, found: Iterable[tuple[str, str]]) -> None:
@@ -167,8 +169,14 @@ def _check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate
         )
 
 
-def _check_impacts(mechanism: Body) -> None:
+def _check_numbers(mechanism: Body) -> None:
     impacts = mechanism.impacts
+    directions = len(mechanism.contacts) + sum(contact.slip is not None for contact in impacts)
+    if directions > MAX_CONTACTS:
+        raise StickslipError(
+            f"{mechanism.name} has {directions} contacts (the friction of a rigid one is one more); at most "
+            f"{MAX_CONTACTS} can be held at rest together. Leave some out."
+        )
     if len(impacts) > MAX_IMPACTS:
         raise StickslipError(
             f"{mechanism.name} has {len(impacts)} rigid contacts; at most {MAX_IMPACTS} can be answered together in an "

@@ -65,6 +65,13 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     return (*outputs, *(_force(contact) for contact in contacts))
 
 
+def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:
+    """T2, the part of the kinetic energy that is quadratic in the velocities."""
+    T, velocities = mechanism.kinetic_energy, [q.v for q in mechanism.coordinates]
+    constant, linear = T.xreplace(dict.fromkeys(velocities, sympy.S.Zero)), _linear(T, velocities)
+    return T if constant == 0 and linear == 0 else sympy.expand(T - constant - linear)
+
+
 def _force(contact: ContactDynamics) -> Output:
     what = contact.description or contact.name
     normal = contact.kind in ("stop", "impact")

@@ -50,6 +50,7 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
         constant_inertia=only_parameters([*W, *G]),
         contacts=tuple(_switch_dynamics(automaton, s, sliding) for s, sliding in zip(switches, slides, strict=True)),
         internal_rates=(),
+        kinetic_energy=sympy.S.Zero,
         outputs=tuple(Output(o.name, sympy.sympify(o.expression), o.unit, o.description) for o in automaton.outputs),
         all_requirements=automaton.all_requirements,
     )

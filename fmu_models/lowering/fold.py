@@ -64,6 +64,7 @@ def fold(
         constant_inertia=only_parameters([*W.values(), *G.values(), *inertia.values()]),
         contacts=tuple(_folded_contact(contact, folded) for contact in system.contacts),
         internal_rates=tuple(folded(rate) for rate in system.internal_rates),
+        kinetic_energy=folded(system.kinetic_energy),
         outputs=tuple(
             dataclasses.replace(o, expression=folded(o.expression)) for o in system.outputs if o.name in outputs
         ),

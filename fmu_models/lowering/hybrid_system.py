@@ -115,6 +115,7 @@ class HybridSystem:
         constant_inertia: M, W and G depend on parameters alone.
         contacts: the contacts.
         internal_rates: one per internal state.
+        kinetic_energy: the part that is quadratic in v, which impulses change; 0 without a body.
         all_requirements: what the parameters must satisfy beside their own bounds.
         shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
             with these integers, so none by default.
@@ -135,6 +136,7 @@ class HybridSystem:
     constant_inertia: bool
     contacts: tuple[ContactDynamics, ...]
     internal_rates: tuple[sympy.Expr, ...]
+    kinetic_energy: sympy.Expr
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
     shown_states: frozenset[str] = frozenset()

@@ -15,7 +15,7 @@ from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.language.inertia import Entries, mass_entries
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.stops import Stop
-from fmu_models.lowering.energy import derived_outputs
+from fmu_models.lowering.energy import derived_outputs, quadratic_energy
 from fmu_models.lowering.filippov import lower_automaton
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, only_parameters, terms
 from fmu_models.lowering.lagrange import TimeDerivative, generalised_forces, has_small_inverse, inverse
@@ -55,6 +55,7 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
         internal_rates=tuple(
             rate for contact in model.frictions for rate in contact.law.rates(contact.slip_speed, contact.sign)
         ),
+        kinetic_energy=quadratic_energy(model),
         outputs=(*_declared_outputs(model), *derived_outputs(model, contacts)),
         all_requirements=model.all_requirements,
     )

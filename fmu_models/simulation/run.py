@@ -173,8 +173,9 @@ class _Names:
         """What came of a run, by name."""
         n = self._n_real
         rows = result.values[: times.size]
-        # the rows are those of the instance: copied by these
-        real, states = rows[:, :n].T.copy(), rows[:, n:].T.astype(np.int8, order="C")
+        # rows of the instance are copied; many have an array of their own, of which the columns are views
+        real, states = rows[:, :n].T, rows[:, n:].T.astype(np.int8, order="C")
+        real = real.copy() if result.kept else real
         values: dict[str, NDArray] = dict(zip(self._recorded, (*real, *states), strict=True))
         events = Events(result.events, self._contacts, self._rigid)
         return Trajectory(

@@ -34,9 +34,9 @@ class Sensitivity(Tabular):
 
     Attributes:
         time: (n,) s.
-        names: of the states and outputs recorded.
+        names: of the states, memories of stops and outputs recorded.
         values: (n, n_names), in the unit of each.
-        by: names of the m directions: parameters, start states, constants added to inputs.
+        by: names of the m directions: parameters, start states, speeds of entry, constants added to inputs.
         derivative: (n, n_names, m) d value / d direction at a fixed time.
         events: every change of contact state and every impact, in order of time.
         event_derivative: (k, m) d event time / d direction, s per unit; nan for the end of a chatter, of whose time
@@ -89,8 +89,9 @@ class SensitiveRun(Shown):
     """An instance of an FMU of this suite, kept for any number of runs; a context manager.
 
     Args:
-        by: what to differentiate by: parameters, states (their start values), inputs (a constant added to the input).
-        recorded: states and outputs; default all states.
+        by: what to differentiate by: parameters, states (their start values), inputs (a constant added to the input),
+            and ``<stop>_memory``, the speed at which a stop was entered before the start.
+        recorded: states, outputs and ``<stop>_memory``; default all states.
         tolerance: relative local error of a step, of motion and derivatives.
 
     Raises:
@@ -106,8 +107,8 @@ class SensitiveRun(Shown):
         self._states = [*fmu.states, *fmu.memories]
         self._parameters, self._inputs, self._contacts = fmu.parameters, fmu.inputs, fmu.contacts
         self._rigid = set(fmu.impacts)
-        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *fmu.states, *fmu.inputs])
-        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*fmu.states, *fmu.outputs])
+        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *self._states, *fmu.inputs])
+        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*self._states, *fmu.outputs])
         for kind, names in (("differentiated by", self.by), ("recorded", self.recorded)):
             if repeated := sorted({name for name in names if names.count(name) > 1}):
                 raise StickslipError(f"'{repeated[0]}' is to be {kind} twice. Name it once.")

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.simulation.engine import RUN, C, Engine, Instance, address
+from fmu_models.simulation.engine import KEPT_VALUES, RUN, C, Engine, Instance, address
 from fmu_models.simulation.signal import Knots
 
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
@@ -45,7 +45,7 @@ class Section:
 class Result(NamedTuple):
     """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s.
 
-    The values are those of the instance until its next run.
+    kept: the values are those of the instance until its next run; else an array of their own.
     """
 
     values: NDArray[np.float64]
@@ -53,6 +53,7 @@ class Result(NamedTuple):
     steps: int
     evaluations: int
     seconds: float
+    kept: bool = False
 
 
 def run(
@@ -81,7 +82,7 @@ def run(
     if status != RUN.DONE:
         raise instance.failure()
     events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
-    return Result(values.reshape(shape), events, c.steps, c.evaluations, seconds)
+    return Result(values.reshape(shape), events, c.steps, c.evaluations, seconds, values.size <= KEPT_VALUES)
 
 
 def crossings(engine: Engine, instance: Instance, request: Request, section: Section) -> Iterator[NDArray[np.float64]]:

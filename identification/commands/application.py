@@ -36,6 +36,7 @@ from identification.commands.inverse import inverse
 from identification.commands.laws import laws
 from identification.commands.report import report
 from identification.commands.slips import slips
+from identification.commands.watch import watch
 from rig_io.commands.describe import describe
 from rig_io.commands.emulate import emulate
 
@@ -43,7 +44,7 @@ HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emul
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
 FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum)
-FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips)
+FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
     app.command()(command)
 app.command("map")(show_map)

@@ -10,6 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite
 from identification.commands.fits import FigurePath, print_files
+from identification.commands.logs import ReaderOption, Repairs, repairs
 from identification.commands.recipes import Log, RecipeArgument, ResultPath, check_targets, finish
 
 
@@ -19,6 +20,8 @@ def inverse(
     held_out: Annotated[
         list[Path] | None, typer.Option("--held-out", metavar="LOG", help="Score this log too; repeat for several.")
     ] = None,
+    repair: Repairs = None,
+    reader: ReaderOption = None,
     result: ResultPath = None,
     figure: FigurePath = None,
     overwrite: Overwrite = False,
@@ -32,8 +35,8 @@ def inverse(
     from identification.measurement.recipe import read_recipe
 
     check_targets(result, figure, overwrite)
-    with console.progress("fitting") as advance:
-        run = inverse_dynamics(read_recipe(recipe), log, held_out or ())
+    with console.warnings_said(), console.progress("fitting") as advance:
+        run = inverse_dynamics(read_recipe(recipe), log, held_out or (), reader=reader, repair=repairs(repair))
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rig_io.logs.log import RigLog
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOGS...", help="CSV logs, or the folder of a data package with its logs.")
+    list[Path], typer.Argument(metavar="LOGS...", help="Logs, or the folder of a data package with its logs.")
 ]
 Repairs = Annotated[
     str | None,
@@ -24,6 +24,11 @@ Repairs = Annotated[
 ReaderOption = Annotated[
     str | None, typer.Option("--reader", metavar="FILE", help="Reader for a kind of logs of your own: my_reader.py.")
 ]
+
+
+def repairs(text: str | None) -> list[str]:
+    """Names between commas."""
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def read_logs(
@@ -50,7 +55,7 @@ def read_logs(
     forces = dict.fromkeys(("N0", "N1"), constants["N"]) if "N" in constants else {}
     stated = {**forces, **{name: value for name, value in constants.items() if name != "N"}}
     given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
-    mend = [name.strip() for name in (repair or "").split(",") if name.strip()]
+    mend = repairs(repair)
     logs: list[RigLog] = []
     with console.warnings_said():
         for path in paths:

@@ -14,7 +14,7 @@ from fmu_models.base.files import refuse_existing, write_whole
 RecipeArgument = Annotated[
     str, typer.Argument(metavar="RECIPE", help="A TOML file, or a name of 'stickslip data'.", show_default=False)
 ]
-Log = Annotated[Path, typer.Argument(metavar="LOG", help="A log of any kind that is read: .csv, .txt, .mat.")]
+Log = Annotated[Path, typer.Argument(metavar="LOG", help="A log of any kind that is read.")]
 ResultPath = Annotated[Path | None, typer.Option("--result", "-o", help="Write the result as JSON.")]
 
 

@@ -9,6 +9,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from identification.commands.fits import FigurePath, print_files
+from identification.commands.logs import ReaderOption, Repairs, repairs
 from identification.commands.recipes import Log, RecipeArgument, ResultPath, check_targets, finish
 
 
@@ -16,6 +17,8 @@ def slips(
     recipe: RecipeArgument,
     log: Log,
     settings: Settings = None,
+    repair: Repairs = None,
+    reader: ReaderOption = None,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.", min=0)] = 0,
     result: ResultPath = None,
     figure: FigurePath = None,
@@ -33,9 +36,10 @@ def slips(
     from identification.slips.statistics import slip_statistics
 
     check_targets(result, figure, overwrite)
-    with console.progress("looking for slips") as advance:
+    with console.warnings_said(), console.progress("looking for slips") as advance:
         given = console.assignments(settings, "constant")
-        statistics, events = slip_statistics(read_recipe(recipe), log, given, seed=seed)
+        asked = {"seed": seed, "reader": reader, "repair": repairs(repair)}
+        statistics, events = slip_statistics(read_recipe(recipe), log, given, **asked)
         advance(0.4)
         model = fit_slip_model(statistics)
         advance(0.8)

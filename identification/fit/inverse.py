@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
+from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Pictured
 from identification.estimators.inverse_dynamics import PARTS, InverseProblem, inverse_problem, law_problems, regressors
 from identification.estimators.inverse_terms import KINDS, Term, check_terms, read_model
@@ -21,7 +22,7 @@ from identification.inference.problem import Solution, among, searched, solve
 from identification.inference.uncertainty import LAG_RULE, autocorrelation, inflation, plain_covariance
 from identification.measurement.recipe import Recipe
 from identification.measurement.signals import Prepared, prepare
-from rig_io.readers import read_table
+from rig_io.packages.datapackage import read_columns
 
 if TYPE_CHECKING:
     import pandas
@@ -129,23 +130,30 @@ def inverse_dynamics(
     held_out: Sequence[str | os.PathLike[str]] = (),
     *,
     parameters: Parameters | None = None,
+    reader: Reference | None = None,
+    repair: Collection[str] = (),
 ) -> InverseRun:
     """Fit the recipe's terms to a log, judge them, and score other logs with the same values.
 
-    parameters: first values, bounds and held parameters of the terms, by name (Fv+ is called Fv_plus).
+    parameters: first values, bounds and held parameters of the terms, by name (Fv+ is called Fv_plus). reader, repair:
+    as in `rig_io.read_log`.
 
     Raises:
         StickslipError: the recipe names no terms, a log cannot be read or does not fit the recipe, or cannot tell the
             terms apart.
     """
     model = read_model(recipe)
-    prepared = prepare(recipe, read_table(log))
+
+    def ready(path: str | os.PathLike[str]) -> Prepared:
+        return prepare(recipe, read_columns(path, reader=reader), repair)
+
+    prepared = ready(log)
     check_terms(recipe, prepared, model.terms)
     said, problem = given(parameters), inverse_problem(prepared, model.terms)
     said.check([unknown.name for unknown in problem.unknowns])
     problem = replace(problem, unknowns=said.bounded(problem.unknowns))
     found = solve(problem, said.start(problem), fixed=said.fixed(problem))
-    others = {os.fspath(other): _elsewhere(recipe, model.terms, other, found.values) for other in held_out}
+    others = {os.fspath(other): _elsewhere(ready(other), model.terms, found.values) for other in held_out}
     residual = _off(prepared, model.terms, found.values)
     here, unseen = score(prepared.effort, residual), _unseen(problem, found)
     covariance, white = _covariances(problem, found)
@@ -202,9 +210,8 @@ def _off(prepared: Prepared, terms: tuple[Term, ...], values: np.ndarray) -> np.
     return prepared.effort - regressors(prepared, terms) @ values
 
 
-def _elsewhere(recipe: Recipe, terms: tuple[Term, ...], log: str | os.PathLike[str], values: np.ndarray) -> Score:
+def _elsewhere(prepared: Prepared, terms: tuple[Term, ...], values: np.ndarray) -> Score:
     """How well values (m,) from one log explain another."""
-    prepared = prepare(recipe, read_table(log))
     return score(prepared.effort, _off(prepared, terms, values))
 
 

@@ -111,24 +111,31 @@ def check_stick_speed(motion: DiscMotion, r: float, R: float, window: float) -> 
     """
     if len(motion.log.contacts) != 1:
         return
+    kept, share = stick_ratio(motion, r, R, window)
+    factor = next((f for f in _FACTORS if abs(kept / f - 1) < NEAR), None)
+    if factor is None or share < KEPT:
+        return
+    raise StickslipError(
+        f"Log '{motion.log.name}': for {100 * share:.0f} % of the time the disc's border moves at one multiple of the "
+        f"driving disc's speed, R th' = {kept:.3g} r w; in a stick it does so at once that speed. So "
+        f"{_FACTORS[factor]} Check also the laser's gain, R and r."
+    )
+
+
+def stick_ratio(motion: DiscMotion, r: float, R: float, window: float) -> tuple[float, float]:
+    """R th' / (r w) that is kept longest, and the share of the time for which it is; 0, 0 of a disc that never follows.
+
+    r, R: m; window: s, of the smoothing.
+    """
     drive = r * motion.drive
     moving = np.abs(drive) > 1e-3 * np.max(np.abs(drive))
     ratio = R * motion.smoothed(window, derivative=1)[moving] / drive[moving]
     ratio = np.sort(ratio[ratio > 0])
     if not len(ratio):
-        return
+        return 0.0, 0.0
     inside = np.searchsorted(ratio, 1.04 * ratio, side="right") - np.arange(len(ratio))
     best = int(np.argmax(inside))
-    kept = float(np.median(ratio[best : best + inside[best]]))
-    factor = next((f for f in _FACTORS if abs(kept / f - 1) < NEAR), None)
-    if factor is None or inside[best] < KEPT * len(motion.time):
-        return
-    share = 100 * inside[best] / len(motion.time)
-    raise StickslipError(
-        f"Log '{motion.log.name}': for {share:.0f} % of the time the disc's border moves at one multiple of the "
-        f"driving disc's speed, R th' = {kept:.3g} r w; in a stick it does so at once that speed. So "
-        f"{_FACTORS[factor]} Check also the laser's gain, R and r."
-    )
+    return float(np.median(ratio[best : best + inside[best]])), float(inside[best] / len(motion.time))
 
 
 # R th' / (r w) in a stick -> what it tells

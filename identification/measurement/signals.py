@@ -7,8 +7,8 @@ keeps every n-th sample, counted back from the last. Every regressor goes throug
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -29,6 +29,7 @@ from identification.measurement.recipe import (
     Speed,
 )
 from rig_io.logs.table import Table
+from rig_io.repair.clock import mended
 from rig_io.repair.table import conversion
 
 GRAVITY = 9.81  # m/s2
@@ -122,8 +123,8 @@ class Prepared:
         return self.picked(lambda s: s.get(WEIGHT, np.ones_like(s[TIME])))
 
 
-def prepare(recipe: Recipe, table: Table) -> Prepared:
-    """Signals of a log, as the recipe makes them.
+def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepared:
+    """Signals of a log, as the recipe makes them. repair: see `rig_io.repair.clock`.
 
     Raises:
         StickslipError: a column is missing or holds no numbers, a unit does not fit, time does not rise, the log is too
@@ -131,6 +132,11 @@ def prepare(recipe: Recipe, table: Table) -> Prepared:
     """
     units: dict[str, str] = {}
     columns = {name: _column(recipe, table, signal, units) for name, signal in recipe.signals.items() if signal.column}
+    notes = []
+    if repair:
+        clock = mended(columns[TIME], replace(table, columns=columns), repair)
+        columns = {**{name: values[clock.rows] for name, values in columns.items()}, TIME: clock.time}
+        notes += clock.said
     time = columns[TIME]
     for name in recipe.signals:
         _check_unit(recipe, name, _unit_of(recipe, name, units))
@@ -149,7 +155,6 @@ def prepare(recipe: Recipe, table: Table) -> Prepared:
             f"{table.source} is too short for this recipe: no stretch without a gap keeps enough of its {len(time)} "
             "samples after 'drop' and 'decimate'. Record a longer log, or lower both."
         )
-    notes = []
     if len(borders) > 2:
         notes.append(f"The clock has {len(borders) - 2} gaps; no filter runs across them ({lost} samples left out).")
     turning = _turning(recipe, units)

@@ -9,19 +9,20 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Tabular
 from identification.inference.uncertainty import lag_count
 from identification.measurement.recipe import FRICTION, TIME, Recipe
 from identification.measurement.signals import GRAVITY, prepare
 from identification.slips.events import SlipEvents, find_slips
-from rig_io.readers import read_table
+from rig_io.packages.datapackage import read_columns
 
 if TYPE_CHECKING:
     import pandas
@@ -90,10 +91,16 @@ class SlipStatistics(Tabular):
 
 
 def slip_statistics(
-    recipe: Recipe, log: str | os.PathLike[str], settings: Mapping[str, float] | None = None, *, seed: int = 0
+    recipe: Recipe,
+    log: str | os.PathLike[str],
+    settings: Mapping[str, float] | None = None,
+    *,
+    seed: int = 0,
+    reader: Reference | None = None,
+    repair: Collection[str] = (),
 ) -> tuple[SlipStatistics, SlipEvents]:
     """Slip events of a log and what they amount to. settings: SI values of `SETTINGS`, in place of
-    the recipe's.
+    the recipe's. reader, repair: as in `rig_io.read_log`.
 
     Raises:
         StickslipError: unknown setting, the log cannot be read or does not fit the recipe, a constant is missing or not
@@ -115,7 +122,7 @@ def slip_statistics(
         if value <= 0 and not (name == "damping" and value == 0):
             raise StickslipError(f"'{name}' must be above 0, found {value:g}.")
     window = _window(recipe, known)
-    prepared = prepare(recipe, read_table(log))
+    prepared = prepare(recipe, read_columns(log, reader=reader), repair)
     pieces = [(piece.values[TIME], piece.values[FRICTION]) for piece in prepared.pieces]
     events = find_slips(pieces, prepared.step, window, share)
     if len(events.time) < LEAST_EVENTS:

@@ -68,7 +68,7 @@ def describe(
     Roles and units are proposed with the reason. What cannot be known is asked, one question at a time, on a terminal;
     elsewhere it is given by options or answers.
 
-    Example: stickslip describe data/machines/axis.csv --map force=none --json
+    Example: stickslip describe my_logs --set 'J=0.0548 ± 0.0003' --set encoder=1000 --map 'Weg=laser'
     """
     from rig_io.description.answers import Answers, from_file, from_options
     from rig_io.description.draft import draft, write
@@ -101,7 +101,8 @@ def ask(made: Draft) -> Draft:
     out = console.console()
     while left := questions(made):
         question = left[0]
-        out.print(console.plain(f"\n{question.text}"))
+        out.print()
+        out.print(console.plain(question.text), soft_wrap=True)
         hint = f"{question.form}; Enter: {question.proposal}" if question.proposal else question.form
         try:
             text = input(f"  [{hint}] > ")
@@ -151,7 +152,8 @@ def finish(made: Draft, target: Path, with_columns: bool, out: Console) -> None:
     for question in left:
         out.print(console.plain(f"Open: {question.text} {_option(question)}"))
     if not left:
-        out.print(console.plain(f"Fit:  stickslip fit {made.folder}"))
+        own = any(log.kind == "free-decay" for log in made.logs) or made.decay is None
+        out.print(console.plain(f"Fit:  stickslip fit {made.folder}{'' if own else f' {made.decay}'}"))
 
 
 def _option(question: Question) -> str:

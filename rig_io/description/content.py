@@ -197,7 +197,7 @@ def _laser(f: Features, unit: str | None) -> Evidence:
     if f.whole and unit is None:
         return Evidence(0.2, "whole numbers, perhaps counts")
     guess = unit or ("V" if np.abs(f.value).max() <= 10.5 else None)
-    return Evidence(0.65 if fits else 0.5, f"swings by {f.span:.3g} {unit or ''}".strip(), guess)
+    return Evidence(0.65 if fits else 0.62 if guess else 0.5, f"swings by {f.span:.3g} {unit or ''}".strip(), guess)
 
 
 def _angle(f: Features, unit: str | None) -> Evidence:

@@ -76,7 +76,8 @@ class Log:
 @dataclass(frozen=True, eq=False)
 class Draft:
     """tables: of the files, as read; known: the sidecar that is there already; example: the resource after which the
-    logs are described; like: whether that is of a like recorder, so that nothing is asked; answers: all that was said.
+    logs are described; like: whether that is of a like recorder, so that nothing is asked; answers: all that was said;
+    decay: a free decay of the same rig in another folder.
     """
 
     tables: tuple[tuple[Path, Table], ...]
@@ -84,6 +85,7 @@ class Draft:
     example: Mapping[str, Any]
     like: bool
     answers: Answers
+    decay: Path | None = None
 
     @property
     def folder(self) -> Path:
@@ -145,9 +147,10 @@ def draft(
     example = _example(other, files, like is not None)
     answers = answers.over(Answers(read={k: str(v) for k, v in example.get("dialect", {}).items()}))
     tables = tuple((path, read_table(path, reader, answers.read)) for path in files)
-    made = Draft(
-        tables, {**own, "rig": {**other.get("rig", {}), **own.get("rig", {})}}, example, bool(example), answers
-    )
+    known = {**own, "rig": {**other.get("rig", {}), **own.get("rig", {})}}
+    alike = bool(example) and (like is not None or not {path.name for path in files} & set(files_of(example)))
+    decay = None if like is None else _decay(like if like.is_dir() else like.parent, other)
+    made = Draft(tables, known, example, alike, answers, decay)
     check_named(made)
     return made
 
@@ -155,14 +158,12 @@ def draft(
 def _files(paths: Sequence[Path]) -> list[Path]:
     """The files named, and the logs in the folders named."""
     found: list[Path] = []
-    suffixes = {suffix for name in READERS.members() for suffix in READERS.load(name).suffixes} | {*packed.SUFFIXES}
     for path in paths:
         if existing(path, "log", " Check the name and the folder.").is_dir():
-            inside = [one for one in sorted(path.iterdir()) if one.suffix.lower() in suffixes and one.is_file()]
+            inside = log_files(path)
             if not inside:
-                raise StickslipError(
-                    f"There is no log in '{path}'. Known are files ending in {', '.join(sorted(suffixes))}."
-                )
+                known = ", ".join(sorted(_suffixes()))
+                raise StickslipError(f"There is no log in '{path}'. Known are files ending in {known}.")
             found += inside
         else:
             found.append(path)
@@ -170,6 +171,21 @@ def _files(paths: Sequence[Path]) -> list[Path]:
     if not unique:
         raise StickslipError("Name the logs that are to be described.")
     return unique
+
+
+def log_files(folder: Path) -> list[Path]:
+    """The files of a folder that are of a kind that is read, by their names."""
+    suffixes = _suffixes()
+    return [
+        one
+        for one in sorted(folder.iterdir())
+        if one.suffix.lower() in suffixes and one.is_file() and not one.name.startswith(".")
+    ]
+
+
+def _suffixes() -> set[str]:
+    ours = {suffix for name in READERS.members() for suffix in READERS.load(name).suffixes}
+    return ours | {*packed.SUFFIXES}
 
 
 def _known(place: Path, required: bool) -> dict[str, Any]:
@@ -182,13 +198,29 @@ def _known(place: Path, required: bool) -> dict[str, Any]:
 
 
 def _example(known: Mapping[str, Any], files: Sequence[Path], like: bool) -> dict[str, Any]:
-    """The resource after which the files are described: their own, or the first of a like recorder."""
+    """What is known of such files: their own resource, or that of a like recorder, with what others know beside."""
     names = {path.name for path in files}
     resources = [dict(one) for one in known.get("resources", [])]
     own = [one for one in resources if names & set(files_of(one))]
-    if own:
-        return own[0]
-    return resources[0] if resources and (like or _same_kind(resources[0], files)) else {}
+    alike = [one for one in resources if one not in own and (like or _same_kind(one, files))]
+    # the one with most columns first: a free decay may be recorded without the drive
+    ranked = [*own, *sorted(alike, key=lambda one: -len(_fields(one)))]
+    if not ranked:
+        return {}
+    fields = {(one.get("file"), one["name"]): one for resource in reversed(ranked) for one in _fields(resource)}
+    calibration = {name: one for resource in reversed(ranked) for name, one in resource.get("calibration", {}).items()}
+    return {**ranked[0], "schema": {"fields": list(fields.values())}, "calibration": calibration}
+
+
+def _decay(folder: Path, package: Mapping[str, Any]) -> Path | None:
+    """The first free decay of a package."""
+    decays = [one for one in package.get("resources", []) if one.get("experiment", {}).get("kind") == "free-decay"]
+    return folder / files_of(decays[0])[0] if decays else None
+
+
+def _fields(resource: Mapping[str, Any]) -> list[dict[str, Any]]:
+    found = resource.get("schema", {}).get("fields", [])
+    return [one for one in found if isinstance(one, dict) and "name" in one]
 
 
 def _same_kind(resource: Mapping[str, Any], files: Sequence[Path]) -> bool:
@@ -211,7 +243,7 @@ def _file(path: Path, table: Table, answers: Answers, example: Mapping[str, Any]
 
 def _known_fields(example: Mapping[str, Any], path: Path) -> dict[str, dict[str, Any]]:
     """Described fields by name: of the file itself, or of the one in its place in a like recorder's files."""
-    fields = example.get("schema", {}).get("fields", []) if example else []
+    fields = _fields(example)
     of_files = [one for one in fields if "file" in one]
     if not of_files:
         return {str(one["name"]): one for one in fields}

@@ -95,6 +95,7 @@ def _constants(made: Draft) -> list[str]:
     decay = any(log.kind == "free-decay" for log in made.logs) or any(
         one.get("experiment", {}).get("kind") == "free-decay" for one in made.known.get("resources", [])
     )
+    decay = decay or made.decay is not None
     forces = sorted({f"N{contact[-1]}" for log in sliding for contact in log.contacts})
     return ["J", *(() if decay else ("k", "c")), "R", "r", *forces]
 

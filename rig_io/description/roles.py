@@ -7,7 +7,7 @@ role that is not more likely than not is not proposed: a wrong proposal is worse
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,7 +57,16 @@ def proposals(table: Table, stem: str = "") -> tuple[Proposal, ...]:
             confidence = 1 - (1 - clear) * (1 - against * known.weight)
             scores.append((confidence, name, role, ", ".join(reasons), known.unit))
     chosen = _assigned(scores, table)
-    return tuple(_proposal(table, name, chosen.get(name)) for name in table.columns)
+    made = [_proposal(table, name, chosen.get(name)) for name in table.columns]
+    clock = next((one for one in made if one.role == TIME.name), None)
+    return tuple(_on_clock(one, clock) for one in made)
+
+
+def _on_clock(one: Proposal, clock: Proposal | None) -> Proposal:
+    """Edge times without a unit are in that of the clock."""
+    if clock is None or one.unit is not None or one.role is None or not one.role.endswith("_edge_time"):
+        return one
+    return replace(one, unit=clock.unit, guessed={**one.guessed, "unit": f"that of '{clock.name}'"})
 
 
 # roles that numbers alone may suggest
@@ -119,8 +128,6 @@ def _proposal(table: Table, name: str, found: tuple[float, str, str, str | None]
     guessed = {} if name == role else {"role": reason}
     if COLUMNS[role].whole:
         unit = "1"
-    elif role.endswith("_edge_time") and header is None:
-        unit = next((_header_unit(table, n) for n in table.columns if n in (TIME.name,)), None)
     elif header is not None:
         unit = header
     if unit is not None and header is None and not COLUMNS[role].whole and name not in table.stamps:

@@ -19,8 +19,9 @@ from fmu_models.base.registry import Reference
 from rig_io.joining.joined import Joined, joined
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, Experiment, LaserCalibration, RigConstants, RigLog, StickslipWarning
+from rig_io.logs.table import Table
 from rig_io.packages import sidecar
-from rig_io.packages.described import fields_of, files_of, with_roles
+from rig_io.packages.described import fields_of, files_of, with_roles, with_units
 from rig_io.packages.sidecar import SIDECAR, mapping
 from rig_io.readers import check_kind, csv_log, read_table
 from rig_io.repair.counters import counted
@@ -91,6 +92,26 @@ def read_log(
     )
 
 
+def read_columns(path: str | os.PathLike[str], *, reader: Reference | None = None) -> Table:
+    """Every column of one file under its own name; a ``datapackage.json`` beside it says how it is written, in which
+    units, and what its checksum is.
+
+    reader: as in `read_log`.
+
+    Raises:
+        StickslipError: as in `rig_io.readers.read_table`; a unit that is not the file's; another checksum.
+    """
+    path = existing(path, "log")
+    _, resource = _description(path, required=False)
+    where = f"'{path.parent / SIDECAR}', resource '{path.name}'"
+    fields = [field for field in fields_of(resource, where) if field.file in (None, path.name)] if resource else []
+    return with_units(read_table(path, reader, _dialect(resource, where)), fields)
+
+
+def _dialect(resource: Mapping[str, Any], where: str) -> dict[str, str]:
+    return {key: str(value) for key, value in mapping(resource, "dialect", where).items()}
+
+
 def _sizes(resource: Mapping[str, Any], constants: Mapping[str, Any], where: str) -> dict[str, float]:
     """rad per unit of the columns that show the disc, as far as they are calibrated."""
     fields = {field.role: field for field in fields_of(resource, where)} if resource else {}
@@ -118,7 +139,7 @@ def _run(
 ) -> Joined:
     """The files of a log as one table, its columns by their roles."""
     fields = fields_of(resource, where)
-    options = {key: str(value) for key, value in mapping(resource, "dialect", where).items()}
+    options = _dialect(resource, where)
     rate = resource.get("sampling_rate")
     if rate is not None and (isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < 1e9):
         raise StickslipError(f'{where}: "sampling_rate" holds {rate!r}; expected a number of Hz.')
@@ -157,9 +178,8 @@ def _guesses(resource: Mapping[str, Any], where: str) -> tuple[str, ...]:
     guessed += [str(key) for key in mapping(mapping(resource, "experiment", where), "guessed", where)]
     said = []
     if guessed:
-        said.append(
-            f"{', '.join(guessed)} {'is' if len(guessed) == 1 else 'are'} guessed: stickslip describe --confirm."
-        )
+        verb = "is" if len(guessed) == 1 else "are"
+        said.append(f"{', '.join(guessed)} {verb} guessed; confirm it: stickslip describe FILES --confirm.")
     laser = mapping(mapping(resource, "calibration", where), "laser", where)
     if laser.get("zero", 0) is None:
         said.append("the laser's reading at rest is not known: 0 was taken, and a free decay must show it.")

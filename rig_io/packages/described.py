@@ -121,6 +121,16 @@ def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | 
     return replace(table, columns=columns, units=units, left_out=left_out | _others(kept), stamps=stamps)
 
 
+def with_units(table: Table, fields: Sequence[Field]) -> Table:
+    """A table under its own names, with the units that the sidecar states.
+
+    Raises:
+        StickslipError: a unit that is not the file's.
+    """
+    stated = {field.name: _unit(table, field) for field in fields if field.name in table.columns}
+    return replace(table, units={**table.units, **{name: unit for name, unit in stated.items() if unit is not None}})
+
+
 def _others(names: Mapping[str, str]) -> dict[str, str]:
     return dict.fromkeys(names, "a column without a role")
 

@@ -6,6 +6,7 @@ columns without names, columns of words (left out), date and time in one column 
 
 from __future__ import annotations
 
+import codecs
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -86,7 +87,7 @@ def _as_lines(path: Path, options: Mapping[str, str]) -> Iterator[tuple[IO[bytes
             raise StickslipError(f"The log '{path}' is empty. Expected a header row with 'time' and rows of numbers.")
         encoding = options.get("encoding") or encoding_of(path, head)
         try:
-            "".encode(encoding)
+            codecs.lookup(encoding)
         except LookupError:
             raise StickslipError(f"'{path}': there is no encoding '{encoding}'. Known are utf-8, latin-1 ...") from None
         wide = encoding.lower().replace("_", "-").startswith(("utf-16", "utf-32"))

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import codecs
 import re
+import warnings
 from collections.abc import Mapping
-from io import BytesIO
+from mmap import ACCESS_READ, mmap
+from os import SEEK_END
 from pathlib import Path
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs import stamps
+from rig_io.logs.log import StickslipWarning
 from rig_io.logs.table import Reader, Table, check_file
 from rig_io.logs.text_layout import HEAD, is_none, is_number
 
+BEGIN = b"LabVIEW Measurement"
 END = b"***End_of_Header***"
 SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
 TIME = "time"
@@ -26,29 +30,29 @@ def read(path: Path) -> Table:
         StickslipError: the file is missing or no LVM file, has several segments, or a row that is none; with its line.
     """
     check_file(path, "a LabVIEW measurement file")
-    data = path.read_bytes()
-    if not data.lstrip(b"\xef\xbb\xbf").startswith(b"LabVIEW Measurement"):
-        raise StickslipError(f"'{path}' is no LabVIEW measurement file: it does not begin with 'LabVIEW Measurement'.")
-    ends = [match.start() for match in re.finditer(re.escape(END), data)]
-    if len(ends) < 2:
-        raise StickslipError(f"'{path}' is cut off: its headers do not end ('{END.decode()}' twice). Copy it again.")
-    if len(ends) > 2:
-        raise StickslipError(
-            f"'{path}' holds {len(ends) - 1} segments with headers of their own. Save each as one file in LabVIEW "
-            "(one header only)."
-        )
-    text = data[: min(ends[1] + HEAD, len(data))].decode("latin-1")
-    file, channel = text[: ends[0]], text[ends[0] : ends[1]]
-    said = re.search(r"^Separator\W(\w+)", file, re.MULTILINE)
+    with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        start = 3 if data[:3] == codecs.BOM_UTF8 else 0
+        if data[start : start + len(BEGIN)] != BEGIN:
+            raise StickslipError(f"'{path}' is no LabVIEW measurement file: it does not begin with '{BEGIN.decode()}'.")
+        ends = [match.start() for match in re.finditer(re.escape(END), data)]
+        if len(ends) < 2:
+            raise StickslipError(f"'{path}' is cut off: its headers do not end. Copy it again.")
+        if len(ends) > 2:
+            raise StickslipError(
+                f"'{path}' holds {len(ends) - 1} segments with headers of their own. Save each as one file in LabVIEW "
+                "(one header only)."
+            )
+        after = data.find(b"\n", ends[1]) + 1
+        begin = data.find(b"\n", after) + 1
+        if not after or not begin or not data[begin : begin + HEAD].strip():
+            raise StickslipError(f"'{path}' is cut off: it has no row of numbers. Copy it again from its source.")
+        head = data[:begin].decode("latin-1")
+    first, channel, names = head[: ends[0]], head[ends[0] : ends[1]], head[after:].rstrip("\r\n")
+    said = re.search(r"^Separator\W(\w+)", first, re.MULTILINE)
     separator = SEPARATORS.get(said[1] if said else "", "\t")
-    decimal = "," if re.search(r"^Decimal_Separator\W,", file, re.MULTILINE) else "."
-    after = data.find(b"\n", ends[1]) + 1
-    begin = data.find(b"\n", after) + 1
-    if not after or not begin:
-        raise StickslipError(f"'{path}' is cut off: it has no row of numbers. Copy it again from its source.")
-    names = [cell.strip() for cell in data[after:begin].decode("latin-1").rstrip("\r\n").split(separator)]
-    line = data.count(b"\n", 0, begin) + 1
-    return _table(path, data[begin:], names, _settings(file, channel, separator), (separator, decimal), line)
+    decimal = "," if re.search(r"^Decimal_Separator\W,", first, re.MULTILINE) else "."
+    settings = _settings(first, channel, separator)
+    return _table(path, begin, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
 
 
 def _settings(file: str, channel: str, separator: str) -> dict[str, list[str]]:
@@ -63,13 +67,14 @@ def _settings(file: str, channel: str, separator: str) -> dict[str, list[str]]:
 
 def _table(
     path: Path,
-    rows: bytes,
+    begin: int,
     names: list[str],
     settings: Mapping[str, list[str]],
     marks: tuple[str, str],
-    line: int,
+    head: str,
 ) -> Table:
-    separator, decimal = marks
+    """The table of the rows that begin at a byte, after the text ``head``."""
+    line = head.count("\n") + 1
     number = settings.get("Channels", [""])[0]
     if not number.isdigit() or not 0 < int(number) < len(names) + 1:
         raise StickslipError(f"'{path}' states {number or 'no number of'} channels and names {len(names)} columns.")
@@ -81,7 +86,7 @@ def _table(
     kept = names[behind : behind + channels]
     places = [names.index(name) if names.count(name) == 1 else i + 1 for i, name in enumerate(kept)]
     wanted = ([0] if with_clock == "One" else []) + places
-    values = _numbers(path, rows, len(names), wanted, separator, decimal, line)
+    values = _numbers(path, begin, len(names), wanted, marks, line)
     unique: list[str] = []
     for name in kept:
         unique.append(name if name not in unique and name != TIME else f"{name} ({unique.count(name) + 2})")
@@ -106,48 +111,50 @@ def _number(text: str) -> float:
 
 
 def _numbers(
-    path: Path, rows: bytes, width: int, wanted: list[int], separator: str, decimal: str, line: int
+    path: Path, begin: int, width: int, wanted: list[int], marks: tuple[str, str], line: int
 ) -> list[np.ndarray]:
     import pandas
 
-    body = rows.rstrip(b"\r\n\t ")
-    if not body:
-        raise StickslipError(f"'{path}' is cut off: it has no row of numbers. Copy it again from its source.")
-    try:
-        frame = pandas.read_csv(
-            BytesIO(body + b"\n"),
-            sep=separator,
-            decimal=decimal,
-            header=None,
-            names=list(range(width)),
-            usecols=wanted,
-            dtype=np.float64,
-            index_col=False,
-            encoding="latin-1",
-            skip_blank_lines=False,
-        )
-    except (ValueError, OverflowError, pandas.errors.ParserError) as error:
-        raise _fault(path, body, wanted, separator, decimal, line) or StickslipError(
-            f"'{path}' is no table of numbers from line {line} on: {error}."
-        ) from error
-    last = frame.iloc[-1]
-    if last.isna().any() and not rows.endswith(b"\n"):
+    with open(path, "rb") as file:
+        file.seek(-1, SEEK_END)
+        ended = file.read(1) == b"\n"
+        file.seek(begin)
+        try:
+            frame = pandas.read_csv(
+                file,
+                sep=marks[0],
+                decimal=marks[1],
+                header=None,
+                names=list(range(width)),
+                dtype={place: np.float64 if place in wanted else "string" for place in range(width)},
+                index_col=False,
+                encoding="latin-1",
+            )
+        except (ValueError, OverflowError, pandas.errors.ParserError) as error:
+            raise _fault(path, begin, wanted, marks, line) or StickslipError(
+                f"'{path}' is no table of numbers from line {line} on: {error}."
+            ) from error
+    if len(frame) and not ended and frame[wanted].iloc[-1].isna().any():
+        warnings.warn(f"'{path}': the last line is cut off and was left out.", StickslipWarning, stacklevel=5)
         frame = frame.iloc[:-1]
+    if not len(frame):
+        raise StickslipError(f"'{path}' is cut off: it has no row of numbers. Copy it again from its source.")
     return [frame[place].to_numpy() for place in wanted]
 
 
-def _fault(
-    path: Path, body: bytes, wanted: list[int], separator: str, decimal: str, line: int
-) -> StickslipError | None:
-    for i, row in enumerate(body.decode("latin-1").splitlines()):
-        cells = [cell.strip() for cell in row.split(separator)]
-        for place in wanted:
-            if place >= len(cells):
-                return StickslipError(f"'{path}': line {line + i} has {len(cells)} cells, too few. Mend or remove it.")
-            if not is_none(cells[place]) and not is_number(cells[place], decimal) and not stamps.kind_of(cells[place]):
-                return StickslipError(
-                    f"'{path}': line {line + i} holds '{cells[place][:40]}', not a number. Mend or remove the row."
-                )
+def _fault(path: Path, begin: int, wanted: list[int], marks: tuple[str, str], line: int) -> StickslipError | None:
+    """The first row that is none."""
+    with open(path, "rb") as file:
+        file.seek(begin)
+        for i, row in enumerate(file):
+            cells = [cell.strip() for cell in row.decode("latin-1").split(marks[0])]
+            for place in wanted:
+                if place >= len(cells):
+                    return StickslipError(f"'{path}': line {line + i} has {len(cells)} cells, too few. Mend it.")
+                if not is_none(cells[place]) and not is_number(cells[place], marks[1]):
+                    return StickslipError(
+                        f"'{path}': line {line + i} holds '{cells[place][:40]}', not a number. Mend or remove the row."
+                    )
     return None
 
 

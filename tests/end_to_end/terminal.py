@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 
 PROMPT = re.compile(r"\n([^\n]*\S[^\n]*)\r?\n\s*\[[^\n]*\] > $")
-PATIENCE = 120.0  # s
+PATIENCE = 60.0  # s
 
 
 def talk(arguments: Sequence[object], answer: Callable[[str], str]) -> tuple[int, list[str], str]:
@@ -37,17 +37,23 @@ def talk(arguments: Sequence[object], answer: Callable[[str], str]) -> tuple[int
         found = PROMPT.search(shown[seen:])
         if found:
             asked.append(found[1].strip())
+            assert asked.count(asked[-1]) < 5, f"asked again and again: {shown[-1000:]!r}"
             seen = len(shown)
             os.write(ours, (answer(found[1].strip()) + "\n").encode())
+    if time.monotonic() >= end:
+        process.kill()
+        raise TimeoutError(f"it waits, having shown: {shown[-2000:]!r}")
     code = process.wait(timeout=10)
     os.close(ours)
     return code, asked, shown
 
 
 def by_table(answers: dict[str, str]) -> Callable[[str], str]:
-    """Answers by the words that a question holds."""
+    """Answers by the words that a question begins with, or holds."""
 
     def answer(question: str) -> str:
-        return next((said for words, said in answers.items() if words in question), "")
+        return next(
+            (said for words, said in answers.items() if question.startswith(words) or words in question[4:]), ""
+        )
 
     return answer

@@ -67,6 +67,15 @@ def test_a_disk_that_takes_no_more(what: str, largest: int, tmp_path: Path) -> N
     assert not list(tmp_path.iterdir())
 
 
+def test_a_disk_of_the_cache_that_takes_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    # the sources of the engine are what is written first
+    done = command("export", "bouncing_ball", folder=tmp_path, largest=5000)
+    assert_one_line(done, 74)
+    assert f"The disk of the cache folder '{tmp_path / 'cache'}' is full" in done.stderr
+    assert not list(tmp_path.glob("*.fmu")) and not list((tmp_path / "cache").rglob("*.fmu"))
+
+
 def test_output_that_goes_nowhere(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:
         done = command("models", folder=tmp_path, stdout=full.fileno())

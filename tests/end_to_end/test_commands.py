@@ -318,10 +318,35 @@ def test_stress_judges_models_of_every_kind_of_contact(stickslip):
     assert "4 of 4 cells: 2 accurate, 0 degraded, 2 refused, 0 failed" in shown.out
 
 
+def test_stress_draws_random_cases(stickslip):
+    arguments = ("stress", "impact_pair", "woodpecker", "--random", 9, "--seed", 1)
+    content = stickslip(*arguments, "--json").json
+    assert content["asked"] == content["finished"] == 9
+    assert {name: sum(counts.values()) for name, counts in content["models"].items()} == {
+        "impact_pair": 5,
+        "woodpecker": 4,
+    }
+    assert content["totals"]["failed"] == 0
+    assert all(row["again"].startswith(f"stickslip simulate {row['model']} ") for row in content["cells"])
+    assert [row["again"] for row in stickslip(*arguments, "--json").json["cells"]] == [
+        row["again"] for row in content["cells"]
+    ]
+    shown = stickslip(*arguments)
+    assert shown.code == 0
+    # each that is refused is listed with its reason, and the command that repeats it in one line
+    (refused,) = (row for row in content["cells"] if row["verdict"] == "refused")
+    assert f"  {refused['case']}: refused: the wall of the rigid contact" in shown.out
+    assert f"    again: {refused['again']}\n" in shown.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "lesson"),
     [
         (("disc_rgi",), "Did you mean 'disc_rig'?"),
+        (("disc_rgi", "--random", "5"), "Did you mean 'disc_rig'?"),
+        (("impact_pair", "--seed", "5"), "Say how many: --random 500"),
+        (("impact_pair", "--random", "5", "--quick"), "leave them out with --random"),
+        (("impact_pair", "--random", "0"), "--random"),
         (("impact_pair", "--case", "d=0"), "No case matches 'd=0'"),
         (("impact_pair", "--until", "-1"), "positive time"),
         (("impact_pair", "--figure", "heat.txt"), "heat.txt"),

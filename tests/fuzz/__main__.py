@@ -27,7 +27,7 @@ EVERY = 30.0  # s between lines of progress
 
 def main() -> int:
     """The exit code."""
-    parser = argparse.ArgumentParser(prog="python tests/fuzz", description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(prog="python tests/fuzz", description=str(__doc__).split("\n\n")[0])
     parser.add_argument("--minutes", type=float, default=2.0, help="for all targets together (default: 2)")
     parser.add_argument("--seed", type=int, default=0, help="what cases are drawn from (default: 0)")
     parser.add_argument("--target", choices=sorted(TARGETS), action="append", help="repeat for several (default: all)")

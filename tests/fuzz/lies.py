@@ -22,10 +22,10 @@ from fuzzing import Target
 from models import foreign
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.temporary import claim_folder
+from fmu_models.base.temporary import claim_folder, temporary_folder
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.instance import FUNCTIONS, F
+from fmu_models.importer.instance import FUNCTIONS, F, master_library
 from fmu_models.simulation.trajectory import Trajectory
 
 # what a run may meet, in either version: falls, slides, time events, steps that must be completed, stiffness, inputs
@@ -174,6 +174,14 @@ def _folder() -> Path:
     return claim_folder("lies")
 
 
+def _prepare() -> None:
+    """The libraries are kept where every process finds them."""
+    with temporary_folder("lies") as folder:
+        for name, fmi in MODELS:
+            foreign(name, folder, fmi)
+    master_library()
+
+
 @cache
 def _driver(name: str, fmi: int, method: str) -> tuple[Driver, Trajectory]:
     """A driver that stays, and the run without lies."""
@@ -219,5 +227,5 @@ def _check(run: Trajectory, driver: Driver) -> None:
         assert np.isfinite(run[state]).all(), f"{state} is not finite, and nothing is said"
 
 
-LIES = Target("lies", _case, native=True, weight=3)
+LIES = Target("lies", _case, _prepare, native=True, weight=3)
 assert all(index in FUNCTIONS for index in KINDS)

@@ -37,7 +37,7 @@ FLOORS = (
     ("identification.fit",),
     ("identification.fitted_model",),
     ("identification.model_check", "identification.next_step", "identification.transfer"),
-    ("identification.report",),
+    ("identification.report", "identification.watch"),
     ("identification.commands",),
     ("identification.cli",),
 )

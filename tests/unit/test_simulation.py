@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import pickle
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -266,3 +267,15 @@ def test_a_trajectory_is_written_and_read_back(rig: Fmu, tmp_path: Path) -> None
     with pytest.raises(StickslipError, match="Did you mean 'theta'"):
         run["thetta"]
     assert run["time"] is run.time
+
+
+def test_many_rows_take_little_more_than_their_array():
+    fmu = Fmu.open(built("disc_rig"))
+    times = np.linspace(0.0, 5.0, 50_000)
+    few = simulate(fmu, 5.0, inputs={"w0": 0.83}, output_times=times[::100])
+    tracemalloc.start()
+    run = simulate(fmu, 5.0, inputs={"w0": 0.83}, output_times=times)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1.2 * 8 * len(run.values) * times.size
+    assert all((run[name][::100] == few[name]).all() for name in few.values)

@@ -23,6 +23,7 @@
 #include "../step/taylor.h"
 #include "chatter.h"
 #include "contact_placement.h"
+#include "energy_watch.h"
 #include "impact.h"
 #include "mode_selection.h"
 
@@ -56,7 +57,8 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         speed[c] = -r->scratch.slip[c][0];
     }
     placement_load_inertia(r);
-    if (impact_resolve(r, takes_part) == RUN_ERROR) {
+    const Velocities before = energy_velocities(r);
+    if (impact_resolve(r, takes_part) == RUN_ERROR || energy_check_impact(r, &before) == RUN_ERROR) {
         return RUN_ERROR;
     }
     *moved = 1;
@@ -87,6 +89,13 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     }
     placement_others(r, candidate);
     return RUN_OK;
+}
+
+/* choose states; what is projected on the way is rounding */
+static RunStatus select_watched(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
+{
+    const Velocities before = energy_velocities(r);
+    return selection_make(r, candidate, at_limit, moved) == RUN_ERROR ? RUN_ERROR : energy_check_projection(r, &before);
 }
 
 /* the signs with which the depths of regions leave zero where the body rests at their end; 0 for all others */
@@ -149,8 +158,8 @@ RunStatus transition_reconsider(Run *r, int *moved)
     signed char resting[NC];
     signed char arrives[NC] = {0};
     int any = 0;
-    placement_all(r, candidate, resting);
     forget_event(r);
+    placement_all(r, candidate, resting);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_is_impact[c]) {
             const int arrival = placement_rigid(r, c, candidate);
@@ -164,7 +173,9 @@ RunStatus transition_reconsider(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+    /* at a wall that an input moves closed contacts take its new speed */
+    const int driven = MODEL_IMPACTS > 0 && !r->starting;
+    if ((driven ? selection_make : select_watched)(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
     if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
@@ -272,7 +283,7 @@ RunStatus transition_make(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+    if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
     return any ? chatter_settle(r, moved) : RUN_OK;

@@ -16,14 +16,20 @@
 #define JET static inline
 #endif
 
-/* sum of a[i] b[k-i] over first <= i <= last */
+/* sum of a[i] b[k-i] over first <= i <= last, in two sums, neither of which waits for the other */
 JET Real jet_convolution(const Real *a, const Real *b, int k, int first, int last)
 {
-    Real sum = 0.0;
-    for (int i = first; i <= last; i++) {
-        sum += a[i] * b[k - i];
+    Real one = 0.0;
+    Real two = 0.0;
+    int i = first;
+    for (; i + 3 <= last; i += 4) {
+        one += a[i] * b[k - i] + a[i + 1] * b[k - i - 1];
+        two += a[i + 2] * b[k - i - 2] + a[i + 3] * b[k - i - 3];
     }
-    return sum;
+    for (; i <= last; i++) {
+        one += a[i] * b[k - i];
+    }
+    return one + two;
 }
 
 /* 1/k times the sum of i a[i] b[k-i] over 1 <= i <= last: what a' b adds to the integral of the product */
@@ -128,10 +134,7 @@ JET Real jet_power(const Real *a, Real e, const Real *y, int k)
 }
 
 /* y = exp(a) */
-JET Real jet_exp(const Real *a, const Real *y, int k)
-{
-    return k == 0 ? exp(a[0]) : jet_integral(a, y, k, k);
-}
+JET Real jet_exp(const Real *a, const Real *y, int k) { return k == 0 ? exp(a[0]) : jet_integral(a, y, k, k); }
 
 /* y = log(a): a y' = a' */
 JET Real jet_log(const Real *a, const Real *y, int k)
@@ -140,16 +143,10 @@ JET Real jet_log(const Real *a, const Real *y, int k)
 }
 
 /* y = sin(a), c = cos(a) */
-JET Real jet_sin(const Real *a, const Real *c, int k)
-{
-    return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k);
-}
+JET Real jet_sin(const Real *a, const Real *c, int k) { return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k); }
 
 /* y = cos(a), s = sin(a) */
-JET Real jet_cos(const Real *a, const Real *s, int k)
-{
-    return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k);
-}
+JET Real jet_cos(const Real *a, const Real *s, int k) { return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k); }
 
 /* the same where a is linear in time: of order 1, or 2 where the series run in the root of time */
 JET Real jet_sin_phase(const Real *a, const Real *c, int k)
@@ -163,16 +160,10 @@ JET Real jet_cos_phase(const Real *a, const Real *s, int k)
 }
 
 /* y = sinh(a), c = cosh(a) */
-JET Real jet_sinh(const Real *a, const Real *c, int k)
-{
-    return k == 0 ? sinh(a[0]) : jet_integral(a, c, k, k);
-}
+JET Real jet_sinh(const Real *a, const Real *c, int k) { return k == 0 ? sinh(a[0]) : jet_integral(a, c, k, k); }
 
 /* y = cosh(a), s = sinh(a) */
-JET Real jet_cosh(const Real *a, const Real *s, int k)
-{
-    return k == 0 ? cosh(a[0]) : jet_integral(a, s, k, k);
-}
+JET Real jet_cosh(const Real *a, const Real *s, int k) { return k == 0 ? cosh(a[0]) : jet_integral(a, s, k, k); }
 
 /* y = tanh(a), y2 = y y: y' = (1 - y2) a' */
 JET Real jet_tanh(const Real *a, const Real *y2, int k)

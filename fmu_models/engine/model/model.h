@@ -98,7 +98,7 @@ extern const unsigned char
 extern const unsigned char
     model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
-extern const signed char model_contact_partner[MODEL_ROOM(
+extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
@@ -147,5 +147,7 @@ double model_rate_magnitude(const double *p, const double *d, const Jets *j, int
 /* what part of the lever of contact c is left of the terms it is the sum of, and of what it could be elsewhere: 1 away
    from its zeros, rounding or 0 at them (order 0) */
 double model_lever(const double *p, const double *d, const Jets *j, int c);
+/* the part of the kinetic energy that is quadratic in the velocities, J; 0 without a body */
+double model_kinetic_energy(const Point *at);
 
 #endif

@@ -39,7 +39,8 @@ typedef struct {
 /* the held contacts of a step and the matrix that gives their forces (step/contact_forces.c, equation 1) */
 typedef struct {
     int count;
-    int contact[MODEL_ROOM(MODEL_NC)];
+    int contact[MODEL_ROOM(MODEL_NC)];                           /* group by group of those that G connects */
+    int first[MODEL_ROOM(MODEL_NC)], last[MODEL_ROOM(MODEL_NC)]; /* of the group of each, and one beyond */
     Real drag[MODEL_ROOM(MODEL_NC)]; /* force of the slipping friction of each, per force of its own */
     Real inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
 } Sticking;

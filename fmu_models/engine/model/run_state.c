@@ -8,6 +8,7 @@ const Tolerances run_default_tolerances = {
     .step = 1e-14,
     .slip = 1e-13,
     .lever = 1e-3,
+    .energy = 1e-9,
     .margin = 1e-10,
     .importer = 1e-10,
     .drift = 0.0,
@@ -91,10 +92,11 @@ RunStatus run_check_mass(Run *r, const Jets *j)
 {
     for (int i = 0; i < MODEL_NV && MODEL_NM > 0; i++) {
         if (!(j->factor[model_mass_row[i] + i] > 0.0)) {
-            return run_fail(r,
-                            "the mass matrix is not positive definite at t = %.17g: some motion has no positive kinetic "
-                            "energy there. Look at the signs and cross terms of the kinetic energy",
-                            r->at.time);
+            return run_fail(
+                r,
+                "the mass matrix is not positive definite at t = %.17g: some motion has no positive kinetic "
+                "energy there. Look at the signs and cross terms of the kinetic energy",
+                r->at.time);
         }
     }
     return RUN_OK;

@@ -16,6 +16,8 @@ typedef struct {
     double slip;   /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
     double lever;  /* a lever below this fraction of its size passes through zero, and a slip on the wrong side of zero
                         is its doing: there is nothing to correct in the velocities */
+    double energy; /* by more than this fraction no event changes the kinetic energy beyond the work of its impulses;
+                        where a body comes to rest, by more than its square of the energy that it had or has typically */
     double margin; /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
     double importer; /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
                            positive right after an event and an importer that lands on zero does not see a second one */
@@ -90,6 +92,7 @@ typedef struct {
     ImpactPhase impact[2];
     signed char struck[MODEL_ROOM(MODEL_NC)];
     double impact_work;
+    double impulse[MODEL_ROOM(MODEL_NC)];
     Closings closings[MODEL_ROOM(MODEL_NC)];
     double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: of rigid contacts, from nominal coordinates */
     double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */

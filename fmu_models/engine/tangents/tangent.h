@@ -7,13 +7,14 @@
 #include "../model/run_state.h"
 
 typedef struct Tangents Tangents;
-typedef enum { ALONG_STATE, ALONG_PARAMETER, ALONG_INPUT } Along; /* an input: a constant added to it */
+/* an input: a constant added to it; a memory: by the contact that has it */
+typedef enum { ALONG_STATE, ALONG_PARAMETER, ALONG_INPUT, ALONG_MEMORY } Along;
 
 /* bytes that n tangents need */
 size_t tangents_room(int n);
 /* n tangents, along nothing yet, in that room; r has its start values and is not initialized */
 Tangents *tangents_start(void *room, const Run *r, int n);
-/* let tangent k be along a state, parameter or input */
+/* let tangent k be along a state, parameter, input or memory */
 void tangents_along(Tangents *tangents, int k, Along what, int index);
 /* after run_initialize, and after run_reconsider with other inputs: repeat what it chose */
 void tangents_choose(const Run *r, Tangents *tangents);

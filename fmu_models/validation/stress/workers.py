@@ -14,8 +14,10 @@ from fmu_models.base.processes import IsolatedFailure, Limits, Pool
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.validation.stress.cases import Case, grid
+from fmu_models.validation.stress.cross_check import SecondPath, cross_check
 from fmu_models.validation.stress.equations import Equations
 from fmu_models.validation.stress.judge import Cell, Subject, judge
+from fmu_models.validation.stress.random_cases import RANDOM, random_cases
 
 # a cell that has not answered by then hangs, s: its allowances of steps are some seconds of work on a slow machine
 PATIENCE = 60.0
@@ -25,6 +27,12 @@ def cases_of(name: str, until: float | None = None) -> list[Case]:
     """The grid of an oscillator."""
     model = oscillators.load(name)
     return grid(name, model, Equations(model), until=until)
+
+
+def drawn(name: str, count: int, seed: int, until: float | None = None) -> list[Case]:
+    """Random cases of an oscillator."""
+    model = oscillators.load(name)
+    return random_cases(name, model, Fmu.open(built(name)), Equations(model), count, seed, until=until)
 
 
 def judges(processes: int | None = None, patience: float = PATIENCE) -> Pool[Cell]:
@@ -55,14 +63,15 @@ class _Judge:
     """What a child works with: it keeps the model of its last case."""
 
     def __init__(self) -> None:
-        self.name, self.subject = "", None
+        self.name = ""
+        self.second: SecondPath | None = None
 
     def judged(self, case: Case) -> Cell:
         """The cell of a case."""
         try:
-            if self.subject is None or case.model != self.name:
-                self.subject = Subject.of(oscillators.load(case.model), Fmu.open(built(case.model)))
+            if self.second is None or case.model != self.name:
+                self.second = SecondPath(Subject.of(oscillators.load(case.model), Fmu.open(built(case.model))))
                 self.name = case.model
-            return judge(case, self.subject)
+            return cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
         except Exception as error:  # a fault of the judge is a failed cell, not the end of the grid
             return Cell(case, "failed", None, "program", f"{type(error).__name__}: {error}")

@@ -12,8 +12,8 @@ ADDED = (
     # one address in a generated table may serve several names
     "-fno-sanitize=alignment",
 )
-# they undo the above, or are known to zig alone
-DROPPED = ("-O2", "-s", "-Werror", "-fno-sanitize=undefined")
+# they undo the above, forbid what the sanitizers bring along, or are known to zig alone
+DROPPED = ("-O2", "-s", "-Werror", "-fno-sanitize=undefined", "-Wl,-z,defs", "-rtlib=none")
 
 
 def main(arguments: list[str]) -> int:

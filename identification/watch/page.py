@@ -1,0 +1,99 @@
+"""The page of a watch: parameters against time with their intervals and control limits, and what was called."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.digits import like_sd
+from fmu_models.base.files import write_whole
+from fmu_models.base.html_table import html
+from fmu_models.base.table import Cell, Table
+from fmu_models.base.table import table as made_table
+from fmu_models.base.version import version
+from fmu_models.report.inline_svg import inline_svg
+from identification.watch.chart import control_chart
+from identification.watch.state import FITTED, Entry, State
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEMPLATE = "watch.html.j2"
+SHOWN = 200  # logs in the table
+
+
+def names(state: State) -> list[str]:
+    """What the logs give, in order."""
+    return list(dict.fromkeys(name for one in state.fitted() for name in one.values))
+
+
+def watch_table(state: State, last: int = SHOWN) -> Table:
+    """The logs, the latest first, with their values and what was called."""
+    columns = names(state)
+    rows = []
+    for one in sorted(state.entries, key=lambda entry: -entry.recorded)[:last]:
+        cells = [Cell(like_sd(*one.values[name]) if name in one.values else "", "number") for name in columns]
+        said = "; ".join(one.calls) or one.reason
+        status = Cell(one.status, "text" if one.status != "refused" else "fail")
+        rows.append([_time(one), one.name, status, *cells, Cell(said, "fail" if one.calls else "text")])
+    return made_table("Logs, the latest first", ("time", "log", "result", *columns, "called"), rows)
+
+
+def _time(entry: Entry) -> str:
+    return datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC).strftime("%Y-%m-%d %H:%M:%S")
+
+
+def watch_figure(state: State) -> Figure:
+    """Each value against time: points with 95 % intervals, EWMA with its limits."""
+    from matplotlib.figure import Figure
+
+    shown = names(state)
+    figure = Figure(figsize=(8.0, 2.0 * max(len(shown), 1) + 0.4), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
+    for place, name in zip(axes, shown, strict=False):
+        entries = [one for one in state.fitted() if name in one.values]
+        _draw(place, name, entries)
+    axes[-1].set_xlabel("time (UTC)")
+    figure.autofmt_xdate()
+    return figure
+
+
+def _draw(place, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[no-untyped-def]
+    at = [datetime.datetime.fromtimestamp(one.recorded, datetime.UTC) for one in entries]
+    value, sd = (np.array([one.values[name][i] for one in entries]) for i in (0, 1))
+    chart = control_chart(value, sd)
+    place.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 %")
+    place.plot(at, chart.level, color="#d55e00", label="EWMA")
+    place.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
+    if chart.out.any():
+        out = np.flatnonzero(chart.out)
+        place.plot([at[i] for i in out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
+    place.set_ylabel(name)
+    place.legend(fontsize="x-small", ncols=4, loc="best")
+
+
+def write_page(path: Path, state: State, folder: Path, refresh: float) -> None:
+    """Write the page, whole or not at all; a browser loads it anew every ``refresh`` s."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("identification.watch"), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    fitted = [one for one in state.entries if one.status == FITTED]
+    text = environment.get_template(TEMPLATE).render(
+        folder=str(folder),
+        law=state.law,
+        fitted=len(fitted),
+        calls=[(one.name, call) for one in state.entries for call in one.calls],
+        svg=inline_svg(watch_figure(state), "watch", "Parameters against time") if fitted else "",
+        table=html(watch_table(state)),
+        refresh=max(round(refresh), 1),
+        version=version(),
+        date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
+    )
+    with write_whole(path, overwrite=True) as temporary:
+        temporary.write_text(text, "utf-8")

@@ -1,0 +1,97 @@
+"""What a watch knows: each log that it has dealt with, and what came of it. Kept in a file, so that it can go on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import write_whole
+
+VERSION = 1
+FITTED, DECAY, REFUSED = "fitted", "free-decay", "refused"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One log. files: size in bytes and time of change in ns of each; checksum: of all; recorded: s since 1970, when
+    the last file was changed; status: `FITTED`, `DECAY` or `REFUSED`, with its reason; values: name -> (value, standard
+    deviation); silent: columns that show nothing; calls: what the control charts say, in words."""
+
+    name: str
+    files: Mapping[str, tuple[int, int]]
+    checksum: str
+    recorded: float
+    status: str
+    reason: str = ""
+    values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    silent: tuple[str, ...] = ()
+    calls: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class State:
+    """law, estimator: by which logs are fitted; entries: in the order in which they were dealt with."""
+
+    law: str
+    estimator: str
+    entries: tuple[Entry, ...] = ()
+
+    def knows(self, files: Mapping[str, tuple[int, int]]) -> bool:
+        """Whether files as they are now have been dealt with."""
+        return any(dict(entry.files) == dict(files) for entry in self.entries)
+
+    def twin(self, checksum: str) -> Entry | None:
+        """The entry of a log of the same content, under whatever name."""
+        return next((one for one in self.entries if one.checksum == checksum and one.status != REFUSED), None)
+
+    def with_entry(self, entry: Entry) -> State:
+        """With one more; it takes the place of an older one of the same name."""
+        return replace(self, entries=(*(one for one in self.entries if one.name != entry.name), entry))
+
+    def fitted(self) -> list[Entry]:
+        """The entries that hold values, by time."""
+        return sorted((one for one in self.entries if one.status == FITTED), key=lambda one: one.recorded)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {"type": "stickslip watch", "version": VERSION, **asdict(self)}
+
+
+def write_state(path: Path, state: State) -> None:
+    """Write the state, whole or not at all."""
+    with write_whole(path, overwrite=True) as temporary:
+        temporary.write_text(json.dumps(state.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def read_state(path: Path) -> State:
+    """A state as `write_state` wrote it.
+
+    Raises:
+        StickslipError: the file is none.
+    """
+    try:
+        plain = json.loads(path.read_text(encoding="utf-8"))
+        if plain["type"] != "stickslip watch" or plain["version"] != VERSION:
+            raise KeyError("version")
+        entries = tuple(
+            Entry(
+                **{
+                    **one,
+                    "files": {name: (int(size), int(at)) for name, (size, at) in one["files"].items()},
+                    "values": {name: (float(value), float(sd)) for name, (value, sd) in one["values"].items()},
+                    "silent": tuple(one["silent"]),
+                    "calls": tuple(one["calls"]),
+                }
+            )
+            for one in plain["entries"]
+        )
+        return State(str(plain["law"]), str(plain["estimator"]), entries)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise StickslipError(
+            f"'{path}' is not the state of a watch ({type(error).__name__}: {error}). Remove it to begin anew, or name "
+            "another one: --state FILE."
+        ) from error

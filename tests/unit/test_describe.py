@@ -1,0 +1,286 @@
+"""What columns are, by name and content; answers as people write them; sidecars that contradict their logs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu_models.base.errors import StickslipError
+from rig_io.description import quantities
+from rig_io.description.answers import Answers, from_file, from_options
+from rig_io.description.draft import draft, package_of, write
+from rig_io.description.names import named
+from rig_io.description.questions import questions
+from rig_io.packages.datapackage import read_log
+
+NAMES = {
+    "time": ["Zeit", "temps (s)", "tempo", "Tiempo", "Timestamp", "t", "X_Value", "Uhrzeit", "Datum", "hora"],
+    "laser": ["Laser", "Weg Laser", "distance laser", "Abstand", "Déplacement", "spostamento", "desplazamiento"],
+    "angle": ["Winkel", "angle", "Angolo", "ángulo", "theta"],
+    "encoder_count": ["Drehgeber Scheibe", "encoder", "codeur disque", "contatore", "Zähler"],
+    "drive0_count": ["Impulse Antrieb", "motor encoder", "codeur moteur", "encoder azionamento"],
+    "drive0_speed": ["Antrieb Drehzahl", "motor speed", "vitesse moteur", "velocità motore", "velocidad motor"],
+    "drive1_speed": ["Antrieb 2 Drehzahl", "motor speed 2"],
+    "load0": ["Normalkraft", "load cell", "force", "carico", "fuerza"],
+    "trigger": ["Trigger", "sync", "déclenchement"],
+}
+
+
+@pytest.mark.parametrize(("role", "name"), [(role, name) for role, every in NAMES.items() for name in every])
+def test_names_of_five_languages_speak_for_a_role(role: str, name: str) -> None:
+    found = named(name)
+    assert max(found, key=lambda one: found[one]) == role
+
+
+@pytest.mark.parametrize("name", ["Unnamed: 0", "index", "Nr.", "comment", "temperature", "Kommentar", "U/f"])
+def test_other_names_speak_for_nothing(name: str) -> None:
+    assert max(named(name).values(), default=0.0) < 0.6
+
+
+QUANTITIES = {
+    "0.0548±0.0003": (0.0548, 0.0003),
+    "0.0548 ± 0.0003 kg m²": (0.0548, 0.0003),
+    "548 ± 3 kg*cm^2": (0.0548, 0.0003),
+    "0,0548 +- 0,0003": (0.0548, 0.0003),
+    "0.0548(3)": (0.0548, 0.0003),
+    "0.0548 ± 0.5 %": (0.0548, 0.000274),
+    "5.48e-2(3) kg.m2": (0.0548, 0.0003),
+    "0.0548": (0.0548, None),
+    "0.0548 ± unknown": (0.0548, None),
+    "unknown": (None, None),
+    "unbekannt": (None, None),
+}
+
+
+@pytest.mark.parametrize(("text", "expected"), QUANTITIES.items())
+def test_quantities_as_people_write_them(text: str, expected: tuple[float | None, float | None]) -> None:
+    found = quantities.quantity(text, "kg*m^2", "J")
+    for one, true in zip((found.value, found.deviation), expected, strict=True):
+        assert one == (None if true is None else pytest.approx(true, rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a lot", "no number"),
+        ("3 N", "cannot be converted"),
+        ("3 ± -1", "an uncertainty of -1"),
+        ("3 blink", "unknown unit"),
+    ],
+)
+def test_what_is_no_quantity_is_named(text: str, message: str) -> None:
+    with pytest.raises(StickslipError, match=rf"J.*{message}"):
+        quantities.quantity(text, "kg*m^2", "J")
+
+
+def test_instruments_as_people_write_them() -> None:
+    assert quantities.laser("0.01 ± 0.00002 m/V, 5 V", "laser") == {
+        "gain": 0.01,
+        "gain_deviation": pytest.approx(0.002),
+        "zero": 5.0,
+    }
+    assert quantities.laser("10 mm/V at 4,98 V", "laser")["zero"] == 4.98
+    assert quantities.laser("-10 mm/V, unknown", "laser") == {"gain": -0.01, "gain_deviation": None, "zero": None}
+    assert quantities.encoder("1000 x4", "encoder") == {"pulses_per_revolution": 1000, "quadrature": True}
+    assert quantities.encoder("512, 16 bit", "encoder")["counter_bits"] == 16
+    for wrong in ("0", "1000.5", "many"):
+        with pytest.raises(StickslipError, match="is no encoder"):
+            quantities.encoder(wrong, "encoder")
+
+
+def bench_log(rows: int = 4000) -> dict[str, np.ndarray]:
+    """Columns of a log of two seconds' swings, under any names."""
+    time = 0.001 * np.arange(rows)
+    swing = 0.2 * np.sin(12 * time)
+    rng = np.random.default_rng(0)
+    return {
+        "time": time,
+        "laser": np.round(5 + 12.5 * np.sin(swing) + rng.normal(0, 2e-3, rows), 3),
+        "encoder": np.floor(swing / (2 * np.pi / 1000)),
+        "drive": np.floor(0.9 * time / (2 * np.pi / 1000)),
+    }
+
+
+def written(folder: Path, header: str, columns: list[np.ndarray], name: str = "x.csv") -> Path:
+    path = folder / name
+    rows = "\n".join(";".join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True))
+    path.write_text(f"{header}\n{rows}\n" if header else f"{rows}\n")
+    return path
+
+
+def roles(path: Path, answers: Answers | None = None) -> dict[str, str | None]:
+    return {one.name: one.role for one in draft([path], answers or Answers()).logs[0].files[0].columns}
+
+
+def test_content_alone_tells_the_roles(tmp_path: Path) -> None:
+    log = bench_log()
+    index = np.arange(len(log["time"]), dtype=float)
+    found = roles(written(tmp_path, "", [index, log["time"], log["laser"], log["encoder"], log["drive"]]))
+    assert list(found.values()) == [None, "time", "laser", "encoder_count", "drive0_count"]
+
+
+def test_a_counter_that_wraps_and_time_in_other_units(tmp_path: Path) -> None:
+    log = bench_log()
+    wrapped = np.mod(log["drive"] + 200, 256)
+    path = written(tmp_path, "Takt;Weg;Geber;Antrieb", [1e3 * log["time"] + 7.5, log["laser"], log["encoder"], wrapped])
+    columns = {one.name: one for one in draft([path], Answers()).logs[0].files[0].columns}
+    assert columns["Takt"].role == "time" and columns["Takt"].unit == "ms" and "unit" in columns["Takt"].guessed
+    assert columns["Antrieb"].role == "drive0_count"
+
+
+def test_days_of_a_spreadsheet_are_times(tmp_path: Path) -> None:
+    log = bench_log()
+    path = tmp_path / "x.csv"
+    days = [f"{45965.5 + t / 86400:.12f}" for t in log["time"]]
+    path.write_text("Date,laser\n" + "\n".join(f"{d},{v}" for d, v in zip(days, log["laser"], strict=True)) + "\n")
+    (column,) = (one for one in draft([path], Answers()).logs[0].files[0].columns if one.name == "Date")
+    assert (column.role, column.unit) == ("time", "d")
+
+
+def test_a_wrong_name_does_not_outweigh_the_numbers(tmp_path: Path) -> None:
+    log = bench_log()
+    found = roles(
+        written(tmp_path, "clock;time;laser;Antrieb", [log["time"], log["laser"], log["laser"], log["drive"]])
+    )
+    assert found["time"] != "time" and found["clock"] == "time"
+
+
+def test_options_and_files_say_the_same(tmp_path: Path) -> None:
+    said = from_options(
+        ["Weg=laser V"], ["Zeit=ms"], ["J=0.05"], ["J=0.001"], ["x.csv=free-decay"], ["decimal=comma"], None, True
+    )
+    file = tmp_path / "answers.toml"
+    file.write_text(
+        'confirm = true\n[columns]\nWeg = "laser V"\n[values]\nJ = "0.05 ± 0.001"\n[kinds]\n"x.csv" = "free-decay"\n'
+        '[read]\ndecimal = "comma"\n'
+    )
+    read = from_file(file)
+    assert read.columns == said.columns and read.values == said.values and read.kinds == said.kinds
+    assert said.units == {"Weg": "V", "Zeit": "ms"} and read.read == said.read and read.confirm
+    for wrong, message in (
+        ('[columns]\nWeg = "lasr"', "line 2.*no role 'lasr'.*Did you mean 'laser'"),
+        ("[values]\nJ = [1]", "line 2.*expected a text or a number"),
+        ("[valus]\nJ = 1", "valus"),
+        ('[kinds]\nx = "slip"', "no kind of experiment 'slip'"),
+    ):
+        file.write_text(wrong)
+        with pytest.raises(StickslipError, match=message):
+            from_file(file)
+
+
+def test_two_columns_for_one_role_are_refused(tmp_path: Path) -> None:
+    log = bench_log()
+    path = written(tmp_path, "Zeit;Weg;Abstand", [log["time"], log["laser"], log["laser"]])
+    with pytest.raises(StickslipError, match=r"'Weg' and 'Abstand' are both said to be 'laser'"):
+        roles(path, Answers(columns={"Weg": "laser", "Abstand": "laser"}))
+    found = roles(path, Answers(columns={"Abstand": "laser"}))
+    assert found["Abstand"] == "laser" and found["Weg"] is None
+    with pytest.raises(StickslipError, match=r"no column 'Wag'.*Did you mean 'Weg'"):
+        roles(path, Answers(columns={"Wag": "laser"}))
+
+
+SAID = Answers(
+    values={"laser": "0.01 ± 0.00002 m/V, 5 V", "encoder": "1000", "drive0": "1000", "R": "0.125 ± 0.0001"},
+    confirm=True,
+)
+
+
+@pytest.fixture
+def described(tmp_path: Path) -> Path:
+    log = bench_log()
+    path = written(
+        tmp_path, "Zeit [ms];Weg [V];Geber;Antrieb", [1e3 * log["time"], log["laser"], log["encoder"], log["drive"]]
+    )
+    write(draft([path], SAID))
+    return path
+
+
+def changed(path: Path, edit) -> None:
+    sidecar = path.parent / "datapackage.json"
+    content = json.loads(sidecar.read_text())
+    edit(content["resources"][0])
+    sidecar.write_text(json.dumps(content))
+
+
+def test_a_described_log_is_read_by_its_roles(described: Path) -> None:
+    log = read_log(described)
+    np.testing.assert_allclose(log.time, bench_log()["time"], atol=1e-9)
+    assert set(log.columns) == {"laser", "encoder_count", "drive0_count"} and log.warnings == ()
+
+
+FAULTS = {
+    "two columns for one role": (
+        lambda r: r["schema"]["fields"][2].update(role="laser"),
+        "two columns, 'Weg' and 'Geber'",
+    ),
+    "a role without a column": (
+        lambda r: r["schema"]["fields"][1].update(name="Wag"),
+        r"no column 'Wag', which .* calls 'laser'.*--map COLUMN=laser",
+    ),
+    "contradictory units": (
+        lambda r: r["schema"]["fields"][0].update(unit="s"),
+        r"'Zeit' is in 'ms' by its header and in 's' by datapackage\.json.*--unit 'Zeit=ms'",
+    ),
+    "an unknown role": (lambda r: r["schema"]["fields"][1].update(role="lasr"), "unknown role 'lasr'.*'laser'"),
+    "an unknown option": (lambda r: r.update(dialect={"sheet": "x"}), "no option 'sheet'"),
+    "a rate that is none": (lambda r: r.update(sampling_rate="fast"), "sampling_rate"),
+    "a way to join that is none": (lambda r: r.update(path=["x.csv", "x.csv"], join="glue"), "found 'glue'"),
+    "a file that is not there": (lambda r: r.update(path=["x.csv", "y.csv"], join="time"), "no log"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), FAULTS.values(), ids=FAULTS)
+def test_a_sidecar_that_contradicts_its_log_is_refused(described: Path, change, message: str) -> None:
+    changed(described, change)
+    with pytest.raises(StickslipError, match=message):
+        read_log(described)
+
+
+def test_a_unit_that_the_user_overrules_is_kept(described: Path) -> None:
+    from dataclasses import replace
+
+    write(draft([described], replace(SAID, units={"Zeit": "s"})))
+    with pytest.raises(StickslipError, match="Milliseconds"):
+        read_log(described)
+    write(draft([described], replace(SAID, units={"Zeit": "ms"})))
+    assert read_log(described).time[-1] == pytest.approx(3.999)
+
+
+def test_guesses_are_marked_until_they_are_confirmed(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    log = bench_log()
+    path = written(tmp_path, "Zeit;Weg;Geber;Antrieb", [log["time"], log["laser"], log["encoder"], log["drive"]])
+    made = draft([path], replace(SAID, confirm=False))
+    fields = {one["name"]: one for one in package_of(made)["resources"][0]["schema"]["fields"]}
+    assert set(fields["Zeit"]["guessed"]) == {"role", "unit"} and fields["Weg"]["confidence"] > 0.6
+    assert [q.key for q in questions(made)] == ["columns", "J", "k", "c", "r", "N0"]
+    write(made)
+    with pytest.warns(
+        UserWarning, match=r"the role of 'Zeit'.* guessed; confirm it: stickslip describe FILES --confirm"
+    ):
+        read_log(path)
+    write(draft([path], Answers(confirm=True)))
+    assert read_log(path).warnings == ()
+
+
+def test_an_unknown_instrument_leaves_its_column_unread(described: Path) -> None:
+    from dataclasses import replace
+
+    write(draft([described], replace(SAID, values={**SAID.values, "encoder": "unknown"})))
+    with pytest.warns(UserWarning, match="'encoder_count' is not read: its calibration is not known"):
+        assert "encoder_count" not in read_log(described).columns
+
+
+def test_a_log_without_a_clock_takes_a_rate(tmp_path: Path) -> None:
+    log = bench_log()
+    path = written(tmp_path, "Weg;Geber;Antrieb", [log["laser"], log["encoder"], log["drive"]])
+    from dataclasses import replace
+
+    made = draft([path], SAID)
+    assert "is the time" in questions(made)[0].text
+    write(draft([path], replace(SAID, values={**SAID.values, "sampling_rate": "1 kHz"})))
+    np.testing.assert_allclose(read_log(path).time, log["time"], atol=1e-12)

@@ -1,0 +1,141 @@
+"""Several files of one run: by columns, by time, by two clocks; and the reasons why some do not fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from fmu_models.base.errors import StickslipError
+from rig_io.joining.joined import joined
+from rig_io.logs.table import Table
+
+RATE = 1000.0
+PITCH = 2 * np.pi / 1000
+
+
+def table(name: str, **columns: np.ndarray) -> Table:
+    units = {"time": "s", "laser": "V", "drive0_speed": "rad/s", "angle": "rad"}
+    return Table(f"'{name}'", columns, {k: units.get(k, "1") for k in columns}, 2)
+
+
+def motion(time: np.ndarray) -> np.ndarray:
+    """A motion that does not repeat itself."""
+    return 0.1 * np.sin(6 * time + 2 * np.sin(0.31 * time)) + 0.03 * np.sin(1.7 * np.abs(time) ** 1.1)
+
+
+def two(offset: float, drift: float, seed: int = 0, seconds: float = 20.0) -> tuple[Table, Table]:
+    """A laser by one clock, an encoder by another: t_first = offset + (1 + drift) t_second."""
+    rng = np.random.default_rng(seed)
+    first = np.arange(round(seconds * RATE)) / RATE
+    second = np.arange(round(seconds * RATE) - 700) / RATE
+    laser = 5 + 12.5 * np.sin(motion(first)) + 2e-3 * rng.standard_normal(len(first))
+    count = np.floor(motion(offset + (1 + drift) * second) / PITCH)
+    return table("a", time=first, laser=laser), table("b", time=second, encoder_count=count)
+
+
+@pytest.mark.parametrize(("offset", "drift"), [(0.4, 0.0), (-0.1234, 150e-6), (0.65, -300e-6)])
+def test_offset_and_drift_of_two_clocks_are_found(offset: float, drift: float) -> None:
+    run = joined(two(offset, drift), "clocks", {})
+    clock = run.clock
+    assert clock is not None and clock.signals == ("laser", "encoder_count")
+    # the line is stated in the middle of the second recording
+    true = offset + drift * clock.middle
+    assert abs(clock.offset - true) < 4 * clock.offset_deviation < 1e-3
+    assert abs(clock.drift - drift) < 4 * clock.drift_deviation < 1e-4
+    # what is carried over is where it belongs: a count at most one tick of its clock late
+    count = run.table.columns["encoder_count"]
+    assert np.mean(count == np.floor(motion(run.table.columns["time"]) / PITCH)) > 0.95
+    assert {"encoder_edge_time", "laser"} <= set(run.table.columns)
+
+
+def test_stated_deviations_of_offset_and_drift_hold() -> None:
+    scores = []
+    for seed in range(12):
+        clock = joined(two(0.3, 80e-6, seed, 10.0), "clocks", {}).clock
+        assert clock is not None
+        true = 0.3 + 80e-6 * clock.middle
+        scores += [(clock.offset - true) / clock.offset_deviation, (clock.drift - 80e-6) / clock.drift_deviation]
+    assert 0.4 < np.sqrt(np.mean(np.square(scores))) < 1.8
+
+
+def test_a_trigger_joins_what_nothing_else_does() -> None:
+    time = np.arange(5000) / RATE
+    marks = (np.mod(time, 0.9) < 0.3 + 0.1 * np.floor(time)).astype(float)
+    shifted = np.interp(time + 0.25, time, marks) > 0.5
+    one = table("a", time=time, laser=np.sin(time), trigger=marks)
+    other = table("b", time=time, drive0_speed=np.ones(5000), trigger=shifted.astype(float))
+    clock = joined([one, other], "clocks", {}).clock
+    assert clock is not None and clock.signals == ("trigger", "trigger")
+    assert clock.offset == pytest.approx(0.25, abs=2e-3)
+
+
+def test_clocks_that_cannot_be_compared_are_refused_with_the_reason() -> None:
+    time = np.arange(5000) / RATE
+    laser = table("a", time=time, laser=np.sin(6 * time))
+    with pytest.raises(StickslipError, match=r"no signal in common.*trigger"):
+        joined([laser, table("b", time=time, drive0_speed=1 + 0 * time)], "clocks", {})
+    with pytest.raises(StickslipError, match="the signal repeats itself"):
+        joined([laser, table("b", time=time, encoder_count=np.floor(30 * np.sin(6 * time + 1)))], "clocks", {})
+    noise = np.floor(30 * np.random.default_rng(1).standard_normal(5000))
+    with pytest.raises(StickslipError, match="do not agree at any shift"):
+        joined([laser, table("b", time=time, encoder_count=noise)], "clocks", {})
+
+
+def test_a_decay_needs_the_size_of_the_motion() -> None:
+    time = np.arange(8000) / RATE
+    swing = 0.15 * np.exp(-0.5 * time) * np.cos(6.9 * time)
+    later = np.interp(time + 1.3, time, swing)
+    one, other = (
+        table("a", time=time, encoder_count=np.floor(swing / PITCH)),
+        table("b", time=time, laser=5 + 12.5 * later),
+    )
+    with pytest.raises(StickslipError, match="repeats itself"):
+        joined([one, other], "clocks", {})
+    clock = joined([one, other], "clocks", {"encoder_count": PITCH, "laser": 1 / 12.5}).clock
+    assert clock is not None and clock.offset == pytest.approx(1.3, abs=2e-3)
+
+
+def test_signals_side_by_side() -> None:
+    time = np.arange(100) / RATE
+    run = joined([table("b", laser=np.sin(time)), table("a", time=time)], "columns", {}).table
+    assert list(run.columns) == ["time", "laser"]
+    with pytest.raises(StickslipError, match=r"one number of rows, found 'a' 100, 'b' 90"):
+        joined([table("a", time=time), table("b", laser=np.sin(time[:90]))], "columns", {})
+    with pytest.raises(StickslipError, match="and so does a file before it"):
+        joined([table("a", time=time, laser=time), table("b", laser=time)], "columns", {})
+    with pytest.raises(StickslipError, match=r"another clock.*--join clocks"):
+        joined([table("a", time=time, laser=time), table("b", time=time + 1, angle=time)], "columns", {})
+
+
+def test_files_of_one_recorder_are_put_in_order() -> None:
+    time = np.arange(100) / RATE
+    stamped = [
+        replace(table(name, time=86400.0 * early + time, laser=time), begin=begin, stamps=("time",))
+        for name, begin, early in (
+            ("late", datetime(2025, 3, 2), 0),
+            ("early", datetime(2025, 3, 1), 0.9),
+        )
+    ]
+    run = joined(stamped, "time", {})
+    assert np.all(np.diff(run.table.columns["time"]) > 0) and "'early', 'late'" in run.said[0]
+    zoned = replace(stamped[0], begin=datetime(2025, 3, 2, tzinfo=UTC))
+    with pytest.raises(StickslipError, match="time zone"):
+        joined([zoned, stamped[1]], "time", {})
+    with pytest.raises(StickslipError, match=r"different columns.*angle"):
+        joined([table("a", time=time, laser=time), table("b", time=time, laser=time, angle=time)], "time", {})
+
+
+def test_times_of_day_pass_midnight_between_files() -> None:
+    time = np.arange(100) / RATE
+    before = replace(table("a", time=86399.9 + time, laser=time), stamps=("time",))
+    after = replace(table("b", time=time, laser=time), stamps=("time",))
+    run = joined([before, after], "time", {}).table
+    np.testing.assert_allclose(np.diff(run.columns["time"]), 0.001, atol=1e-9)
+
+
+def test_what_is_not_said_is_asked() -> None:
+    with pytest.raises(StickslipError, match=r"how they belong together is not said"):
+        joined([table("a", time=np.arange(9.0)), table("b", laser=np.arange(9.0))], None, {})

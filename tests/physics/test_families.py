@@ -25,10 +25,12 @@ from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.lyapunov import Exponents, lyapunov
 from fmu_models.analyses.periodic import PeriodicMotion, find_cycles, motion_at
+from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.analyses.rotation import rotation_number
 from fmu_models.analyses.spectrum import spectrum
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
+from fmu_models.simulation.sections import Section
 
 REFERENCE = json.loads((Path(__file__).parent / "families_reference.json").read_text("utf-8"))
 REST = {"x": 0.0, "v": 0.0}
@@ -326,3 +328,17 @@ def test_diagram_of_table_2():
     # down, period 3 lives where up period 1 does
     assert found.periods[1, at[0.99]] in (1, 3)
     assert not found.failures
+
+
+def test_the_woodpeckers_return_map_is_a_section_system_too():
+    # least angle to least angle, with the sleeve jammed
+    returns = ReturnMap(
+        model("woodpecker"),
+        "phi_S",
+        section=Section("w_S"),
+        cap=4.0,
+        accept=lambda point: point.contacts["lower_friction"] == 0,
+    )
+    found = orbit_diagram(returns, "eN1", [0.36, 0.44], start=[-0.5], transient=196, points=2, longest=2)
+    assert found.points[0, :, 0, 0] == pytest.approx([-0.5601940214474878, -0.5399676593282251], abs=1e-9)
+    assert found.periods.tolist() == [[1, 1]], found.failures

@@ -105,6 +105,17 @@ def test_rows_do_not_depend_on_who_makes_them(workers, monkeypatch):
     assert np.array_equal(system.make(jobs, workers=workers).points, system.run(jobs, GO).points)
 
 
+@pytest.mark.parametrize(("gamma", "e"), [(1.2, 0.2), (0.5, 0.9), (2.0, 0.5), (1.75, 0.5)])
+def test_bounces_that_die_out_over_several_periods_know_the_time_they_began(gamma, e):
+    values = {"omega": 1.0, "g": 1.0, "A": gamma, "e": e}
+    system = Strobe(BALL, forcing="omega", parameters=values)
+    start = {"x": 2.0, "v": 0.0}
+    rows = system.run(Jobs(system.start(start)[None], rows=6), GO)
+    run = simulate(BALL, 6 * T, start=start, parameters=values, output_times=T * np.arange(1, 7))
+    assert rows.points[0, :, 0] == pytest.approx(run["x"], abs=1e-9)
+    assert rows.points[0, :, 1] == pytest.approx(run["v"], abs=1e-9)
+
+
 def test_a_chain_goes_on_where_the_run_before_it_ended():
     values = np.array([0.9, 0.95, 1.0])
     made = support(**CHAOS).run(Jobs(np.zeros((3, 2)), {"omega": values}, rows=4, chain=3), GO)

@@ -97,7 +97,7 @@ def xlsx(path: Path, log: Mapping[str, np.ndarray]) -> None:
     from openpyxl import Workbook
 
     book = Workbook()
-    book.active.title = "Remarks"
+    book.create_sheet("Remarks")
     sheet = book.create_sheet("Run 1")
     sheet.append([f"{name} [{UNITS[name]}]" for name in log])
     for row in zip(*log.values(), strict=True):
@@ -109,7 +109,7 @@ def ods(path: Path, log: Mapping[str, np.ndarray]) -> None:
     import pandas
 
     frame = pandas.DataFrame({f"{name} [{UNITS[name]}]": v for name, v in log.items()})
-    frame.to_excel(path, sheet_name="Run 1", index=False, engine="odf")
+    frame.to_excel(path, sheet_name="Run 1", index=False)
 
 
 def packed(write: Callable[[Path, Mapping[str, np.ndarray]], None]) -> Callable[[Path, Mapping[str, np.ndarray]], None]:

@@ -8,7 +8,7 @@ import importlib
 import importlib.util
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -21,6 +21,8 @@ from rig_io.logs.table import Table, check_file
 EXTRA = "daq"
 _COLUMNS = "columns.bin"
 LARGEST = 1 << 36  # bytes of all columns
+PATIENCE = 60.0  # s for a small file, on a machine that is busy
+SLOWEST = 1e5  # bytes/s of a sound one; workbooks come near it
 
 
 class Damaged(StickslipError):
@@ -81,7 +83,7 @@ def table_of(
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         try:
-            found, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=Limits.default())
+            found, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
         except Damaged as error:
             raise StickslipError(
                 f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
@@ -102,6 +104,11 @@ def table_of(
         stamps=tuple(found.stamps),
         notes=tuple(found.notes),
     )
+
+
+def limits_for(path: Path) -> Limits:
+    """Ample for a sound file of that size: some damaged ones send their parser in circles."""
+    return replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
 
 
 def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, isolated
+from fmu_models.base.processes import IsolatedFailure, isolated
+from rig_io.logs.guarded import limits_for
 from rig_io.logs.mat_file import Array, Damaged, arrays
 from rig_io.logs.table import Reader, Table, check_file
 
@@ -75,7 +76,7 @@ def _variables(path: Path) -> list[Array]:
             f"with -v7: {_SAVE}."
         )
     try:
-        return isolated(arrays, str(path), hdf5, limits=Limits.default())
+        return isolated(arrays, str(path), hdf5, limits=limits_for(path))
     except Damaged as error:
         raise StickslipError(
             f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again: {_SAVE}."

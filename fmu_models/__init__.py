@@ -16,15 +16,25 @@ from fmu_models.base.exports import exports
 if TYPE_CHECKING:
     __version__: str
 
+    from fmu_models.analyses.basins import basins as basins
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
+    from fmu_models.analyses.chart import chart as chart
     from fmu_models.analyses.crossings import find_crossings as find_crossings
     from fmu_models.analyses.cycles import last_cycle as last_cycle
-    from fmu_models.analyses.lyapunov import lyapunov_exponents as lyapunov_exponents
-    from fmu_models.analyses.maps import Iteration as Iteration
-    from fmu_models.analyses.maps import find_periodic as find_periodic
+    from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
+    from fmu_models.analyses.fmu_sections import Crossing as Crossing
+    from fmu_models.analyses.fmu_sections import Impacts as Impacts
+    from fmu_models.analyses.fmu_sections import Strobe as Strobe
+    from fmu_models.analyses.iteration import Iteration as Iteration
+    from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.orbits import Orbit as Orbit
     from fmu_models.analyses.orbits import find_orbit as find_orbit
+    from fmu_models.analyses.periodic import find_periodic as find_periodic
+    from fmu_models.analyses.poincare import poincare_section as poincare_section
     from fmu_models.analyses.return_map import ReturnMap as ReturnMap
+    from fmu_models.analyses.rotation import rotation_number as rotation_number
+    from fmu_models.analyses.section_system import SectionSystem as SectionSystem
+    from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
     from fmu_models.coupling.run import couple as couple
@@ -70,6 +80,7 @@ if TYPE_CHECKING:
     from fmu_models.simulation.accuracy import simulate_with_error as simulate_with_error
     from fmu_models.simulation.results import read_trajectory as read_trajectory
     from fmu_models.simulation.results import write_trajectory as write_trajectory
+    from fmu_models.simulation.run import KeptRun as KeptRun
     from fmu_models.simulation.run import simulate as simulate
     from fmu_models.simulation.sections import Section as Section
     from fmu_models.simulation.sensitivity import SensitiveRun as SensitiveRun

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 
@@ -13,9 +14,11 @@ def main() -> None:
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if ours:
         signal.signal(signal.SIGINT, _leave)
+    gc.disable()  # what is imported stays: nothing to collect
     # imported here and not above, where an interrupt could not be answered
     from identification.commands import application
 
+    gc.enable()
     if ours:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     application.run()

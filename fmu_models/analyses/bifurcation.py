@@ -1,4 +1,4 @@
-"""Parameter values at which an eigenvalue of a periodic motion of a map reaches +1 or -1.
+"""Parameter values at which an eigenvalue of a periodic motion at a section reaches +1 or -1.
 
     det(DP^n - 1) = 0   saddle-node: two motions meet and are gone beyond (or exchange their stability)
     det(DP^n + 1) = 0   flip: a motion of twice the period branches off
@@ -10,17 +10,18 @@ that has branched off in a flip is not followed back through it: the flip belong
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq, root
 
-from fmu_models.analyses.maps import Iteration, PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.analyses.iteration import Iteration
+from fmu_models.analyses.periodic import PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.language.maps import Map
 
 # a point that moves by more than this share of the box in one step of the parameter may be of another branch
 NEAR = 0.03
@@ -46,48 +47,55 @@ class Bifurcation(Shown):
 
 
 def find_bifurcations(
-    declared: Map,
+    system: SectionSystem,
     parameter: str,
     begin: float,
     end: float,
     *,
     period: int = 1,
-    values: Mapping[str, float] | None = None,
+    guess: Sequence[Sequence[float]] | Vector | None = None,
     steps: int = 100,
 ) -> tuple[Bifurcation, ...]:
     """What the motions of one period that exist at ``begin`` meet on the way to ``end``, by parameter value.
 
     Args:
-        declared: the map.
+        system: a map (``Iteration``) or any other.
         parameter: name of the one that changes.
         begin, end: its values, in its unit; ``end`` may be the smaller one.
         period: number of points of the motions.
-        values: the other parameters.
+        guess: (period, n) points near the motion to follow; those of a map are sought in its box if it is left out.
         steps: number of steps from ``begin`` to ``end``, at least.
 
     Raises:
-        StickslipError: an unknown parameter, values that the map cannot have, or no motion at ``begin``.
+        StickslipError: an unknown parameter, values that the system cannot have, or no motion at ``begin``.
     """
-    names = [p.name for p in declared.parameters]
-    if parameter not in names:
-        raise StickslipError(f"{declared.name} has no parameter '{parameter}'.{nearest(parameter, names)}")
+    system.check(parameter, np.array([begin, end], dtype=float))
     if begin == end or period < 1:
         raise StickslipError(f"Nothing changes: {parameter} goes from {begin:g} to {end:g}, with period {period}.")
-    Iteration.of(declared, {**(values or {}), parameter: end})
-    branch = _Branch(Iteration.of(declared, {**(values or {}), parameter: begin}), names.index(parameter))
-    motions = find_periodic(branch.iteration, period)
+    branch = _Branch(system.at(**{parameter: begin}), parameter)
+    for points in (motions := _motions_at_begin(branch.system, period, guess)):
+        if points.shape[1] != len(system.states):
+            raise StickslipError(f"A point of {system.name} has {len(system.states)} numbers: {system.states}.")
     if not motions:
         raise StickslipError(
-            f"{declared.name} has no motion of period {period} at {parameter} = {begin:g}, so there is none to follow. "
-            "Begin where it exists; 'find_periodic' and 'stickslip map' show what there is."
+            f"{system.name} has no motion of period {period} at {parameter} = {begin:g} that could be followed. Begin "
+            "where it exists, from a guess near it; 'find_periodic' and 'stickslip map' show what a map has."
         )
     found: list[Bifurcation] = []
-    for motion in motions:
-        for value, kind, points in branch.follow(motion.points, begin, end, steps):
-            one = Bifurcation(parameter, value, kind, motion_at(branch.at(value), points))
+    for points in motions:
+        for value, kind, cycle in branch.follow(points, begin, end, steps):
+            one = Bifurcation(parameter, value, kind, motion_at(branch.at(value), cycle))
             if not any(_equal(branch, one, other) for other in found):
                 found.append(one)
     return tuple(sorted(found, key=lambda one: one.value))
+
+
+def _motions_at_begin(system: SectionSystem, period: int, guess: Any) -> list[Vector]:
+    if guess is not None:
+        return list(find_cycles(system, np.asarray(guess, dtype=float).reshape(1, period, -1)))
+    if isinstance(system, Iteration):
+        return [motion.points for motion in find_periodic(system, period)]
+    raise StickslipError(f"Say near which points a motion of {system.name} is to be followed: guess=[[...]].")
 
 
 def _equal(branch: _Branch, one: Bifurcation, other: Bifurcation) -> bool:
@@ -100,21 +108,19 @@ def _equal(branch: _Branch, one: Bifurcation, other: Bifurcation) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Branch:
-    """The motions of a map along one of its parameters."""
+    """The motions of a system along one of its parameters."""
 
-    iteration: Iteration
-    which: int
+    system: SectionSystem
+    parameter: str
 
-    def at(self, value: float) -> Iteration:
-        """The map at a value of the parameter."""
-        parameters = list(self.iteration.parameters)
-        parameters[self.which] = float(value)
-        return dataclasses.replace(self.iteration, parameters=tuple(parameters))
+    def at(self, value: float) -> SectionSystem:
+        """The system at a value of the parameter."""
+        return self.system.at(**{self.parameter: float(value)})
 
     def near(self, points: Vector, others: Vector, share: float) -> bool:
         """Whether no point differs by more than a share of the box."""
-        size = self.iteration.box[:, 1] - self.iteration.box[:, 0]
-        return bool((np.abs(self.iteration.difference(points - others)) <= share * size).all())
+        size = self.system.sizes()
+        return bool((np.abs(self.system.difference(points - others)) <= share * size).all())
 
     def corrected(self, value: float, guess: Vector) -> Vector | None:
         """The motion at a value near a guess; None if there is none, or one of a shorter period."""
@@ -131,7 +137,7 @@ class _Branch:
     def test(self, kind: str, value: float, points: Vector) -> float:
         """det(DP^n - 1) for a saddle-node, det(DP^n + 1) for a flip."""
         derivative = np.eye(points.shape[1])
-        for jacobian in self.at(value).jacobian(points):
+        for jacobian in self.at(value).step(points).derivatives:
             derivative = jacobian @ derivative
         sign = 1.0 if kind == "flip" else -1.0
         return float(np.linalg.det(derivative + sign * np.eye(points.shape[1])))
@@ -153,7 +159,7 @@ class _Branch:
                 before, behind = self.test(kind, value, points), self.test(kind, reach, after)
                 if before * behind < 0.0 or behind == 0.0:
                     yield from self._crossing(kind, (value, points), (reach, after))
-            rate = self.iteration.difference(after - points) / (reach - value)
+            rate = self.system.difference(after - points) / (reach - value)
             value, points = reach, after
             step = np.sign(step) * min(1.5 * abs(step), abs(end - begin) / steps)
 
@@ -161,7 +167,7 @@ class _Branch:
         self, kind: str, before: tuple[float, Vector], behind: tuple[float, Vector]
     ) -> Iterator[tuple[float, str, Vector]]:
         (low, first), (high, last) = before, behind
-        turn = self.iteration.difference(last - first)
+        turn = self.system.difference(last - first)
 
         def points(value: float) -> tuple[Vector, bool]:
             guess = first + (value - low) / (high - low) * turn
@@ -182,8 +188,8 @@ class _Branch:
 
         def equations(unknown: Vector) -> Vector:
             cycle, at = unknown[:-1].reshape(shape), float(unknown[-1])
-            iteration = self.at(at)
-            miss = iteration.difference(iteration.lifted(cycle) - np.roll(cycle, -1, axis=0))
+            system = self.at(at)
+            miss = system.difference(system.step(cycle).points - np.roll(cycle, -1, axis=0))
             return np.append(miss.ravel(), self.test("saddle-node", at, cycle))
 
         with np.errstate(all="ignore"):
@@ -192,4 +198,4 @@ class _Branch:
         solved = np.abs(equations(found.x)).max() <= 1e-10
         close = self.near(cycle, points, NEAR) and abs(at - value) <= 1e-2 * max(1.0, abs(value))
         if solved and close and not self.repeats(cycle, 1e-3):
-            yield at, "saddle-node", self.iteration.wrapped(cycle)
+            yield at, "saddle-node", self.system.wrapped(cycle)

@@ -1,104 +1,263 @@
-"""Lyapunov exponents of a map: the mean growth rates, per step, of small differences.
+"""Lyapunov exponents: the mean growth rates of small differences, per step of a section and per unit of time.
 
-    Q(k+1) R(k+1) = Df(x(k)) Q(k),    lambda_i = mean of ln |R_ii(k)|,    their sum = mean of ln |det Df(x(k))|
+    Q(k+1) R(k+1) = DP(x(k)) Q(k),    lambda_i = mean of ln |R_ii(k)|,    their sum = mean of ln |det DP(x(k))|
 
-Many motions are followed at once, from starts that differ by a millionth of the box. Chaos makes them independent of
-each other during the steps that are dropped first, so that the scatter of their means is an honest measure of the
-error of the overall mean; on a periodic motion they agree, and the error is that of rounding.
+Several motions are followed, from starts that differ by a millionth of the sizes of the states; what each grows by is
+summed in batches. The error of a mean is that of its batches, whose memory (integrated autocorrelation time) counts;
+that of many motions is the scatter of theirs. Where stick, or an impact without rebound, takes a difference away, its
+exponent is -inf, not the logarithm of a rounding error. A motion that nothing forces has an exponent of zero, that
+along the motion; it is followed by itself, and how near it comes to zero is a check. A motion that is chaotic for a
+while only shows two values: batches before and after a change point that no scatter explains.
 
-Source: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980).
+Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Sokal, Monte Carlo methods in statistical
+mechanics (1997), section 3 (the window of the autocorrelation).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.maps import Iteration
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
+from fmu_models.base.shown import Pictured
 
 Vector = NDArray[np.float64]
 
-SPREAD = 1e-6
-FAR = 1e12
+SPREAD = 1e-6  # of the size of each state: by so much the starts differ
+BATCHES = 1000  # of one motion, at most
+WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
+CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
+MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
+SHORTEST = 10  # batches on either side of a change point
+
+
+@dataclass(frozen=True)
+class Transient:
+    """A motion that was another one at first.
+
+    Attributes:
+        value: the largest exponent until then, per unit of time.
+        steps: how long that lasted, on the mean of the motions that changed.
+        motions: how many of them did.
+    """
+
+    value: float
+    steps: float
+    motions: int
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents(Shown):
+class Exponents(Pictured):
     """Lyapunov exponents and how well they are known.
 
     Attributes:
-        values: (n,) per step, largest first; -inf where every difference is lost in one step.
+        values: (n,) per step, largest first; -inf where every difference is lost.
         errors: (n,) standard errors of the values.
+        per_time, per_time_errors: (n,) the same per unit of time.
+        unit: of that time.
         steps: number of steps that the mean is taken of, all motions together.
+        zero: index of the exponent along a motion that nothing forces; None where something forces it.
+        lost: how many are -inf.
+        shares: per contact the share of the time in contact or stick.
+        sum: of all exponents, per step.
+        transient: what the motion was at first; None if it did not change.
     """
 
     values: Vector
     errors: Vector
+    per_time: Vector
+    per_time_errors: Vector
+    unit: str
     steps: int
+    zero: int | None
+    lost: int
+    shares: Mapping[str, float]
+    transient: Transient | None = None
+
+    @property
+    def sum(self) -> float:
+        """See the class."""
+        return float(self.values.sum())
+
+    @property
+    def dimension(self) -> float:
+        """Kaplan and Yorke's: how many exponents, with a fraction of the next one, add up to zero."""
+        values = self.values
+        total, k = 0.0, 0
+        while k < len(values) and total + values[k] >= 0.0:
+            total += float(values[k])
+            k += 1
+        if k == len(values):
+            return float(k)
+        return k + (total / abs(float(values[k])) if np.isfinite(values[k]) else 0.0)
+
+    @property
+    def frame(self) -> Any:
+        """One row per exponent."""
+        import pandas
+
+        columns = {"per_step": self.values, "error": self.errors}
+        columns |= {"per_time": self.per_time, "per_time_error": self.per_time_errors}
+        return pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(self.values) + 1, name="exponent"))
+
+    def _contents(self) -> Mapping[str, Any]:
+        known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
+        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient}
+
+    def _heading(self) -> str:
+        return f"{len(self.values)} Lyapunov exponents"
 
 
-def lyapunov_exponents(
-    iteration: Iteration,
-    start: Sequence[float] | None = None,
+def lyapunov(
+    system: SectionSystem,
+    start: Mapping[str, float] | Sequence[float] | None = None,
     *,
-    steps: int = 1000,
-    motions: int = 256,
-    dropped: int = 1000,
+    periods: int = 100_000,
+    transient: int = 1000,
+    motions: int = 8,
     seed: int = 0,
+    workers: int | None = None,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Exponents:
     """All Lyapunov exponents of the motion that ``start`` leads to.
 
     Args:
-        iteration: the map.
-        start: (n,) state; that of the declaration if left out.
-        steps: of each motion, for the mean.
+        system: a map, or an oscillator at a section.
+        start: a point; the default of the model if left out.
+        periods: steps of the section for the mean, all motions together.
+        transient: steps of each before that, in which it comes to where it stays.
         motions: how many are followed, at least 2.
-        dropped: steps of each before that, in which it comes to where it stays.
-        seed: of the starts.
+        seed: of their starts.
+        workers: threads.
         progress: called with the fraction done.
 
     Raises:
-        StickslipError: the motion goes to infinity, or fewer than 2 motions or 1 step are asked for.
+        StickslipError: fewer than 2 motions or steps for them; a motion goes to infinity, does not meet the section, or
+            cannot be continued.
     """
-    if motions < 2 or steps < 1 or dropped < 0:
-        raise StickslipError(f"Exponents of {motions} motions over {steps} steps: take at least 2 motions and 1 step.")
-    begin = np.array([x.start for x in iteration.map.states]) if start is None else np.asarray(start, dtype=float)
-    size = iteration.box[:, 1] - iteration.box[:, 0]
-    x = begin + SPREAD * size * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
-    frames = np.broadcast_to(np.eye(len(begin)), (motions, len(begin), len(begin)))
-    total = np.zeros((motions, len(begin)))
-    for k in range(dropped + steps):
-        grown, volumes = iteration.jacobian(x) @ frames, np.abs(iteration.determinant(x))
-        x = iteration(x)
-        if not (np.abs(x) < FAR).all():
-            place = ", ".join(f"{name} = {value:g}" for name, value in zip(iteration.states, begin, strict=True))
-            raise StickslipError(
-                f"{iteration.map.name}: the motion from {place} leaves every bound after {k + 1} steps, so it has no "
-                "exponents. Start elsewhere, or change the parameters."
-            )
-        frames, sizes = np.linalg.qr(grown)
-        if k >= dropped:
-            total += _growth(np.abs(np.diagonal(sizes, axis1=1, axis2=2)), volumes)
-        if k % 100 == 0:
-            progress(k / (dropped + steps))
-    means = total / steps
-    values = means.mean(axis=0)
+    steps = periods // max(1, motions)
+    if motions < 2 or steps < 1 or transient < 0:
+        raise StickslipError(
+            f"Exponents of {motions} motions over {periods} steps: take at least 2 motions and 1 step."
+        )
+    begin = system.start(start)
+    sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
+    sizes = np.where(sizes.any(), sizes, system.sizes())
+    starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
+    rows = min(steps, BATCHES)
+    batch = steps // rows
+    k = system.dimension
+    jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
+    made = system.make(jobs, workers=workers, progress=progress)
+    _check(system, begin, made)
+    return _exponents(system, made, batch)
+
+
+def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
+    bad = np.flatnonzero(made.outcomes > families.ABSORBED)
+    if not bad.size:
+        return
+    place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
+    outcome, steps = int(made.outcomes[bad[0]]), int(made.steps[bad[0]])
+    why = {families.ESCAPED: "leaves every bound", families.LOST: "does not meet the section again"}.get(outcome)
+    why = why or f"cannot be continued ({made.messages.get(int(bad[0]), families.OUTCOMES[outcome])})"
+    raise StickslipError(
+        f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
+        "or change the parameters."
+    )
+
+
+def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
+    growth, times = made.growth, made.times
+    begins, transient = _changes(growth[..., 0] if not system.autonomous else growth.sum(axis=-1), times, batch)
+    kept = np.arange(times.shape[1]) >= begins[:, None]
+    if transient is not None:
+        kept &= (begins > 0)[:, None]
+    values, errors, per_time, per_time_errors = (np.empty(growth.shape[-1]) for _ in range(4))
+    steps = int(kept.sum()) * batch
+    ones = np.full_like(times, float(batch))
+    for i in range(growth.shape[-1]):
+        values[i], errors[i] = _mean(growth[..., i], ones, kept)
+        per_time[i], per_time_errors[i] = _mean(growth[..., i], times, kept)
     order = np.argsort(-values, kind="stable")
-    with np.errstate(invalid="ignore"):
-        scatter = means.std(axis=0, ddof=1) / np.sqrt(motions)
-    return Exponents(values[order], np.where(np.isfinite(values), scatter, 0.0)[order], steps * motions)
+    zero = int(np.flatnonzero(order == 0)[0]) if system.autonomous else None
+    total = float(times[kept].sum())
+    shares = {name: float(made.held[..., c][kept].sum()) / total for c, name in enumerate(system.contacts)}
+    return Exponents(
+        *(one[order] for one in (values, errors, per_time, per_time_errors)),
+        unit=system.unit,
+        steps=steps,
+        zero=zero,
+        lost=int((~np.isfinite(values)).sum()),
+        shares=shares,
+        transient=transient,
+    )
 
 
-def _growth(sizes: Vector, volumes: Vector) -> Vector:
-    """(m, n) ln of the sizes, the last of which, lost in the rounding of a strong stretch, follows from the volume."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        grown = np.log(sizes)
-        grown[:, -1] = np.log(volumes) - grown[:, :-1].sum(axis=1)
-    return np.where(np.isnan(grown), -np.inf, grown)
+def _mean(growth: Vector, weights: Vector, kept: NDArray[np.bool_]) -> tuple[float, float]:
+    """Growth (motions, batches) per weight over what is kept, and its standard error."""
+    if not np.isfinite(growth[kept]).all():
+        return -np.inf, 0.0
+    whole = float(weights[kept].sum())
+    value = float(growth[kept].sum()) / whole
+    if len(growth) >= MANY:
+        lengths = (weights * kept).sum(axis=1)
+        rest = (growth * kept).sum(axis=1) - value * lengths
+        return value, float(np.sqrt((rest @ rest) * len(rest) / (len(rest) - 1)) / whole)
+    series = [(g - value * w)[k] for g, w, k in zip(growth, weights, kept, strict=True)]
+    series = [one for one in series if one.size > 1]
+    count = sum(one.size for one in series)
+    if not count:
+        return value, float("nan")
+    variance = sum(float(one @ one) for one in series) / count
+    return value, float(np.sqrt(count * variance * _memory(series)) / whole)
+
+
+def _memory(series: list[Vector]) -> float:
+    """Integrated autocorrelation time of batches of mean zero, in batches: 1 where they know nothing of each other."""
+    shortest = min(one.size for one in series)
+    lags = max(2, min(shortest // 2, 200))
+    covariance = np.zeros(lags)
+    for one in series:
+        size = 1 << int(2 * one.size - 1).bit_length()
+        spectrum = np.fft.rfft(one, size)
+        covariance += np.fft.irfft(spectrum * spectrum.conj(), size)[:lags]
+    if covariance[0] <= 0.0:
+        return 1.0
+    correlation = covariance / covariance[0]
+    summed = 1.0 + 2.0 * np.cumsum(correlation[1:])
+    within = np.flatnonzero(np.arange(1, lags) >= WINDOW * summed)
+    return float(max(summed[within[0] if within.size else -1], 1.0 / WINDOW))
+
+
+def _changes(growth: Vector, times: Vector, batch: int) -> tuple[NDArray[np.int64], Transient | None]:
+    """Per motion the batch from which on its growth is another one, 0 where it does not change; what it was before."""
+    m, n = growth.shape
+    begins = np.zeros(m, np.int64)
+    before, passed = [], []
+    if n < 4 * SHORTEST or not np.isfinite(growth).all():
+        return begins, None
+    at = np.arange(SHORTEST, n - SHORTEST)
+    for i in range(m):
+        g, total = growth[i] / times[i], np.cumsum(growth[i] / times[i])
+        left, right = total[at - 1] / at, (total[-1] - total[at - 1]) / (n - at)
+        place = int(np.argmax(at * (n - at) * (left - right) ** 2))
+        cut = int(at[place])
+        parts = [g[:cut] - g[:cut].mean(), g[cut:] - g[cut:].mean()]
+        # the larger of the two scatters for both: a short part tells little of its own, a periodic one has none
+        error = np.sqrt(max(float(one @ one) / one.size * _memory([one]) for one in parts) * (1 / cut + 1 / (n - cut)))
+        rounding = 1e-9 * (abs(left[place]) + abs(right[place]))
+        if abs(left[place] - right[place]) > CHANGED * error + rounding:
+            begins[i] = cut
+            before.append(float(growth[i, :cut].sum() / times[i, :cut].sum()))
+            passed.append(cut * batch)
+    if not before:
+        return begins, None
+    return begins, Transient(float(np.mean(before)), float(np.mean(passed)), len(before))

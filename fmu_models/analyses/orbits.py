@@ -34,7 +34,7 @@ class Orbit(Shown):
 
     Attributes:
         period: s.
-        start: states at the start time, by name.
+        start: states at the start time, by name; in a stop that remembers its speed of entry also ``<stop>_memory``.
         monodromy: (n, n) derivative of the map over a period at the start.
         multipliers: (n,) its eigenvalues, largest modulus first.
         residual: largest distance by which the motion misses its start after a period.
@@ -104,7 +104,7 @@ def find_orbit(
 
     Args:
         period: s, of the motion: a multiple of that of the forcing; a guess if ``autonomous``.
-        guess: states at ``start_time``.
+        guess: states at ``start_time``; inside a stop that remembers its speed of entry also ``<stop>_memory``.
         autonomous: nothing forces the motion, and its period is to be found too.
         accuracy: by which start and end may differ, relative to the size of the states.
         run: parameters, inputs, tolerance of ``flow_derivative``.
@@ -112,7 +112,7 @@ def find_orbit(
     Raises:
         StickslipError: Newton's method does not converge; says how far it came.
     """
-    states, gap = fmu.states, np.inf
+    states, gap = [*fmu.states, *(name for name in fmu.memories if name in guess)], np.inf
     guessed = [guess.get(name, _start(fmu, name)) for name in states]
 
     def equations(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -151,7 +151,8 @@ def _rates(fmu: Fmu, period: float, begin: Mapping[str, float], start_time: floa
     """(2, n) rates of the states at the start and after a period."""
     end = start_time + period
     motion = simulate(fmu, end, start_time=start_time, start=begin, output_times=[start_time, end], **run)
-    return np.stack([motion[f"der({name})"] for name in fmu.states], axis=1)
+    still = np.zeros(2)  # a memory, but for the events that set it
+    return np.stack([motion[f"der({name})"] if name in fmu.states else still for name in begin], axis=1)
 
 
 def _start(fmu: Fmu, state: str) -> float:

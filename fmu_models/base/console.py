@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
@@ -201,6 +202,9 @@ def run(application: typer.Typer) -> None:
         _complain(str(error))
         code = UNWRITTEN if isinstance(error, WriteError) else 2
     except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            _complain(f"There is no file of that name: {error.strerror}. Found '{str(error.filename)[:60]}...'.")
+            sys.exit(2)
         if error.errno not in FULL:
             raise
         what = f"'{error.filename}'" if error.filename else "the output"

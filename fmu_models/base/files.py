@@ -5,13 +5,13 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-import tempfile
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError, WriteError, nearest
+from fmu_models.base.temporary import claim_folder, release_folder
 
 # what a disk says that takes no more: no room, a quota, a largest size, a fault of its own
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
@@ -26,7 +26,7 @@ def existing(path: str | os.PathLike[str], what: str = "file", advice: str = "")
         StickslipError: nothing is; ``what`` is the word for it, ``advice`` on how to get one, with a space before it.
     """
     given = Path(path)
-    if not given.exists():
+    if not is_there(given):
         raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or advice}")
     return given
 
@@ -38,13 +38,21 @@ def named_file(path: str | os.PathLike[str], known: Iterable[Path], what: str) -
         StickslipError: there is none; ``what`` is the word for such a file.
     """
     given = Path(path)
-    if given.is_file():
+    if is_there(given) and given.is_file():
         return given
     by_name = {file.stem: file for file in known}
     stem = given.stem if given.suffix in {file.suffix for file in by_name.values()} else str(given)
     if given.parent == Path() and stem in by_name:
         return by_name[stem]
     raise StickslipError(f"There is no {what} '{path}'.{shipped.hint(given) or nearest(stem, by_name)}")
+
+
+def is_there(path: Path) -> bool:
+    """Whether something is; a name that no file can have (too long, say) names nothing."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
 
 
 def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = False) -> None:
@@ -54,13 +62,13 @@ def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = Fal
         StickslipError: one of them exists and ``overwrite`` is false.
     """
     for path in paths:
-        if path is not None and not overwrite and Path(path).exists():
+        if path is not None and not overwrite and is_there(Path(path)):
             raise StickslipError(f"'{path}' exists already. {OVERWRITE}")
 
 
 @contextmanager
 def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``; rename it to ``path`` on success, remove it on failure.
+    """Yield a path in a temporary folder beside ``path``; rename it to ``path`` on success, remove it on failure.
 
     Raises:
         StickslipError: ``path`` exists and ``overwrite`` is false, or its folder cannot be written.
@@ -70,25 +78,22 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
     refuse_existing(target, overwrite=overwrite)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+        folder = claim_folder("write", target.parent)
     except OSError as error:
         if error.errno in FULL:
             raise disk_error(error, target) from error
         raise StickslipError(
             f"'{target}' cannot be written: {error.strerror}. Choose a folder you may write to."
         ) from error
-    os.close(handle)
-    temporary = Path(name)
     try:
-        yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        os.replace(temporary, target)
+        yield folder / target.name
+        os.replace(folder / target.name, target)
     except OSError as error:
         if error.errno in FULL:
             raise disk_error(error, target) from error
         raise
     finally:
-        temporary.unlink(missing_ok=True)
+        release_folder(folder)
 
 
 def disk_error(error: OSError, what: str | os.PathLike[str]) -> WriteError:
@@ -110,16 +115,21 @@ def is_sealed(path: Path) -> bool:
         return False
 
 
+def sealed_text(path: Path, make: Callable[[], str]) -> str:
+    """The text of a sealed file, made anew where there is none or it is damaged; kept if it can be."""
+    if is_sealed(path):
+        return path.read_text("utf-8")
+    text = make()
+    with suppress(StickslipError):
+        with write_whole(path, overwrite=True) as temporary:
+            temporary.write_text(text, "utf-8")
+        seal(path)
+    return text
+
+
 def _seal_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.sha256")
 
 
 def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def _umask() -> int:
-    """The process's file mode mask; the only portable way to read it is to set it."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -1,14 +1,7 @@
 """Functions run in processes of their own: what kills or stops one of them is one failed job here.
 
-    parent                                   child (python -m fmu_models.base.processes)
-    starts the child, sends the function ->  imports it, then lowers its limit of memory
-    sends a job                          ->  calls the function
-    shows progress, watches the clock    <-  reports the fraction done
-    takes the value or the reason        <-  sends the value, or the error; waits for the next job
-    on time out, interrupt, error: kills     on the end of its standard input: the parent is gone, ends
-
-What a job prints goes to standard error; standard output carries the reports alone. This guards against faults, not
-against malice: the child may do whatever the user may.
+The children are servers of jobs (job_server.py). This guards against faults, not against malice: the child may do
+whatever the user may.
 """
 
 from __future__ import annotations
@@ -20,26 +13,27 @@ import os
 import pickle
 import queue
 import signal
-import struct
 import subprocess
 import sys
 import threading
 import time
-import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Hashable, Sequence
 from dataclasses import dataclass
-from typing import IO, Any, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
+from fmu_models.base import job_server
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.job_server import MEGABYTE, Memory, Work, receive, send
 
 Value = TypeVar("Value")
 
-LENGTH = struct.Struct("<Q")
-MEGABYTE = 1 << 20
 # share of the allowed memory from which a crash is put down to it: allocations fail before the last byte is used
 MEMORY_SHARE = 0.8
 GRACE = 2.0  # s that a process whose reports ended has to end as well
+# what libraries read that compute in threads of their own: OpenMP, and BLAS of every make
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+AHEAD = 1.0  # s of work that a child is given at once: it need not wait for the parent after each job
 LOOKS_PER_SECOND = 5  # of the parent, for Ctrl-C (Windows waits deaf otherwise) and for the end of the child
 
 
@@ -134,77 +128,164 @@ def in_processes(
         Index of the job, and its value or an error: those that ``isolated`` raises. Ending the iteration, or an
         interrupt, ends the children.
     """
-    limits = limits or Limits()
-    work = pickle.dumps(_Work(function, limits.memory, threads, progress is not None), protocol=5)
-    waiting: dict[Hashable, deque[int]] = {}
-    for number, job in enumerate(jobs):
-        waiting.setdefault(group(*job) if group else None, deque()).append(number)
-    reports: queue.Queue[tuple[_Child, bytes | None]] = queue.Queue()
-    children: list[_Child] = []
-    try:
-        for _ in range(len(jobs)):
-            idle = [child for child in children if child.job is None]
-            while any(waiting.values()) and (idle or len(children) < processes):
-                if not idle:
-                    idle.append(_Child(work, limits, reports))
-                    children += idle
-                child = idle.pop()
-                child.group = _next_group(child, children, waiting)
-                number = waiting[child.group].popleft()
-                child.give(number, jobs[number])
-            child, outcome = _next_outcome(children, reports, progress)
-            number, child.job = child.job, None
-            if isinstance(outcome, IsolatedFailure):
-                outcome.seconds = time.monotonic() - child.since
-                children.remove(child)
-                child.end()
-            assert number is not None
-            yield number, outcome
-    finally:
-        for child in children:
-            child.end()
+    with Pool(function, processes=min(processes, len(jobs)), limits=limits, threads=threads, progress=progress) as pool:
+        yield from pool.run(jobs, group=group)
 
 
-def _next_group(child: _Child, children: list[_Child], waiting: dict[Hashable, deque[int]]) -> Hashable:
-    """The group that a child knows already, else one that nobody works on, else that with the most jobs left."""
-    if waiting.get(child.group):
-        return child.group
-    taken = {other.group for other in children}
-    return max(waiting, key=lambda group: (bool(waiting[group]), group not in taken, len(waiting[group])))
+class Pool(Generic[Value]):
+    """Child processes for one function: they start at once, so that they are ready when the jobs are known, and stay.
 
+    Args:
+        function, processes, limits, threads, progress: as for ``in_processes``.
+    """
 
-@dataclass(frozen=True)
-class _Work:
-    function: Callable[..., Any]
-    memory: float | None
-    threads: int | None
-    progress: bool
+    def __init__(
+        self,
+        function: Callable[..., Value],
+        *,
+        processes: int,
+        limits: Limits | None = None,
+        threads: int | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        self.limits, self.processes, self.threads, self.progress = limits or Limits(), processes, threads, progress
+        self._work = pickle.dumps(Work(function, self.limits.memory, progress is not None), protocol=5)
+        self._reports: queue.Queue[tuple[_Child, bytes | None]] = queue.Queue()
+        self._children: list[_Child] = []
+        try:
+            self._start(processes)
+        except BaseException:
+            self.close()
+            raise
 
+    def __enter__(self) -> Self:
+        return self
 
-@dataclass(frozen=True)
-class _Memory:
-    """MB in use when the function begins, and the peak until then: that of the parent, if it was larger."""
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
-    used: float
-    peak: float
+    def close(self) -> None:
+        """End the children, whatever they are at."""
+        while self._children:
+            self._children.pop().end()
+
+    def run(
+        self, jobs: Sequence[tuple[Any, ...]], *, group: Callable[..., Hashable] | None = None
+    ) -> Generator[tuple[int, Value | Exception], None, None]:
+        """The jobs as they are finished; as ``in_processes``."""
+        waiting: dict[Hashable, deque[int]] = {}
+        for number, job in enumerate(jobs):
+            waiting.setdefault(group(*job) if group else None, deque()).append(number)
+        try:
+            for finished in range(len(jobs)):
+                self._start(len(jobs) - finished)
+                # one for each before the second for any
+                for child in sorted(self._children, key=lambda child: len(child.jobs)):
+                    self._give(child, jobs, waiting)
+                child, outcome = self._next_outcome()
+                number = child.done()
+                if isinstance(outcome, IsolatedFailure):
+                    outcome.seconds = child.seconds
+                    waiting[child.group].extendleft(reversed(child.jobs))
+                    self._children.remove(child)
+                    child.end()
+                yield number, outcome
+        except BaseException:
+            self.close()
+            raise
+
+    def _start(self, most: int) -> None:
+        """Children up to that number."""
+        for _ in range(len(self._children), min(self.processes, most)):
+            self._children.append(_Child(self._work, self.limits, self.threads, self._reports))
+
+    def _give(self, child: _Child, jobs: Sequence[tuple[Any, ...]], waiting: dict[Hashable, deque[int]]) -> None:
+        """Some jobs of one group, if it has too few: fewer at a time towards the end, so that all end together."""
+        left = sum(map(len, waiting.values()))
+        wanted = max(1, min(child.pace(), left // (2 * len(self._children))))
+        if left and not child.jobs:
+            child.group = self._next_group(child, waiting)
+        while len(child.jobs) < wanted and waiting.get(child.group):
+            number = waiting[child.group].popleft()
+            child.give(number, jobs[number])
+
+    def _next_group(self, child: _Child, waiting: dict[Hashable, deque[int]]) -> Hashable:
+        """The group that a child knows already, else one that nobody works on, else that with the most jobs left."""
+        if waiting.get(child.group):
+            return child.group
+        taken = {other.group for other in self._children}
+        return max(waiting, key=lambda group: (bool(waiting[group]), group not in taken, len(waiting[group])))
+
+    def _next_outcome(self) -> tuple[_Child, Any]:
+        """The next child that is done with a job, and the value or the error."""
+        while True:
+            child, report = self._next_report()
+            if report is not None and not report:
+                text = f"It did not end within {child.limits.time:g} s and was stopped: it hangs, or needs more time."
+                return child, IsolatedFailure(text, "time")
+            try:
+                kind, content = pickle.loads(report or b"")
+            except Exception:  # it ended, or wrote something else between the reports
+                return child, _cause_of_death(child)
+            if kind == "started":
+                # loading Python is no work of the function
+                child.memory = content
+                child.begin()
+            elif kind == "progress" and self.progress:
+                self.progress(content)
+            elif kind == "done":
+                return child, content
+            elif kind == "memory":
+                return child, _out_of_memory(child.limits)
+            elif kind == "fault":
+                return child, RuntimeError(f"the isolated function failed:\n{content}")
+
+    def _next_report(self) -> tuple[_Child, bytes | None]:
+        """A child and its next report; none if no more can come, empty if the time of its job is over."""
+        while True:
+            busy = [child for child in self._children if child.jobs]
+            now = time.monotonic()
+            if self._reports.empty():  # what has come counts, however long nobody looked
+                for child in busy:
+                    if now >= child.due:
+                        return child, b""
+                    if child.ended(now):
+                        return child, None
+            with contextlib.suppress(queue.Empty):
+                wait = min(1 / LOOKS_PER_SECOND, *(max(0.0, child.due - now) for child in busy))
+                child, report = self._reports.get(timeout=wait)
+                if child in busy or (child in self._children and report):
+                    return child, report
 
 
 class _Child:
-    """A process, the job it works on and until when it may, and the group of jobs that it knows."""
+    """A process, the jobs it has, the first being worked on, until when it may, and the group of jobs that it knows."""
 
-    def __init__(self, work: bytes, limits: Limits, reports: queue.Queue[tuple[_Child, bytes | None]]) -> None:
+    def __init__(
+        self,
+        work: bytes,
+        limits: Limits,
+        threads: int | None,
+        reports: queue.Queue[tuple[_Child, bytes | None]],
+    ) -> None:
         self.limits = limits
         self.group: Hashable = None
-        self.job: int | None = None
+        self.jobs: deque[int] = deque()
         self.since, self.due = 0.0, math.inf
-        self.memory: _Memory | None = None
+        self.seconds = 0.0  # of its last job
+        self.finished, self.worked = 0, 0.0  # jobs, and s for all
+        self.memory: Memory | None = None
         self.last: float | None = None  # when its reports end at the latest, once it has ended itself
         self.process = subprocess.Popen(
             # -P: no module of the working folder stands in for one of ours
-            [sys.executable, "-P", "-m", __name__],
+            [sys.executable, "-P", "-m", job_server.__name__],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
+            env={
+                **os.environ,
+                **({} if threads is None else dict.fromkeys(THREADS, str(threads))),
+                "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
+            },
             start_new_session=True,
         )
         self.listener = threading.Thread(target=_listen, args=(self, reports), daemon=True)
@@ -212,10 +293,23 @@ class _Child:
         self._send(work)
 
     def give(self, number: int, job: tuple[Any, ...]) -> None:
-        """Let it work on a job."""
-        self.job = number
-        self.begin()
+        """Let it work on a job, after those that it has."""
+        self.jobs.append(number)
+        if len(self.jobs) == 1:
+            self.begin()
         self._send(pickle.dumps(job, protocol=5))
+
+    def done(self) -> int:
+        """It has ended its first job, one way or the other: the number of that; the next one begins."""
+        self.seconds = time.monotonic() - self.since
+        self.finished, self.worked = self.finished + 1, self.worked + self.seconds
+        number = self.jobs.popleft()
+        self.begin()
+        return number
+
+    def pace(self) -> int:
+        """Jobs that it does in the time of AHEAD; 1 while nobody knows."""
+        return int(AHEAD * self.finished / self.worked) if self.worked else 1
 
     def begin(self) -> None:
         """From now on its time counts."""
@@ -254,55 +348,7 @@ class _Child:
         assert self.process.stdin
         # if it dies before it listens, its exit code tells how
         with contextlib.suppress(BrokenPipeError):
-            _send(self.process.stdin, data)
-
-
-def _next_outcome(
-    children: list[_Child],
-    reports: queue.Queue[tuple[_Child, bytes | None]],
-    progress: Callable[[float], None] | None,
-) -> tuple[_Child, Any]:
-    """The next child that is done with its job, and the value or the error."""
-    while True:
-        child, report = _next_report(children, reports)
-        if report is not None and not report:
-            text = f"It did not end within {child.limits.time:g} s and was stopped: it hangs, or needs more time."
-            return child, IsolatedFailure(text, "time")
-        try:
-            kind, content = pickle.loads(report or b"")
-        except Exception:  # it ended, or wrote something else between the reports
-            return child, _cause_of_death(child)
-        if kind == "started":
-            # loading Python is no work of the function
-            child.memory = content
-            child.begin()
-        elif kind == "progress" and progress:
-            progress(content)
-        elif kind == "done":
-            return child, content
-        elif kind == "memory":
-            return child, _out_of_memory(child.limits)
-        elif kind == "fault":
-            return child, RuntimeError(f"the isolated function failed:\n{content}")
-
-
-def _next_report(
-    children: list[_Child], reports: queue.Queue[tuple[_Child, bytes | None]]
-) -> tuple[_Child, bytes | None]:
-    """A child at work and its next report; none if no more can come, empty if its time is over."""
-    while True:
-        busy = [child for child in children if child.job is not None]
-        now = time.monotonic()
-        for child in busy:
-            if now >= child.due:
-                return child, b""
-            if child.ended(now):
-                return child, None
-        with contextlib.suppress(queue.Empty):
-            wait = min(1 / LOOKS_PER_SECOND, *(child.due - now for child in busy))
-            child, report = reports.get(timeout=wait)
-            if child in busy:
-                return child, report
+            send(self.process.stdin, data)
 
 
 def _cause_of_death(child: _Child) -> IsolatedFailure:
@@ -351,7 +397,7 @@ def _out_of_memory(limits: Limits, code: int | None = None) -> IsolatedFailure:
 def _listen(child: _Child, reports: queue.Queue[tuple[_Child, bytes | None]]) -> None:
     assert child.process.stdout
     try:
-        while report := _receive(child.process.stdout):
+        while report := receive(child.process.stdout):
             reports.put((child, report))
     except (OSError, ValueError, MemoryError, OverflowError):
         pass  # closed, or a length that a library gone wild has written
@@ -359,89 +405,6 @@ def _listen(child: _Child, reports: queue.Queue[tuple[_Child, bytes | None]]) ->
         reports.put((child, None))
 
 
-def _send(stream: IO[bytes], data: bytes) -> None:
-    stream.write(LENGTH.pack(len(data)))
-    stream.write(data)
-    stream.flush()
-
-
-def _receive(stream: IO[bytes]) -> bytes | None:
-    """The next report, or None at the end of the stream or of a report cut short."""
-    head = stream.read(LENGTH.size)
-    if len(head) < LENGTH.size:
-        return None
-    (size,) = LENGTH.unpack(head)
-    data = stream.read(size)
-    return data if len(data) == size else None
-
-
 def _can_limit_memory() -> bool:
     # elsewhere the limit is missing (Windows) or not enforced (macOS)
     return sys.platform == "linux"
-
-
-def _limit_memory(megabytes: float) -> _Memory:
-    import resource
-
-    with open("/proc/self/statm", encoding="ascii") as file:
-        reserved, used = (int(pages) * resource.getpagesize() for pages in file.read().split()[:2])
-    limit = reserved + int(megabytes * MEGABYTE)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-    # Linux hands the peak of the parent on to the child it starts
-    return _Memory(used / MEGABYTE, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-
-
-def _take(calls: queue.SimpleQueue[bytes]) -> None:
-    """What the parent sends; nobody is left to read a result once standard input ends."""
-    while (call := _receive(sys.stdin.buffer)) is not None:
-        calls.put(call)
-    os._exit(1)
-
-
-def _main() -> None:
-    # reports leave through a copy: what a job prints must not come between them
-    out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    # the terminal sends Ctrl-C to both; the parent decides, and kills
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_take, args=(calls,), daemon=True).start()
-    lock = threading.Lock()
-
-    def report(kind: str, content: object) -> None:
-        with lock:
-            _send(out, pickle.dumps((kind, content), protocol=5))
-
-    packed = calls.get()
-    work: Any = None
-    while True:
-        job = calls.get()
-        try:
-            if work is None:
-                work = pickle.loads(packed)
-                report("started", None if work.memory is None else _limit_memory(work.memory))
-            keywords = {"progress": lambda fraction: report("progress", fraction)} if work.progress else {}
-            with _limited_threads(work.threads):
-                report("done", work.function(*pickle.loads(job), **keywords))
-        except StickslipError as error:
-            report("done", error)
-        except MemoryError:
-            report("memory", None)
-        except BaseException:
-            report("fault", traceback.format_exc())
-
-
-def _limited_threads(threads: int | None) -> contextlib.AbstractContextManager[object]:
-    """With each job anew: it limits the libraries that are loaded by then."""
-    if threads is None:
-        return contextlib.nullcontext()
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(threads)
-
-
-if __name__ == "__main__":
-    # the instance of this module that the work was pickled with, not __main__
-    from fmu_models.base import processes
-
-    processes._main()

@@ -26,6 +26,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.files import is_there
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -81,6 +82,23 @@ class Registry(Generic[T]):
         package = self._entry_point(name).dist
         return f"{package.name} {package.version}" if package else self._entry_point(name).value
 
+    def sources(self) -> list[str | bytes]:
+        """What the members depend on as their files tell: names and texts of those of our folder, and of those of every
+        installed package that offers any; imports none."""
+        found: list[str | bytes] = []
+        packages = {self.package}
+        for point in sorted(_entry_points(self.group)):
+            found += [point.name, point.value, point.dist.version if point.dist else ""]
+            packages.add(point.module.partition(".")[0])
+        for package in sorted(packages):
+            spec = importlib.util.find_spec(package)
+            folders = (spec and spec.submodule_search_locations) or ()
+            files = [file for folder in folders for file in sorted(Path(folder).rglob("*.py"))]
+            if spec and spec.origin and not folders:
+                files.append(Path(spec.origin))
+            found += [part for file in files for part in (str(file), file.read_bytes())]
+        return found
+
     def load(self, reference: Reference, beside: Path | None = None) -> T:
         """The member that a name, a file or a module stands for.
 
@@ -125,7 +143,7 @@ class Registry(Generic[T]):
         found = [point for point in _entry_points(self.group) if point.name == name]
         if not found:
             file = f"{name}.py"
-            if folder and (folder / file).is_file():
+            if folder and is_there(folder / file):
                 raise StickslipError(f"No {self.kind} is called '{name}'. For the file beside, write {file}.")
             raise StickslipError(f"No {self.kind} is called '{name}'.{nearest(name, self.names())}")
         if len(values := {point.value for point in found}) > 1:

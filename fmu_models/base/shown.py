@@ -7,11 +7,13 @@ read it.
 from __future__ import annotations
 
 import html
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import singledispatch
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError
@@ -103,6 +105,18 @@ class Pictured(Tabular):
         axes = axes_or_new(ax)
         _view(draw, self)(self, axes)
         return axes
+
+    def figure(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write its picture as a file; the format follows the suffix (.svg, .png, .pdf).
+
+        Raises:
+            StickslipError: unknown suffix, the file exists and ``overwrite`` is false, or cannot be written.
+        """
+        from matplotlib.figure import Figure
+
+        made = Figure(figsize=(6.3, 4.2), layout="constrained")
+        _view(draw, self)(self, made.subplots())
+        return import_module("fmu_models.report.figures").save_figure(made, path, overwrite=overwrite)
 
     def summary(self) -> str:
         """All that it says, as in a terminal."""

@@ -1,6 +1,6 @@
 """Temporary folders that do not outlive their process for long, even where it is killed.
 
-    stickslip-<kind>-<random>/
+    .stickslip-<kind>-<random>/
       lock       held as long as the process that made the folder lives; the system lets go of it
       content/   what is worked in
 
@@ -22,7 +22,7 @@ try:
 except ImportError:  # Windows, where an open file cannot be removed and is its own lock
     fcntl = None
 
-PREFIX = "stickslip-"
+PREFIX = ".stickslip-"
 _held: dict[Path, int] = {}
 _swept: set[Path] = set()
 
@@ -49,8 +49,9 @@ def claim_folder(kind: str, parent: Path | None = None) -> Path:
         lock = os.open(outer / "new", os.O_CREAT | os.O_RDWR)
         _held[content] = lock
         if fcntl:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            os.rename(outer / "new", outer / "lock")
+            with suppress(OSError):  # where a file system has no locks, what a killed process leaves stays
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                os.rename(outer / "new", outer / "lock")
         content.mkdir()
     except BaseException:
         release_folder(content)

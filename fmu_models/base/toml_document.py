@@ -29,7 +29,7 @@ class Document:
         self._text = text
         try:
             self.data: dict[str, Any] = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise StickslipError(f"{path} is not TOML: {error}.") from error
         self._lines = _index(text)
 
@@ -151,9 +151,13 @@ class Document:
                 raw = converted(raw, unit, f"'{what}'")
             except StickslipError as error:
                 raise self.fault(str(error), *place) from error
-        if not math.isfinite(raw):
-            raise self.fault(f"'{what}' must be a finite number, found {raw}.", *place)
-        return float(raw)
+        try:
+            found = float(raw)
+        except OverflowError:
+            found = math.inf
+        if not math.isfinite(found):
+            raise self.fault(f"'{what}' must be a finite number, found {str(raw)[:30]}.", *place)
+        return found
 
 
 def converted(text: str, unit: str, what: str) -> float:

@@ -10,10 +10,19 @@ pint itself would evaluate what it is given: 9**9**9 has no end.
 
 from __future__ import annotations
 
+import json
 import math
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, lru_cache
+from importlib import metadata
+from pathlib import Path
 from typing import Any
+
+from fmu_models.base.cache import cache_folder, digest
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import sealed_text
 
 LONGEST = 100  # characters
 LARGEST_POWER = 12
@@ -36,6 +45,69 @@ def parse_unit(unit: str) -> Any:
     if len(unit) > LONGEST:
         raise ValueError(f"a unit has at most {LONGEST} characters, found {len(unit)}")
     return _Reader(unit).read()
+
+
+class OtherDimensionError(ValueError):
+    """Two units that do not measure the same."""
+
+
+@dataclass(frozen=True)
+class BaseUnits:
+    """A unit as so many times a product of powers of base units, these by their full names."""
+
+    factor: float
+    powers: tuple[tuple[str, float], ...]
+
+
+@cache
+def base_units(unit: str) -> BaseUnits:
+    """A unit in base units; from the user's cache, because pint takes longer to load than a model to declare.
+
+    Raises:
+        ValueError: it is none; says what is wrong in it.
+    """
+
+    def found() -> tuple[float, list[tuple[str, float]]]:
+        base = parse_unit(unit).to_base_units()
+        return float(base.magnitude), [(str(name), power) for name, power in base.unit_items()]
+
+    factor, powers = _kept(found, unit)
+    return BaseUnits(factor, tuple((name, power) for name, power in powers))
+
+
+@cache
+def conversion_factor(unit: str, to: str) -> float:
+    """How many of another unit one of this is; from the user's cache likewise.
+
+    Raises:
+        OtherDimensionError: they do not measure the same.
+        ValueError: one of them is none, or has another zero.
+    """
+
+    def found() -> float | str:
+        from pint import DimensionalityError, PintError
+
+        try:
+            return float(parse_unit(unit).to(parse_unit(to).units).magnitude)
+        except DimensionalityError as error:
+            return str(error)
+        except PintError as error:
+            raise ValueError(str(error)) from error
+
+    factor = _kept(found, unit, to)
+    if isinstance(factor, str):
+        raise OtherDimensionError(factor)
+    return factor
+
+
+def _kept(found: Callable[[], Any], *units: str) -> Any:
+    """What is found of units, from the user's cache where it was found before."""
+    try:
+        key = digest(*units, metadata.version("pint"), Path(__file__).read_bytes())
+        text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(found()))
+    except StickslipError:  # neither declarations nor logs need a cache
+        return found()
+    return json.loads(text)
 
 
 @cache
@@ -68,6 +140,8 @@ class _Reader:
         quantity = _registry().Quantity(1.0, units)
         try:
             size = abs(float(quantity.to_base_units().magnitude))
+        except TypeError as error:  # as pint says what is not a scale of its own: degrees Celsius squared, decibels
+            raise ValueError(f"the unit '{self._text}' multiplies one whose zero is not that of its base") from error
         except OverflowError:
             size = math.inf
         if not 0.0 < size < math.inf:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import uuid
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from itertools import groupby
 from typing import Any
 
 import sympy
@@ -17,7 +18,7 @@ from fmu_models.codegen.jets import Constants, Recurrences, Slots
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
-from fmu_models.lowering.hybrid_system import HybridSystem, terms
+from fmu_models.lowering.hybrid_system import HybridSystem, acting, joined, only_parameters, terms
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
@@ -28,6 +29,9 @@ _CLEAR_INERTIA = [
     f"for (int i = 0; i < MODEL_{rows}; i++) {{ for (int c = 0; c < MODEL_NC; c++) {{ j->{letter}[i][c][k] = 0.0; }} }}"
     for letter, rows in (("W", "NV"), ("G", "NC"))
 ]
+# characters of the statements of one function
+_MANY = 3000
+_FACTOR = "if (k == 0) { mass_factor(j->M, j->factor); }"
 _UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
 
 
@@ -54,6 +58,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
         _violation(system, names),
         *(_magnitude(system, names, what) for what in ("slip", "depth", "rate")),
         _lever(system, names),
+        _kinetic_energy(system),
     ]
     # the constants in d are collected while the other functions are made
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
@@ -66,7 +71,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
             *guards,
         ]
     )
-    model += '\n#include "model/jets.h"\n#include "model_kind.c"\n'
+    model += '\n#include "model/jets.h"\n#include "model/mass_matrix.h"\n#include "model_kind.c"\n'
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     sizes = _sizes(system, names)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))
@@ -96,6 +101,10 @@ class _Names:
             if c.depth_symbol is not None:
                 self.depths[c.depth_symbol] = f"j->depth[{i}]"
             self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
+        # with a mass matrix that is factored, W has no expressions
+        self.W: dict[sympy.Basic, str] = {
+            sympy.Dummy(f"W_{i}_{c}", real=True): f"j->W[{i}][{c}]" for i, c in acting(system) if system.inertia
+        }
         self.forces: dict[sympy.Basic, str] = {c.force_symbol: f"j->force[{i}]" for i, c in enumerate(system.contacts)}
         self.constants = Constants(self.parameters, held)
         self.slots = Slots()
@@ -113,15 +122,6 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     contacts = list(enumerate(system.contacts))
     met = names.slips, names.depths
     moving = names.slips, names.accelerations
-    inertia: dict[str, Any] = {
-        f"j->{letter}[{row}][{column}]": matrix[row, column]
-        for matrix, letter in ((system.W, "W"), (system.G, "G"))
-        for row in range(matrix.rows)
-        for column in range(matrix.cols)
-    }
-    sparse = sum(value == 0 for value in inertia.values()) > max(len(inertia) / 2, _FEW)
-    cleared = _CLEAR_INERTIA if sparse else []
-    inertia = {entry: value for entry, value in inertia.items() if value != 0 or not sparse}
     depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
     forces = [{} if c.kind.startswith("impact") else {f"j->force[{i}]": c.force} for i, c in contacts]
     releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
@@ -141,6 +141,12 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
             result.assign(target, expression)
         return result
 
+    inertia = _inertia(system, names)
+    acceleration = recurrences(accelerations, after=[inertia])
+    derived = [inertia, acceleration]
+    if system.inertia:
+        acceleration.lines.append(_solve("j->a[0]", "a"))
+
     def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
         return recurrences(assignments, *series).lines
 
@@ -151,29 +157,140 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     return [
         _function("model_slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
         _function("model_depth", body(depths)),
-        _function("model_acceleration", body(accelerations)),
-        _function("model_inertia", [*cleared, *body(inertia)]),
+        _function("model_inertia", inertia.lines),
+        _function("model_acceleration", acceleration.lines),
         _by_contact("law", [law.lines for law in laws]),
         _by_contact("release", [body(release, *met) for release in releases]),
-        _by_contact("stick", [body(stick, *moving) for stick in sticks]),
-        _function("model_internal", recurrences(internal, *met, after=always).lines),
-        _function("model_outputs", body(_outputs(system, names), *met, names.forces, free_rates)),
+        _by_contact("stick", [recurrences(stick, *moving, after=derived).lines for stick in sticks]),
+        _function("model_internal", recurrences(internal, *met, after=[*derived, *always]).lines),
+        _function(
+            "model_outputs",
+            recurrences(_outputs(system, names), *met, names.forces, names.W, free_rates, after=derived).lines,
+        ),
+    ]
+
+
+def _inertia(system: HybridSystem, names: _Names) -> Recurrences:
+    """W and G; with a mass matrix that is factored here, it comes first, and W and G from it."""
+    result = names.recurrences(names.W)
+    zeros = len(system.driven) * len(system.contacts) + len(system.contacts) ** 2
+    zeros -= len(system.W.todok()) + len(system.G.todok())
+    sparse = zeros > max((len(system.W) + len(system.G)) / 2, _FEW) or bool(system.inertia)
+    if sparse:
+        result.lines += _CLEAR_INERTIA
+    if not system.inertia:
+        for matrix, letter in ((system.W, "W"), (system.G, "G")):
+            entries = matrix.todok() if sparse else {divmod(i, matrix.cols): e for i, e in enumerate(matrix.flat())}
+            for (row, column), entry in sorted(entries.items()):
+                result.assign(f"j->{letter}[{row}][{column}]", entry)
+        return result
+    for place, (row, column) in enumerate(_envelope(system)):
+        result.assign(f"j->M[{place}]", system.inertia.get((row, column), sympy.S.Zero))
+    result.lines.append(_FACTOR)
+    levers = system.W.todok()
+    for (row, column), lever in sorted(levers.items()):
+        result.assign(f"j->W[{row}][{column}]", lever)
+    result.lines += [_solve(f"j->W[0][{c}]", "W") for c in range(len(system.contacts))]
+    symbols = {name: symbol for symbol, name in names.W.items()}
+    for c, e in sorted(joined(system)):
+        if e <= c:
+            rate = [lever * symbols[f"j->W[{i}][{e}]"] for (i, at), lever in levers.items() if at == c]
+            result.assign(f"j->G[{c}][{e}]", sympy.Add(*rate))
+            if e < c:
+                result.lines.append(f"j->G[{e}][{c}][k] = j->G[{c}][{e}][k];")
+    return result
+
+
+def _solve(first: str, series: str) -> str:
+    """The statement that turns generalised forces, in the place of their accelerations, into these."""
+    return f"mass_solve(j->M, j->factor, {first}, (int)(sizeof j->{series}[0] / sizeof(Real)), k);"
+
+
+def _envelope(system: HybridSystem) -> list[tuple[int, int]]:
+    """Rows and columns of the entries of the mass matrix that are kept, row by row."""
+    first = {}
+    for row, column in system.inertia:
+        first[row] = min(first.get(row, row), column)
+    return [(row, column) for row in sorted(first) for column in range(first[row], row + 1)]
+
+
+def _sparsity(system: HybridSystem) -> list[str]:
+    """Tables of what is not zero: of the mass matrix, of W and of G."""
+    envelope = _envelope(system)
+    first = {row: column for row, column in reversed(envelope)}
+    start = {row: place - column for place, (row, column) in reversed(list(enumerate(envelope)))}
+    moves = [not only_parameters([system.inertia.get(place, sympy.S.Zero)]) for place in envelope]
+    n = len(system.driven)
+
+    def table(kind: str, name: str, size: str, values: Iterable[int]) -> str:
+        return f"const {kind} model_{name}[{size}] = {{{', '.join(map(str, map(int, values))) or '0'}}};"
+
+    def rows(what: str, count: int, size: str, entries: Iterable[tuple[int, int]]) -> list[str]:
+        found: list[list[int]] = [[] for _ in range(count)]
+        for row, column in sorted(entries):
+            found[row].append(column)
+        starts = [sum(map(len, found[:row])) for row in range(count + 1)]
+        return [
+            table("int", f"{what}_first", f"{size} + 1", starts),
+            table("int", what, "", [column for row in found for column in row]),
+        ]
+
+    return [
+        table("int", "mass_first", "MODEL_ROOM(MODEL_NV)", (first.get(row, 0) for row in range(n))),
+        table("int", "mass_row", "MODEL_ROOM(MODEL_NV)", (start.get(row, 0) for row in range(n))),
+        table("unsigned char", "mass_moves", "MODEL_ROOM(MODEL_NM)", moves),
+        *rows("acting", n, "MODEL_NV", acting(system)),
+        *rows("joined", len(system.contacts), "MODEL_NC", joined(system)),
+        "",
     ]
 
 
 def _outputs(system: HybridSystem, names: _Names) -> dict[str, Any]:
     """Outputs, with every acceleration written as what it is without and with contact forces."""
-    forces = sympy.Matrix(len(system.contacts), 1, [contact.force_symbol for contact in system.contacts])
+    symbols = {name: symbol for symbol, name in names.W.items()}
+    pushed: list[list[Any]] = [[] for _ in system.driven]
+    for i, c in sorted(acting(system)):
+        entry = symbols[f"j->W[{i}][{c}]"] if system.inertia else system.W[i, c]
+        pushed[i].append(entry * system.contacts[c].force_symbol)
     full = {
-        a: names.free_rates[a] + by_force
-        for a, by_force in zip(system.rate_symbols, sympy.flatten(system.W * forces), strict=True)
+        a: names.free_rates[a] + sympy.Add(*by_force) for a, by_force in zip(system.rate_symbols, pushed, strict=True)
     }
     return {f"j->y[{i}]": sympy.sympify(output.expression).xreplace(full) for i, output in enumerate(system.outputs)}
 
 
 def _function(name: str, lines: Iterable[str]) -> str:
+    return _split(name, list(lines), f"void {name}({_ARGUMENTS})", _ARGUMENTS, "p, d, j, k", _UNUSED)
+
+
+def _split(name: str, lines: list[str], head: str, parameters: str, arguments: str, unused: str) -> str:
+    """A function of these statements; of many, one that calls their parts in turn: long ones take compilers minutes."""
+    texts = []
+    if sum(map(len, lines)) > _MANY:
+        parts = [list(part) for _, part in groupby(lines, key=_Counter(_MANY))]
+        names = [f"KIND({name}_part_{i})" for i in range(len(parts))]
+        texts = [
+            _definition(f"static CALLED void {part}({parameters})", unused, body)
+            for part, body in zip(names, parts, strict=True)
+        ]
+        lines = [f"{part}({arguments});" for part in names]
+    return "\n".join([*texts, _definition(head, unused, lines)])
+
+
+class _Counter:
+    """The number of the part that a line belongs to, of parts of about so many characters."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._seen = 0
+
+    def __call__(self, line: str) -> int:
+        self._seen += len(line)
+        return self._seen // self._size
+
+
+def _definition(head: str, unused: str, lines: Iterable[str]) -> str:
     body = "\n".join(f"    {line}" for line in lines)
-    return f"void {name}({_ARGUMENTS})\n{{\n{_UNUSED}\n{body}\n}}\n".replace("\n\n}", "\n}")
+    return f"{head}\n{{\n{unused}\n{body}\n}}\n".replace("\n\n}", "\n}")
 
 
 def _by_contact(name: str, bodies: list[list[str]]) -> str:
@@ -189,9 +306,9 @@ def _by_contact(name: str, bodies: list[list[str]]) -> str:
 
 def _prepare(names: _Names) -> str:
     derived = names.constants.derived
-    lines = [f"    {name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
-    body = "\n".join(["    (void)p, (void)d;", *lines])
-    return f"void model_prepare(const Real *p, Real *d)\n{{\n{body}\n}}\n"
+    lines = [f"{name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
+    head, parameters = "void model_prepare(const Real *p, Real *d)", "const Real *p, Real *d"
+    return _split("model_prepare", lines, head, parameters, "p, d", "    (void)p, (void)d;")
 
 
 def _violation(system: HybridSystem, names: _Names) -> str:
@@ -216,7 +333,8 @@ def _violation(system: HybridSystem, names: _Names) -> str:
 def _magnitude(system: HybridSystem, names: _Names, what: str) -> str:
     """The sum of the magnitudes of the terms of every slip speed, depth or rate of slip."""
     values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
-    accelerations = dict(zip(system.rate_symbols, system.acceleration, strict=True))
+    values |= {a: f"{name}[0]" for a, name in names.accelerations.items()}
+    accelerations = {} if system.inertia else dict(zip(system.rate_symbols, system.acceleration, strict=True))
     cases = []
     for i, contact in enumerate(system.contacts):
         parts = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[what]
@@ -235,7 +353,8 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     values = {**names.parameters, **{q: f"{name}[0]" for q, name in names.free.items()}}
     cases = []
     for i, contact in enumerate(system.contacts):
-        levers = [sympy.diff(contact.slip, v) for v in system.driven]
+        symbols = contact.slip.free_symbols
+        levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
         parts = [system.G[i, i]] if contact.kind == "switch" else levers
         ratios = [_part_left(sympy.sympify(part), system, values) for part in parts if part != 0]
         largest = ratios[0] if ratios else "0.0"
@@ -247,13 +366,27 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     return f"{head}\n{{\n    (void)p, (void)d, (void)j, (void)c;\n{choice}    return 0.0;\n}}\n"
 
 
+def _kinetic_energy(system: HybridSystem) -> str:
+    """The part of the kinetic energy that impulses change, at one point."""
+    values: dict[Any, str] = {TIME: "at->time"}
+    rows = {"p": system.parameters, "u": system.inputs, "x": system.states}
+    values |= {q: f"at->{letter}[{i}]" for letter, quantities in rows.items() for i, q in enumerate(quantities)}
+    values |= {q.rate: f"at->du[{i}]" for i, q in enumerate(system.inputs)}
+    shared, (energy,) = sympy.cse([system.kinetic_energy], symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
+    values |= {symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}
+    lines = [f"    const double {values[symbol]} = {c_expression(value, values)};\n" for symbol, value in shared]
+    body = f"    (void)at;\n{''.join(lines)}    return {c_expression(sympy.sympify(energy), values)};\n"
+    return f"double model_kinetic_energy(const Point *at)\n{{\n{body}}}\n"
+
+
 def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str]) -> str:
     """An expression in parts of its terms, and of how it would change over the typical magnitudes of the states."""
     if not expression.free_symbols:
         return "1.0"
     scale = [_magnitude_of(term, values) for term in terms(expression)]
+    symbols = expression.free_symbols
     for state in system.states:
-        slope = sympy.diff(expression, state)
+        slope = sympy.diff(expression, state) if state in symbols else sympy.S.Zero
         if slope != 0:
             place = f"(fabs({values[state]}) + {c_number(state.nominal)})"
             scale += [f"{_magnitude_of(term, values)} * {place}" for term in terms(slope)]
@@ -328,8 +461,8 @@ def _facts(system: HybridSystem) -> list[str]:
             f"{{{', '.join(str(int(value)) for value in values) or '0'}}};"
             for name, values in tables.items()
         ),
-        f"const signed char model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
-        "",
+        f"const short model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
+        *_sparsity(system),
     ]
 
 
@@ -345,6 +478,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NY": len(system.outputs),
         "ND": len(names.constants.derived),
         "NW": names.slots.used,
+        "NM": len(_envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),

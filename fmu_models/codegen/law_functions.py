@@ -19,11 +19,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import write_whole
+from fmu_models.base.files import sealed_text
 from fmu_models.language import laws
 from fmu_models.language.law_parameter import LawParameter, declared_in
-from fmu_models.toolchain.compiler import cache_folder, digest
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,10 +87,7 @@ def own_laws() -> dict[str, LawFunctions]:
     folder = Path(laws.__file__).parents[1]
     sources = [path.read_bytes() for path in (*sorted(folder.rglob("*.py")), Path(__file__))]
     kept = cache_folder() / "laws" / f"{digest(*sources, metadata.version('sympy'))}.py"
-    if not kept.is_file():
-        with write_whole(kept, overwrite=True) as temporary:
-            temporary.write_text("\n".join(_own_texts()), "utf-8")
-    found = _run(kept.read_text("utf-8"))
+    found = _run(sealed_text(kept, lambda: "\n".join(_own_texts())))
     return {law.reference: law for law in sorted(found, key=lambda law: (len(law.parameters), law.name))}
 
 

@@ -1,6 +1,6 @@
 """The XML files of an FMU: modelDescription.xml (FMI 2.0 and 3.0) and buildDescription.xml (FMI 3.0).
 
-The order of ``variables`` is that of the value references, which engine/fmi/variables.c counts through: time,
+The order of ``variables`` is that of the value references, from 1, which engine/fmi/variables.c counts through: time,
 parameters, inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts,
 indicators.
 """
@@ -12,9 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.unit_names import parse_unit
+from fmu_models.base.unit_names import base_units
 from fmu_models.codegen import contact_states
+from fmu_models.codegen.rights import Rights
+from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
+from fmu_models.lowering.hybrid_system import acting
 
 if TYPE_CHECKING:
     import sympy
@@ -84,12 +87,16 @@ class Unknown:
 
 
 class Description:
-    """What is written about one lowered system. Value references are indices into ``variables``."""
+    """What is written about one lowered system.
+
+    Value references are places in ``variables``, counted from 1, as are the indices by which FMI 2.0 refers to
+    variables, and importers that take the ones for the others are right with both.
+    """
 
     def __init__(self, system: HybridSystem) -> None:
         self.system = system
         self.variables: list[Variable] = []
-        self._reference: dict[sympy.Basic, int] = {TIME: 0}
+        self._reference: dict[sympy.Basic, int] = {TIME: 1}
         self._add("time", "time", causality="independent", variability="continuous", unit="s")
         self._add_values()
         self.states = [self._add_state(state) for state in system.states]
@@ -112,8 +119,12 @@ class Description:
             for what in contact.indicators
         ]
 
+    @property
+    def _next(self) -> int:
+        return len(self.variables) + 1
+
     def _add(self, name: str, description: str, **attributes: Any) -> Variable:
-        variable = Variable(reference=len(self.variables), name=name, description=description, **attributes)
+        variable = Variable(reference=self._next, name=name, description=description, **attributes)
         self.variables.append(variable)
         return variable
 
@@ -131,7 +142,7 @@ class Description:
                 maximum=p.maximum,
             )
         for symbol in (*self.system.inputs, *(u.rate for u in self.system.inputs)):
-            self._reference[symbol] = len(self.variables)
+            self._reference[symbol] = self._next
             self._add(
                 symbol.name,
                 symbol.description,
@@ -142,7 +153,7 @@ class Description:
             )
 
     def _add_state(self, state: State) -> Variable:
-        self._reference[state] = len(self.variables)
+        self._reference[state] = self._next
         return self._add(
             state.name,
             state.description,
@@ -181,7 +192,7 @@ class Description:
         return self._add(
             f"{contact.name}_state",
             f"{contact.description}: {contact_states.meaning(contact.kind)}",
-            causality="output",
+            causality="output" if contact.name in self.system.shown_states else "local",
             variability="discrete",
             initial="calculated",
             declared_type=contact_states.type_name(contact.kind),
@@ -193,9 +204,9 @@ class Description:
 
     @property
     def output_unknowns(self) -> list[Unknown]:
-        """Outputs, and the contact states, which depend on everything through the events."""
+        """Outputs, and the contact states among them, which depend on everything through the events."""
         found = [Unknown(v, self._known(o.expression)) for v, o in zip(self.outputs, self.system.outputs, strict=True)]
-        return found + [Unknown(v) for v in self.contact_states]
+        return found + [Unknown(v) for v in self._shown_states]
 
     @property
     def derivative_unknowns(self) -> list[Unknown]:
@@ -226,12 +237,22 @@ class Description:
     @property
     def initial_unknowns(self) -> list[Unknown]:
         """What initialization computes, in order of reference."""
-        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self.contact_states)]
+        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self._shown_states)]
+
+    @property
+    def _shown_states(self) -> list[Variable]:
+        return [v for v in self.contact_states if v.causality == "output"]
 
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         system = self.system
-        return {a: set(e.free_symbols) for a, e in zip(system.rate_symbols, system.acceleration, strict=True)}
+        found = [set(e.free_symbols) for e in system.acceleration]
+        for block in blocks(len(found), system.inertia) if system.inertia else ():
+            together = set().union(*(found[i] for i in block))
+            together |= set().union(*(e.free_symbols for (i, _), e in system.inertia.items() if i in block))
+            for i in block:
+                found[i] = together
+        return dict(zip(system.rate_symbols, found, strict=True))
 
     @cached_property
     def _forces(self) -> dict[Any, set[sympy.Basic]]:
@@ -239,18 +260,26 @@ class Description:
         contacts = self.system.contacts
         laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
         held = [self._symbols([c.slip_rate, c.capacity], free=True) for c in contacts]
-        together = set().union(self.system.G.free_symbols, *laws.values(), *held)
+        inertia = self._inertia_symbols
+        together = set().union(inertia, *laws.values(), *held)
         return {c.force_symbol: together if c.sticks or c.kind == "impact" else laws[c.force_symbol] for c in contacts}
 
     @cached_property
     def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
         """Symbols on which each acceleration depends, contact forces included."""
         found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
-        for i, a in enumerate(self.system.rate_symbols):
-            for k, contact in enumerate(self.system.contacts):
-                if self.system.W[i, k] != 0:
-                    found[a] |= _free(self.system.W[i, k]) | self._forces[contact.force_symbol]
+        for i, k in acting(self.system):
+            a, contact = self.system.rate_symbols[i], self.system.contacts[k]
+            lever = self._inertia_symbols if self.system.inertia else self.system.W[i, k].free_symbols
+            found[a] |= lever | self._forces[contact.force_symbol]
         return found
+
+    @cached_property
+    def _inertia_symbols(self) -> set[sympy.Basic]:
+        """Symbols on which G depends; with a mass matrix, those of it and of all levers."""
+        system = self.system
+        entries = [*system.inertia.values(), *(system.W if system.inertia else system.G).values()]
+        return set().union(*(entry.free_symbols for entry in entries))
 
     def _symbols(
         self, expressions: Iterable[sympy.Expr], *, contact: ContactDynamics | None = None, free: bool = False
@@ -285,24 +314,19 @@ class Description:
         return {name: _base_unit(name) for name in names}
 
 
-def _free(expression: Any) -> set[sympy.Basic]:
-    """Symbols of an entry of a matrix, whose type checkers cannot know."""
-    return expression.free_symbols
-
-
 def _base_unit(unit: str) -> dict[str, float] | None:
     """FMI attributes of a unit such as "N m/rad"; the radian is a base unit of FMI, and its exponents are whole.
 
     >>> _base_unit("N m/rad"), _base_unit("N/m1.5")
     ({'kg': 1, 'm': 2, 's': -2, 'rad': -1}, None)
     """
-    base = parse_unit(unit).to_base_units()
-    if any(power % 1 for _, power in base.unit_items()):
+    base = base_units(unit)
+    if any(power % 1 for _, power in base.powers):
         return None
-    exponents = {BASE_UNITS[str(name)]: int(power) for name, power in base.unit_items()}
+    exponents = {BASE_UNITS[name]: int(power) for name, power in base.powers}
     attributes: dict[str, float] = {name: exponents[name] for name in BASE_UNITS.values() if name in exponents}
-    if base.magnitude != 1.0:
-        attributes["factor"] = float(base.magnitude)
+    if base.factor != 1.0:
+        attributes["factor"] = base.factor
     return attributes
 
 
@@ -321,6 +345,7 @@ def render(template: str, **values: Any) -> str:
     return environment.get_template(template).render(**values)
 
 
-def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str) -> str:
+def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str, rights: Rights) -> str:
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
-    return render(f"fmi{fmi_version[0]}.xml.j2", d=Description(system), system=system, token=token, tool=tool)
+    values = {"d": Description(system), "system": system, "token": token, "tool": tool, "rights": rights.attributes}
+    return render(f"fmi{fmi_version[0]}.xml.j2", **values)

@@ -5,8 +5,10 @@
     sources/all.c ...                          the model's generated C and the engine in its folders, for importers
                                                that compile
     documentation/index.html                   the variables once more, for people
+    documentation/licenses/license.txt         under what it may be handed on
 
-The file depends on its input alone: no dates, no paths; the same mechanism gives the same bytes.
+The file depends on its input alone: no paths, and no date but SOURCE_DATE_EPOCH; the same mechanism gives the same
+bytes.
 """
 
 from __future__ import annotations
@@ -22,14 +24,16 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
+from fmu_models.codegen.rights import Rights
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
-from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest, engine_sources, this_platform
+from fmu_models.toolchain.compiler import compile_shared, engine_sources, this_platform
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -47,6 +51,8 @@ def export(
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
+    contact_states: bool = False,
+    rights: Rights | None = None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
@@ -59,6 +65,8 @@ def export(
         contacts: names of those to keep; all if None.
         laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
+        contact_states: the states of the contacts, which are integers, are outputs and not local variables.
+        rights: author, copyright and licence of the model; the engine's licence alone if None.
         fmi_version: "2.0" or "3.0".
 
     Returns:
@@ -69,7 +77,7 @@ def export(
             written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
-    if not values and isinstance(model, str | os.PathLike):
+    if not values and not contact_states and rights is None and isinstance(model, str | os.PathLike):
         kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(kept, temporary)
@@ -77,11 +85,19 @@ def export(
     from fmu_models.lowering.lower import lower
 
     system = lower(variant(model, contacts, laws))
-    return write(_with_values(system, values or {}), path, fmi_version=fmi_version, overwrite=overwrite)
+    if contact_states:
+        system = dataclasses.replace(system, shown_states=frozenset(contact.name for contact in system.contacts))
+    changed = _with_values(system, values or {})
+    return write(changed, path, rights=rights, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
-    system: HybridSystem, path: str | os.PathLike[str], *, fmi_version: str = "3.0", overwrite: bool = False
+    system: HybridSystem,
+    path: str | os.PathLike[str],
+    *,
+    rights: Rights | None = None,
+    fmi_version: str = "3.0",
+    overwrite: bool = False,
 ) -> Path:
     """Write a lowered system as an FMU; the rest is as for ``export``.
 
@@ -89,7 +105,7 @@ def write(
         StickslipError: as for ``export``.
     """
     path = checked(path, fmi_version, overwrite)
-    files = _files(system, fmi_version)
+    files = _files(system, fmi_version, rights or Rights())
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
@@ -165,7 +181,7 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
         StickslipError: unknown version, or the compiler fails.
     """
     checked("model.fmu", fmi_version, overwrite=True)
-    texts = _texts(system, fmi_version)
+    texts = _texts(system, fmi_version, Rights())
     kept = kept_folder("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
     file = kept / f"{system.name}.fmu"
     if not is_sealed(file):
@@ -183,7 +199,9 @@ def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
 
 def kept_folder(*options: str) -> Path:
     """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
-    return cache_folder() / "fmus" / digest(_sources_digest(), *options, "-".join(this_platform()[:2]))
+    date = os.environ.get("SOURCE_DATE_EPOCH", "")
+    parts = (_sources_digest(), *options, "-".join(this_platform()[:2]), date)
+    return cache_folder() / "fmus" / digest(*parts)
 
 
 def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> Path:
@@ -224,9 +242,9 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
     return dataclasses.replace(system, parameters=parameters)
 
 
-def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
+def _files(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, bytes | str]:
     """Contents of the archive by name."""
-    files: dict[str, bytes | str] = {**_texts(system, fmi_version)}
+    files: dict[str, bytes | str] = {**_texts(system, fmi_version, rights)}
     fmi3_platform, fmi2_platform, _, suffix = this_platform()
     platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
     c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
@@ -236,7 +254,7 @@ def _files(system: HybridSystem, fmi_version: str) -> dict[str, bytes | str]:
     return files
 
 
-def _texts(system: HybridSystem, fmi_version: str) -> dict[str, str]:
+def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, str]:
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.model_description import Description, model_description, render
@@ -250,7 +268,8 @@ def _texts(system: HybridSystem, fmi_version: str) -> dict[str, str]:
     files = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
-    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool)
+    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool, rights)
+    files |= rights.files
     files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
     return files
 

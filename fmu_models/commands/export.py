@@ -10,6 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.codegen.rights import Rights
 from fmu_models.commands.arguments import ModelOrScene, is_scene, scene_of
 from fmu_models.oscillators import MODELS
 
@@ -25,6 +26,19 @@ def export(
     fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
     contacts: Contacts = None,
     settings: Settings = None,
+    expose: Annotated[
+        str | None, typer.Option(help="'states': the integer states of the contacts become outputs.")
+    ] = None,
+    author: Annotated[str | None, typer.Option(help="Author of the model.", rich_help_panel="Rights")] = None,
+    copyright_line: Annotated[
+        str | None, typer.Option("--copyright", help='Such as "(c) 2026 A. Author".', rich_help_panel="Rights")
+    ] = None,
+    license_: Annotated[
+        str | None,
+        typer.Option(
+            "--license", help="Licence of the model: a name such as MIT, or a file.", rich_help_panel="Rights"
+        ),
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -38,16 +52,30 @@ def export(
     from fmu_models.codegen.package import kept_by_name
     from fmu_models.fmu.fmu import Fmu
 
+    rights = Rights(author, copyright_line, license_) if author or copyright_line or license_ else None
     values = console.assignments(settings, "parameter")
+    if expose not in (None, "states"):
+        raise StickslipError(f"There is no '{expose}' to expose. Choose states: those of the contacts, as outputs.")
     if is_scene(model):
         scene = scene_of(model, contacts)
         path = path or Path(f"{scene.name}.fmu")
-        _export_scene(scene, path, values, fmi, overwrite)
+        if expose:
+            raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
+        _export_scene(scene, path, values, rights, fmi, overwrite)
     else:
         name = model if kept_by_name(model) else MODELS.load(model).name
         path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
-        write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, overwrite=overwrite)
+        write_fmu(
+            model,
+            path,
+            contacts=kept,
+            values=values,
+            contact_states=bool(expose),
+            rights=rights,
+            fmi_version=fmi,
+            overwrite=overwrite,
+        )
     fmu = Fmu.open(path)
     content = {
         "file": str(path),
@@ -69,7 +97,9 @@ def export(
     console.say(json, content, show)
 
 
-def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, overwrite: bool) -> None:
+def _export_scene(
+    scene: Scene, path: Path, values: dict[str, float], rights: Rights | None, fmi: str, overwrite: bool
+) -> None:
     import dataclasses
 
     from fmu_models.scene.compute import arguments
@@ -80,4 +110,4 @@ def _export_scene(scene: Scene, path: Path, values: dict[str, float], fmi: str, 
         raise StickslipError(
             f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
         )
-    export_scene(dataclasses.replace(scene, free=free), path, fmi_version=fmi, overwrite=overwrite)
+    export_scene(dataclasses.replace(scene, free=free), path, rights=rights, fmi_version=fmi, overwrite=overwrite)

@@ -10,7 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
 from fmu_models.base.digits import value_with_sd
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from fmu_models.analyses.bifurcation import Bifurcation
     from fmu_models.analyses.crossings import Crossings
-    from fmu_models.analyses.maps import Iteration, PeriodicMotion
+    from fmu_models.analyses.iteration import Iteration
+    from fmu_models.analyses.periodic import PeriodicMotion
 
 
 def show_map(
@@ -39,7 +40,8 @@ def show_map(
 
     Example: stickslip map henon --set a=1.2 --period 2 --lyapunov
     """
-    from fmu_models.analyses.maps import Iteration, find_iterate_crossings, find_periodic
+    from fmu_models.analyses.iteration import Iteration, find_iterate_crossings
+    from fmu_models.analyses.periodic import find_periodic
 
     if start and not lyapunov:
         raise StickslipError("A start value is where --lyapunov begins; motions are sought everywhere. Add --lyapunov.")
@@ -53,7 +55,7 @@ def show_map(
         "source": declared.source,
         "negative": negative,
         "rule": {state.name: str(rule[state]) for state in declared.states},
-        "parameters": dict(zip([p.name for p in declared.parameters], iteration.parameters, strict=True)),
+        "parameters": dict(iteration.values),
         "box": {state.name: list(declared.box[state]) for state in declared.states},
         "period": period,
         "motions": [_motion(iteration, motion) for motion in find_periodic(iteration, period)],
@@ -61,7 +63,7 @@ def show_map(
     if len(iteration.states) == 1 and not declared.modulus:
         content["jumps"] = _jumps(find_iterate_crossings(iteration, period))
     if vary:
-        content["bifurcations"] = _bifurcations(iteration, vary, period, values)
+        content["bifurcations"] = _bifurcations(iteration, vary, period)
     if lyapunov:
         content["lyapunov"] = _exponents(iteration, console.assignments(start, "start value"))
     console.say(json, content, lambda out: _print_map(content, out))
@@ -84,13 +86,12 @@ def _jumps(crossings: Crossings) -> list[dict[str, Any]]:
     ]
 
 
-def _bifurcations(iteration: Iteration, vary: str, period: int, values: dict[str, float]) -> list[dict[str, Any]]:
+def _bifurcations(iteration: Iteration, vary: str, period: int) -> list[dict[str, Any]]:
     from fmu_models.analyses.bifurcation import find_bifurcations
 
     ((parameter, end),) = console.assignments([vary], "parameter").items()
-    known = {p.name: value for p, value in zip(iteration.map.parameters, iteration.parameters, strict=True)}
     found: tuple[Bifurcation, ...] = find_bifurcations(
-        iteration.map, parameter, known.get(parameter, 0.0), end, period=period, values=values
+        iteration, parameter, iteration.values.get(parameter, 0.0), end, period=period
     )
     return [
         {"parameter": one.parameter, "value": one.value, "kind": one.kind} | _motion(iteration, one.motion)
@@ -99,14 +100,10 @@ def _bifurcations(iteration: Iteration, vary: str, period: int, values: dict[str
 
 
 def _exponents(iteration: Iteration, start: dict[str, float]) -> dict[str, Any]:
-    from fmu_models.analyses.lyapunov import lyapunov_exponents
+    from fmu_models.analyses.lyapunov import lyapunov
 
-    for state in start:
-        if state not in iteration.states:
-            raise StickslipError(f"{iteration.map.name} has no state '{state}'.{nearest(state, iteration.states)}")
-    begin = [start.get(state.name, state.start) for state in iteration.map.states]
     with console.progress("exponents") as advance:
-        found = lyapunov_exponents(iteration, begin, steps=4000, progress=advance)
+        found = lyapunov(iteration, start, periods=1_000_000, motions=256, progress=advance)
     return {
         # JSON has no infinity: null where every difference is lost in one step
         "exponents": [value if math.isfinite(value) else None for value in found.values.tolist()],

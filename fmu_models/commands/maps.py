@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
 from fmu_models.base.console import Json
@@ -11,24 +11,17 @@ from fmu_models.maps import MAPS
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.language.maps import Map
+
 
 def maps(json: Json = False) -> None:
     """List the maps.
 
     Example: stickslip maps
     """
-    loaded = [MAPS.load(name) for name in MAPS.names()]
-    rows = [
-        {
-            "name": one.name,
-            "title": one.title,
-            "states": [state.name for state in one.states],
-            "parameters": {p.name: p.value for p in one.parameters},
-            "inverse": one.inverse is not None,
-            "source": one.source,
-        }
-        for one in loaded
-    ]
+    from fmu_models.commands.listing import listed
+
+    rows = listed(MAPS, _row)
 
     def show(out: Console) -> None:
         made = console.table("map", "what it is", "states", "parameters", "source")
@@ -39,3 +32,14 @@ def maps(json: Json = False) -> None:
         out.print("Look at one:  stickslip map MAP")
 
     console.say(json, {"maps": rows}, show)
+
+
+def _row(name: str, one: Map) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "title": one.title,
+        "states": [state.name for state in one.states],
+        "parameters": {p.name: p.value for p in one.parameters},
+        "inverse": one.inverse is not None,
+        "source": one.source,
+    }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.base import console
 from fmu_models.base.console import Json
@@ -12,23 +12,17 @@ from fmu_models.oscillators import MODELS
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.language.mechanism import Mechanism
+
 
 def models(json: Json = False) -> None:
     """List the models, by paper.
 
     Example: stickslip models
     """
-    rows = [
-        {
-            "name": name,
-            "title": model.title,
-            "contacts": [contact.name for contact in model.contacts],
-            "source": model.source,
-            "origin": MODELS.origin(name),
-        }
-        for name in MODELS.names()
-        for model in [MODELS.load(name)]
-    ]
+    from fmu_models.commands.listing import listed
+
+    rows = listed(MODELS, _row)
 
     def show(out: Console) -> None:
         papers = {
@@ -44,3 +38,13 @@ def models(json: Json = False) -> None:
         out.print("Look at one:  stickslip show MODEL, also of your own: stickslip show my_model.py")
 
     console.say(json, {"models": rows}, show)
+
+
+def _row(name: str, model: Mechanism) -> dict[str, Any]:
+    return {
+        "name": name,
+        "title": model.title,
+        "contacts": [contact.name for contact in model.contacts],
+        "source": model.source,
+        "origin": MODELS.origin(name),
+    }

@@ -28,6 +28,11 @@ def stress(
     until: Annotated[
         float | None, typer.Option(help="Length of each run, s. [default: ten characteristic periods]")
     ] = None,
+    random: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="N random cases instead, each against a second, independent path."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="What random cases are drawn from. [default: 0]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small choice of the cases, in some seconds.")] = False,
     every: Annotated[bool, typer.Option("--every", help="Name accurate cells too.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Child processes. [default: one per core]")] = None,
@@ -41,10 +46,15 @@ def stress(
     1. The cases come from the declaration: stiffness up to 1e12, steep friction, no and huge damping, gaps of zero and
     less, every restitution, starts on boundaries, long and late runs, other units.
 
+    With --random parameters, starts and drives are drawn instead, and each run is held against the declaration and
+    against the importer's own integration of the same FMU. A wrong one comes with the command that repeats it.
+
     Example: stickslip stress discontinuous_support --case 'ks=*' --figure heat.png
+
+    Example: stickslip stress --random 500 --seed 1
     """
     from fmu_models.validation.stress import report
-    from fmu_models.validation.stress.workers import judged
+    from fmu_models.validation.stress.workers import judged, judges
 
     refuse_existing(figure, overwrite=overwrite)
     if figure:
@@ -53,12 +63,20 @@ def stress(
         check_format(figure)
     if until is not None and not 0 < until < float("inf"):
         raise StickslipError(f"A run lasts a positive time, found --until {until:g}.")
-    chosen = _cases(models or [], case, until, quick)
+    if random is None and seed is not None:
+        raise StickslipError("A seed is what random cases are drawn from. Say how many: --random 500")
+    if random is not None and (case is not None or quick):
+        raise StickslipError("--case and --quick choose from the cases that are listed; leave them out with --random.")
     cells: list[Cell] = []
     interrupted = False
-    with console.progress("stressing") as advance:
+    # the children import what they need while the cases are made here
+    with judges(processes) as pool, console.progress("stressing") as advance:
+        if random is None:
+            chosen = _cases(models or [], case, until, quick)
+        else:
+            chosen = _random_cases(models or [], random, seed or 0, until)
         try:
-            for cell in judged(chosen, advance, processes=processes):
+            for cell in judged(chosen, advance, pool):
                 cells.append(cell)
         except KeyboardInterrupt:
             interrupted = True
@@ -94,6 +112,20 @@ def _cases(models: list[str], pattern: str | None, until: float | None, quick: b
         known = [case.name for case in found if case.quick or not quick]
         raise StickslipError(f"No case matches '{pattern}'.{nearest(pattern, known)}")
     return chosen
+
+
+def _random_cases(models: list[str], count: int, seed: int, until: float | None) -> list[Case]:
+    """So many cases, as equal numbers of each model as there can be.
+
+    Raises:
+        StickslipError: an unknown model.
+    """
+    from fmu_models import oscillators
+    from fmu_models.validation.stress.workers import drawn
+
+    names = list(dict.fromkeys(models)) or oscillators.names()
+    share, more = divmod(count, len(names))
+    return [case for i, name in enumerate(names) for case in drawn(name, share + (i < more), seed, until)]
 
 
 def _one_per_kind() -> list[str]:

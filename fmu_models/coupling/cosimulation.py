@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ctypes import byref
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -94,12 +94,24 @@ class _Run:
         self.extrapolated = np.array(
             [(unit, f"{name}_rate") not in fed for unit, name in (w.target for w in wires)], bool
         )
-        self.unit_of_source = np.array([self.composite.names.index(w.source[0]) for w in wires], int)
         self.before, self.last = self.u.copy(), 0.0
         self.groups = [
             (int(g["unit"]), int(g["first"]), int(g["n"]), bool(g["discrete"])) for g in arrays["writes"] if g["n"]
         ]
         self.reads = [(int(g["unit"]), int(g["first"]), int(g["n"])) for g in arrays["reads"] if g["n"]]
+        self.discrete = np.zeros(n, dtype=bool)
+        for _, first, length, discrete in self.groups:
+            self.discrete[first : first + length] = discrete
+        self.expected = self.extrapolated & ~self.discrete
+        self.own_groups: list[list[tuple[int, int]]] = [[] for _ in self.steppers]
+        for unit, first, length, discrete in self.groups:
+            if not discrete:
+                self.own_groups[unit].append((first, length))
+        self.own_reads: list[list[tuple[int, int]]] = [[] for _ in self.steppers]
+        for unit, first, length in self.reads:
+            self.own_reads[unit].append((first, length))
+        self.passed: dict[tuple[str, int], tuple[Any, ...]] = {}
+        self.fed = self._fed([wire.source[0] for wire in wires])
         fmu = self.composite.fmu
         states = [name for name in self.composite.states if name in fmu.variables]
         names = list(system.outputs) or list(dict.fromkeys([*states, *request.recordable(fmu)]))
@@ -108,6 +120,15 @@ class _Run:
         self.nominal = np.array([self._nominal(name) for name in states])
         self.largest = np.zeros(len(states) + self.y.size)
         self.steps = self.rejected = self.forced = 0
+
+    def _fed(self, sources: list[str]) -> list[NDArray[np.int_]]:
+        """The inputs that each unit feeds and that are expected ahead, by their places."""
+        place = {name: unit for unit, name in enumerate(self.composite.names)}
+        found: list[list[int]] = [[] for _ in self.steppers]
+        for i, source in enumerate(sources):
+            if self.expected[i]:
+                found[place[source]].append(i)
+        return [np.array(places, dtype=int) for places in found]
 
     def _nominal(self, name: str) -> float:
         unit = max((u for u in self.composite.names if name.startswith(f"{u}.")), key=len)
@@ -153,18 +174,12 @@ class _Run:
             return
         for unit, first, n in self.reads:
             self._read(unit, first, n)
-        self.u[:] = np.where(self._discrete(), self.factor * self.y[self.source] + self.offset, self.u)
+        self.u[:] = np.where(self.discrete, self.factor * self.y[self.source] + self.offset, self.u)
         for unit, first, n, discrete in self.groups:
             if discrete and (self.u[first : first + n] != held[first : first + n]).any():
                 self.steppers[unit].event(self.time, lambda unit=unit, first=first, n=n: self._write(unit, first, n))
                 self._note(self.time, "input", self.composite.names[unit])
         self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
-
-    def _discrete(self) -> NDArray[np.bool_]:
-        marks = np.zeros(self.u.size, dtype=bool)
-        for _, first, n, discrete in self.groups:
-            marks[first : first + n] = discrete
-        return marks
 
     def _write(self, unit: int, first: int, n: int) -> int:
         return self._pass(library().coupling_write, unit, first, n, "input", self.u)
@@ -175,28 +190,27 @@ class _Run:
     def _pass(
         self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
     ) -> int:
-        types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
-        at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
-        return call(byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data)
+        if (kind, first) not in self.passed:
+            types, references = (self.composite.arrays[f"{kind}_{what}"] for what in ("types", "references"))
+            at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
+            self.passed[kind, first] = byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data
+        return call(*self.passed[kind, first])
 
     def _step(self, end: float) -> None:
         """All units from here to ``end``, with the exchange there."""
         h, start, noted = end - self.time, self.u.copy(), len(self.events)
         slope = (start - self.before) * (0.5 * h / self.last) if self.last > 0.0 else np.zeros_like(start)
-        middle = start + np.where(self.extrapolated & ~self._discrete(), slope, 0.0)
-        self.u[:] = middle
+        self.u[:] = start + np.where(self.expected, slope, 0.0)
         for unit, one in enumerate(self.steppers):
-            for owner, begin, n, discrete in self.groups:
-                if owner == unit and not discrete:
-                    self._checked(self._write(unit, begin, n), f"setting the inputs of unit '{one.name}'")
+            for begin, n in self.own_groups[unit]:
+                self._checked(self._write(unit, begin, n), f"setting the inputs of unit '{one.name}'")
             one.step(self.time, end)
             if self.sequential:
-                for owner, begin, n in self.reads:
-                    if owner == unit:
-                        self._read(unit, begin, n)
-                reached = self.factor * self.y[self.source] + self.offset
-                known = (self.unit_of_source == unit) & self.extrapolated & ~self._discrete()
-                self.u[:] = np.where(known, 0.5 * (start + reached), self.u)
+                for begin, n in self.own_reads[unit]:
+                    self._read(unit, begin, n)
+                fed = self.fed[unit]
+                reached = self.factor[fed] * self.y[self.source[fed]] + self.offset[fed]
+                self.u[fed] = 0.5 * (start[fed] + reached)
         self.time, self.last = end, h
         self.u[:] = start
         self._exchange()

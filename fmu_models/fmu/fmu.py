@@ -118,40 +118,41 @@ class Fmu(Shown):
                 f"'{self.path}' suggests a run from '{texts[0]}' to '{texts[1]}'. Say its end: --until SECONDS"
             ) from None
 
-    @property
+    @cached_property
     def parameters(self) -> list[str]:
         """Names of the parameters."""
         return [name for name, v in self.variables.items() if v.causality == "parameter"]
 
-    @property
+    @cached_property
     def inputs(self) -> list[str]:
         """Names of the inputs, without their rates."""
         names = [name for name, v in self.variables.items() if v.causality == "input"]
         return [name for name in names if not (name.endswith("_rate") and name.removesuffix("_rate") in names)]
 
-    @property
+    @cached_property
     def states(self) -> list[str]:
         """Names of the continuous states."""
         derivatives = (unknown.variable for unknown in self.description.derivatives)
         return [str(v.derivative.name) for v in derivatives if v is not None and v.derivative is not None]
 
-    @property
+    @cached_property
     def memories(self) -> list[str]:
         """Names of the speeds at which stops were entered, for the stops that remember them."""
         return [f"{name}_memory" for name in self.contacts if f"{name}_memory" in self.variables]
 
-    @property
+    @cached_property
     def outputs(self) -> list[str]:
         """Names of the outputs, without the states of contacts."""
         return [name for name, v in self.variables.items() if v.causality == "output" and v.variability == "continuous"]
 
-    @property
+    @cached_property
     def contacts(self) -> list[str]:
         """Names of the contacts."""
-        states = [name for name, v in self.variables.items() if v.causality == "output" and v.variability == "discrete"]
-        return [name.removesuffix("_state") for name in states]
+        types = {contact_states.type_name(kind) for kind in contact_states.MEANINGS}
+        counted = [name for name, v in self.variables.items() if v.declaredType and v.declaredType.name in types]
+        return [name.removesuffix("_state") for name in counted]
 
-    @property
+    @cached_property
     def impacts(self) -> list[str]:
         """Names of the rigid contacts, their friction left out."""
         rigid = contact_states.type_name("impact")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import re
+import sys
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -59,6 +61,16 @@ def library(fmu: Fmu, identifier: str) -> Path:
         return _build(fmu, identifier, target)
     except StickslipError as error:
         raise StickslipError(f"{missing}, and its sources cannot be built. {error}") from error
+
+
+def unload(dll: ctypes.CDLL) -> None:
+    """Let go of a loaded library, of which nothing may be called any more."""
+    if sys.platform == "win32":
+        ctypes.windll.kernel32.FreeLibrary(ctypes.c_void_p(dll._handle))
+    else:
+        close = ctypes.CDLL(None).dlclose
+        close.argtypes = (ctypes.c_void_p,)
+        close(dll._handle)
 
 
 def _build(fmu: Fmu, identifier: str, target: Path) -> Path:

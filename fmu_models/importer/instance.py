@@ -18,6 +18,7 @@ from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
+from fmu_models.fmu.library import unload
 from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:
@@ -244,12 +245,7 @@ class Instance:
 def _release(free: Any, pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
     """Free an instance; what it still uses then (log, callbacks) is named so that it lives so long."""
     free(pointer)
-    if sys.platform == "win32":
-        ctypes.windll.kernel32.FreeLibrary(c_void_p(dll._handle))
-    else:
-        close = ctypes.CDLL(None).dlclose
-        close.argtypes = (c_void_p,)
-        close(dll._handle)
+    unload(dll)
 
 
 def _no_interface(fmu: Fmu, co_simulation: bool) -> str:

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol
 from fmu_models.language.declaration import Body
+from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.impacts import MAX_IMPACTS, Impact
-from fmu_models.language.inertia import check_definite, mass_matrix
+from fmu_models.language.inertia import check_definite, is_singular, mass_entries
 from fmu_models.language.quantities import TIME, Acceleration, Coordinate, Input, Parameter, Rate
 from fmu_models.language.stops import Stop
 
 # what lowering adds to the outputs of every mechanism
 POWERS = ("energy", "power_input", "power_dissipated", "power_stops")
+# the engine has room for the forces of so many on the stack of a thread (step/contact_factor.c)
+MAX_CONTACTS = 200
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -43,7 +45,7 @@ def check_mechanism(mechanism: Body) -> None:
             if contact.where is not None:
                 _check_place(f"contact '{contact.name}': where", contact.where, mechanism.coordinates)
     _check_symbols(mechanism)
-    _check_impacts(mechanism)
+    _check_numbers(mechanism)
 
 
 def check_names(model: str, found: Iterable[tuple[str, str]]) -> None:
@@ -99,8 +101,8 @@ def _names(mechanism: Body) -> Iterator[tuple[str, str]]:
 
 
 def _check_energies(mechanism: Body) -> None:
-    velocities = [q.v for q in mechanism.coordinates]
-    if mechanism.potential_energy.has(*velocities):
+    velocities = {q.v for q in mechanism.coordinates}
+    if velocities & mechanism.potential_energy.free_symbols:
         raise StickslipError(
             f"{mechanism.name}: the potential energy depends on a velocity. Write damping as dissipation=c*q.v**2/2."
         )
@@ -109,19 +111,21 @@ def _check_energies(mechanism: Body) -> None:
             raise StickslipError(
                 f"{mechanism.name}: a force is applied to '{q.name}', which is not a coordinate of it."
             )
-    inertia: Any = mass_matrix(mechanism)
-    if inertia.has(*velocities):
+    inertia = mass_entries(mechanism)
+    symbols = Derivatives().symbols
+    if any(velocities & symbols(entry) for entry in inertia.values()):
         raise StickslipError(
             f"{mechanism.name}: the kinetic energy is not quadratic in the velocities "
             f"({mechanism.kinetic_energy}). Write it as m*q.v**2/2."
         )
+    moved = {i for i, _ in inertia}
     for i, q in enumerate(mechanism.coordinates):
-        if all(entry == 0 for entry in inertia.row(i)):
+        if i not in moved:
             raise StickslipError(
                 f"coordinate '{q.name}' has no inertia: the kinetic energy does not contain its velocity. "
                 f"Add its term, for example m*{q.name}.v**2/2."
             )
-    if sympy.simplify(inertia.det()) == 0:
+    if is_singular(mechanism):
         raise StickslipError(
             f"{mechanism.name}: some motion of the coordinates has no kinetic energy (singular mass matrix). "
             "Give it inertia, or leave out a coordinate."
@@ -131,16 +135,17 @@ def _check_energies(mechanism: Body) -> None:
 def _check_slip(contact: str, slip: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
     where = f"contact '{contact}': slip"
     slip = sympy.sympify(slip)
+    symbols = slip.free_symbols
     for q in coordinates:
-        if slip.has(q.a):
+        if q.a in symbols:
             raise StickslipError(f"{where} depends on acceleration {q.a.name}; write it with {q.name}.v")
-    velocities = [q.v for q in coordinates]
-    if not slip.has(*velocities):
+    velocities = {q.v for q in coordinates} & symbols
+    if not velocities:
         raise StickslipError(
             f"{where} = {slip} is independent of every velocity, so friction could not act on anything; "
             f"write it with {coordinates[0].name}.v"
         )
-    if any(entry.has(*velocities) for entry in sympy.Matrix([slip]).jacobian(velocities)):
+    if any(sympy.diff(slip, v).free_symbols & velocities for v in velocities):
         raise StickslipError(
             f"{where} = {slip} is not affine in the velocities; a slip speed is a difference of speeds such as "
             f"R*{coordinates[0].name}.v - v_belt"
@@ -149,22 +154,29 @@ def _check_slip(contact: str, slip: sympy.Expr, coordinates: Sequence[Coordinate
 
 def _check_place(where: str, place: sympy.Expr, coordinates: Sequence[Coordinate]) -> None:
     place = sympy.sympify(place)
+    symbols = place.free_symbols
     for q in coordinates:
-        if place.has(q.v, q.a):
-            moving = q.v if place.has(q.v) else q.a
+        if {q.v, q.a} & symbols:
+            moving = q.v if q.v in symbols else q.a
             raise StickslipError(
                 f"{where} = {place} depends on {moving.name}; it says where the contact is, so write it with "
                 f"coordinates such as {q.name}."
             )
-    if not place.has(*coordinates):
+    if not symbols.intersection(coordinates):
         raise StickslipError(
             f"{where} = {place} is the same wherever the body is; write it with a coordinate such as "
             f"{coordinates[0].name}."
         )
 
 
-def _check_impacts(mechanism: Body) -> None:
+def _check_numbers(mechanism: Body) -> None:
     impacts = mechanism.impacts
+    directions = len(mechanism.contacts) + sum(contact.slip is not None for contact in impacts)
+    if directions > MAX_CONTACTS:
+        raise StickslipError(
+            f"{mechanism.name} has {directions} contacts (the friction of a rigid one is one more); at most "
+            f"{MAX_CONTACTS} can be held at rest together. Leave some out."
+        )
     if len(impacts) > MAX_IMPACTS:
         raise StickslipError(
             f"{mechanism.name} has {len(impacts)} rigid contacts; at most {MAX_IMPACTS} can be answered together in an "

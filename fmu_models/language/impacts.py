@@ -25,8 +25,8 @@ from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import ContactSymbol, Requirement, create_symbols
 from fmu_models.language.quantities import Parameter
 
-# the engine tries the states of all rigid contacts together: the effort grows exponentially
-MAX_IMPACTS = 6
+# the effort of an impact and the tables of the run grow with the square of their number
+MAX_IMPACTS = 32
 
 
 @dataclass(frozen=True)

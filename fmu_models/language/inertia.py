@@ -1,10 +1,14 @@
-"""The mass matrix M = d2T/dv2, and that it is positive definite: without that an impulse has no unique answer.
+"""The mass matrix M = d2T/dv2, that it is regular, and that it is positive definite where impacts need it.
 
-It is, if and only if the determinants of its upper left squares are positive (Sylvester).
+Coordinates that it does not couple are treated apart: M falls into blocks. A block is positive definite, if and only if
+the determinants of its upper left squares are positive (Sylvester). They are written out for blocks of at most
+``CLOSED_FORM`` coordinates; the engine watches the pivots of larger ones while it factors them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import sympy
@@ -12,22 +16,93 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Body
-from fmu_models.language.quantities import TIME, Parameter
+from fmu_models.language.derivatives import Derivatives
+from fmu_models.language.evaluation import Values, at_start, evaluated, near_start
+from fmu_models.language.quantities import Coordinate, Parameter
+
+Entries = Mapping[tuple[int, int], Any]
+
+# coordinates of a block whose determinants and inverse are written out
+CLOSED_FORM = 3
+# points at which a mass matrix must be singular to be called so, and the pivot that counts as none, of rows of size 1
+_POINTS = 4
+_NO_PIVOT = 1e-11
+
+
+@lru_cache(maxsize=8)
+def mass_entries(mechanism: Body) -> Entries:
+    """The entries of M that are not zero, by row and column."""
+    derivatives = Derivatives()
+    velocities = [q.v for q in mechanism.coordinates]
+    place = {v: i for i, v in enumerate(velocities)}
+    entries: dict[tuple[int, int], Any] = {}
+    for i, v in enumerate(velocities):
+        momentum = derivatives.by(mechanism.kinetic_energy, v)
+        for j in sorted(place[w] for w in derivatives.symbols(momentum) if w in place):
+            entry = derivatives.by(momentum, velocities[j]) if j >= i else entries.get((j, i), sympy.S.Zero)
+            if entry != 0:
+                entries[i, j] = entries[j, i] = entry
+    return entries
 
 
 def mass_matrix(mechanism: Body) -> sympy.Matrix:
     """M, (n_coordinates, n_coordinates)."""
-    return sympy.hessian(mechanism.kinetic_energy, [q.v for q in mechanism.coordinates])
+    n = len(mechanism.coordinates)
+    return sympy.Matrix(n, n, lambda i, j: mass_entries(mechanism).get((int(i), int(j)), sympy.S.Zero))
+
+
+def blocks(n: int, entries: Entries) -> list[list[int]]:
+    """The indices 0 to n-1 in groups that the entries connect, each in order."""
+    joined: list[set[int]] = [set() for _ in range(n)]
+    for i, j in entries:
+        joined[i].add(j)
+        joined[j].add(i)
+    found = []
+    seen: set[int] = set()
+    for seed in range(n):
+        if seed in seen:
+            continue
+        block, waiting = [], [seed]
+        seen.add(seed)
+        while waiting:
+            i = waiting.pop()
+            block.append(i)
+            fresh = joined[i] - seen
+            seen |= fresh
+            waiting += fresh
+        found.append(sorted(block))
+    return found
+
+
+def is_singular(mechanism: Body) -> bool:
+    """Whether some motion has no kinetic energy: M is singular at every random point around the start."""
+    entries = mass_entries(mechanism)
+    groups = blocks(len(mechanism.coordinates), entries)
+    regular = [False] * len(groups)
+    looked = False
+    for values in near_start(mechanism, _POINTS):
+        rows = [_scaled(_numbers(entries, group, values)) for group in groups]
+        if any(x != x for matrix in rows for row in matrix for x in row):
+            continue
+        looked = True
+        regular = [known or _has_pivots(matrix) for known, matrix in zip(regular, rows, strict=True)]
+    return looked and not all(regular)
 
 
 def inertia_requirements(mechanism: Body) -> tuple[Requirement, ...]:
     """What makes M positive definite, as far as the parameters alone decide it and their signs do not show it."""
+    entries = mass_entries(mechanism)
     found = []
-    for n, determinant in enumerate(_minors(mass_matrix(mechanism)), start=1):
-        minor: Any = sympy.expand(determinant)
-        if not minor.is_positive and all(isinstance(symbol, Parameter) for symbol in minor.free_symbols):
-            sentence = f"the mass matrix must be positive definite; {_determinant(n)} is not positive"
-            found.append(Requirement(minor, sentence, strict=True))
+    for block in _small_blocks(mechanism):
+        for n in range(1, len(block) + 1):
+            square = _square(entries, block[:n])
+            if not all(isinstance(symbol, Parameter) for symbol in square.free_symbols):
+                break
+            minor: Any = sympy.expand(square.det())
+            if not minor.is_positive:
+                which = _determinant(mechanism.coordinates, block[:n])
+                sentence = f"the mass matrix must be positive definite; {which} is not positive"
+                found.append(Requirement(minor, sentence, strict=True))
     return tuple(found)
 
 
@@ -37,22 +112,77 @@ def check_definite(mechanism: Body) -> None:
     Raises:
         StickslipError: which determinant shows it.
     """
-    quantities = (*mechanism.parameters, *mechanism.inputs)
-    point: dict[sympy.Basic, Any] = {q: sympy.Rational(q.value) for q in quantities}
-    point |= {q: sympy.Rational(q.start) for q in mechanism.coordinates} | {TIME: sympy.S.Zero}
-    for n, determinant in enumerate(_minors(mass_matrix(mechanism).xreplace(point)), start=1):
-        minor: Any = sympy.N(determinant)
-        if not minor.is_positive:
-            raise StickslipError(
-                f"{mechanism.name}: the mass matrix is not positive definite at the start values ({_determinant(n)} "
-                f"is {minor:g}), so that some motion would have no positive kinetic energy and an impact no answer. "
-                "Look at the signs and cross terms of the kinetic energy."
-            )
+    values = at_start(mechanism)
+    entries = mass_entries(mechanism)
+    for block in blocks(len(mechanism.coordinates), entries):
+        minor = 1.0
+        for n, pivot in enumerate(_pivots(_numbers(entries, block, values)), start=1):
+            minor *= pivot
+            if not pivot > 0.0:
+                raise StickslipError(
+                    f"{mechanism.name}: the mass matrix is not positive definite at the start values "
+                    f"({_determinant(mechanism.coordinates, block[:n])} is {minor:g}), so that some motion would have "
+                    "no positive kinetic energy and an impact no answer. Look at the signs and cross terms of the "
+                    "kinetic energy."
+                )
 
 
-def _minors(matrix: Any) -> list[Any]:
-    return [matrix[:n, :n].det() for n in range(1, matrix.rows + 1)]
+def _small_blocks(mechanism: Body) -> list[list[int]]:
+    found = blocks(len(mechanism.coordinates), mass_entries(mechanism))
+    return [block for block in found if len(block) <= CLOSED_FORM]
 
 
-def _determinant(n: int) -> str:
-    return "its first entry" if n == 1 else f"the determinant of its first {n} rows and columns"
+def _square(entries: Entries, rows: Sequence[int]) -> Any:
+    return sympy.Matrix([[entries.get((i, j), sympy.S.Zero) for j in rows] for i in rows])
+
+
+def _numbers(entries: Entries, rows: Sequence[int], values: Values) -> list[list[float]]:
+    return [[evaluated(entries[i, j], values) if (i, j) in entries else 0.0 for j in rows] for i in rows]
+
+
+def _scaled(matrix: list[list[float]]) -> list[list[float]]:
+    """Rows and columns divided by the roots of the largest entries of the rows: the scales of the coordinates."""
+    size = [max(map(abs, row)) ** 0.5 or 1.0 for row in matrix]
+    return [[x / (size[i] * size[j]) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
+
+
+def _has_pivots(matrix: list[list[float]]) -> bool:
+    """Whether elimination finds a pivot in every column."""
+    rows = [list(row) for row in matrix]
+    for k in range(len(rows)):
+        best = max(range(k, len(rows)), key=lambda i, k=k: abs(rows[i][k]))
+        rows[k], rows[best] = rows[best], rows[k]
+        if abs(rows[k][k]) <= _NO_PIVOT:
+            return False
+        for i in range(k + 1, len(rows)):
+            _subtract(rows, i, k)
+    return True
+
+
+def _pivots(matrix: list[list[float]]) -> list[float]:
+    """Pivots in order, to the first that is not positive: each is a leading minor over the one before."""
+    rows = [list(row) for row in matrix]
+    found = []
+    for k in range(len(rows)):
+        found.append(rows[k][k])
+        if not rows[k][k] > 0.0:
+            break
+        for i in range(k + 1, len(rows)):
+            _subtract(rows, i, k)
+    return found
+
+
+def _subtract(rows: list[list[float]], i: int, k: int) -> None:
+    """Row k from row i, so that column k is zero there."""
+    if rows[i][k] != 0.0:
+        factor = rows[i][k] / rows[k][k]
+        for j in range(k, len(rows)):
+            rows[i][j] -= factor * rows[k][j]
+
+
+def _determinant(coordinates: Sequence[Coordinate], rows: Sequence[int]) -> str:
+    if rows == list(range(len(rows))):
+        n = len(rows)
+        return "its first entry" if n == 1 else f"the determinant of its first {n} rows and columns"
+    names = ", ".join(coordinates[i].name for i in rows)
+    return f"its entry of {names}" if len(rows) == 1 else f"the determinant of its rows and columns of {names}"

@@ -4,19 +4,19 @@ Dimensions are exponents of kilogram, meter, second and so on; angles have none.
 expression may stand for a quantity of any unit, so that what it multiplies is not checked. In a scaled model, whose
 coordinates (or states) all have the unit "1", time is scaled too and is left out of every dimension.
 
-pint reads the units, and only when a model is declared.
+Units are read only when a model is declared.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.unit_names import parse_unit
+from fmu_models.base.unit_names import base_units
 from fmu_models.language.contacts import ContactSymbol, Friction
 from fmu_models.language.declaration import Body
 from fmu_models.language.impacts import Impact
@@ -203,8 +203,7 @@ class _Units:
 
 @cache
 def _dimension(unit: str) -> Dimension:
-    items: Mapping[Any, Any] = dict(parse_unit(unit).to_base_units().unit_items())
-    powers = {str(name): sympy.nsimplify(power) for name, power in items.items() if str(name) != "radian"}
+    powers = {name: sympy.nsimplify(power) for name, power in base_units(unit).powers if name != "radian"}
     return tuple(sorted(powers.items()))
 
 

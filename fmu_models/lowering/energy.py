@@ -25,41 +25,51 @@ from typing import Any
 import sympy
 
 from fmu_models.language.declaration import Output
+from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME
+from fmu_models.language.quantities import TIME, Velocity
 from fmu_models.lowering.hybrid_system import ContactDynamics
-from fmu_models.lowering.lagrange import time_derivative
+from fmu_models.lowering.lagrange import TimeDerivative
 
 
 def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -> tuple[Output, ...]:
     """Energy, powers and contact forces of a mechanism with these contacts."""
-    coordinates = mechanism.coordinates
-    velocities = [q.v for q in coordinates]
     T, U = mechanism.kinetic_energy, mechanism.potential_energy
+    velocities = [q.v for q in mechanism.coordinates]
     at_rest = dict.fromkeys(velocities, sympy.S.Zero)
-    constant: Any = T.xreplace(at_rest)
-    linear = sum((v * sympy.diff(T, v).xreplace(at_rest) for v in velocities), sympy.S.Zero)
-    frame = sympy.expand(linear + 2 * constant)
-    supplied = sum((force * q.v for q, force in mechanism.applied.items()), sympy.S.Zero)
-    supplied += _explicit_rate(U, mechanism) - _explicit_rate(T, mechanism)
-    supplied += time_derivative(frame, coordinates, mechanism.inputs, with_accelerations=True)
-    lost = sum((v * sympy.diff(mechanism.dissipation, v) for v in velocities), sympy.S.Zero)
-    stored = sympy.S.Zero
+    standing: dict[sympy.Basic, Any] = {TIME: sympy.S.One} | {u: u.rate for u in mechanism.inputs}
+    along = Derivatives().along
+    frame = sympy.expand(_linear(T, velocities) + 2 * T.xreplace(at_rest))
+    moving = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=True)
+    supplied = [force * q.v for q, force in mechanism.applied.items()]
+    supplied += [along(U, standing), -along(T, standing), moving(frame)]
+    lost = [along(mechanism.dissipation, {v: v for v in velocities})]
+    stored = []
     for contact in contacts:
-        supplied -= contact.force_symbol * sympy.expand(contact.slip).xreplace(at_rest)
+        driven = sympy.expand(contact.slip).xreplace(at_rest)
+        supplied.append(-contact.force_symbol * driven)
         power = -contact.force_symbol * contact.slip_symbol
         if contact.kind == "stop":
-            stored += power
+            stored.append(power)
         elif contact.kind != "impact":
-            lost += power
+            lost.append(power)
     outputs = [
         Output("energy", T + U, "J", "kinetic and potential energy"),
-        Output("power_input", supplied, "W", "power that applied forces, moving supports and drives supply"),
-        Output("power_dissipated", lost, "W", "power that dashpots and friction take"),
+        Output(
+            "power_input", sympy.Add(*supplied), "W", "power that applied forces, moving supports and drives supply"
+        ),
+        Output("power_dissipated", sympy.Add(*lost), "W", "power that dashpots and friction take"),
     ]
     if any(contact.kind == "stop" for contact in contacts):
-        outputs.append(Output("power_stops", stored, "W", "power that goes into stops"))
+        outputs.append(Output("power_stops", sympy.Add(*stored), "W", "power that goes into stops"))
     return (*outputs, *(_force(contact) for contact in contacts))
+
+
+def quadratic_energy(mechanism: Mechanism) -> sympy.Expr:
+    """T2, the part of the kinetic energy that is quadratic in the velocities."""
+    T, velocities = mechanism.kinetic_energy, [q.v for q in mechanism.coordinates]
+    constant, linear = T.xreplace(dict.fromkeys(velocities, sympy.S.Zero)), _linear(T, velocities)
+    return T if constant == 0 and linear == 0 else sympy.expand(T - constant - linear)
 
 
 def _force(contact: ContactDynamics) -> Output:
@@ -70,8 +80,8 @@ def _force(contact: ContactDynamics) -> Output:
     return Output(f"{contact.name}_force", force, contact.force_symbol.unit, f"{kind}: {what}")
 
 
-def _explicit_rate(expression: sympy.Expr, mechanism: Mechanism) -> sympy.Expr:
-    """Rate of an expression while the coordinates and velocities stay."""
-    return sympy.diff(expression, TIME) + sum(
-        (sympy.diff(expression, u) * u.rate for u in mechanism.inputs), sympy.S.Zero
-    )
+def _linear(T: sympy.Expr, velocities: Sequence[Velocity]) -> Any:
+    """The part of T that is linear in the velocities."""
+    directions = {v: sympy.Dummy(v.name, real=True) for v in velocities}
+    slope = Derivatives().along(T, directions).xreplace(dict.fromkeys(velocities, sympy.S.Zero))
+    return slope.xreplace({direction: v for v, direction in directions.items()})

@@ -33,7 +33,7 @@ def fold(
         fixed: values of parameters and inputs that become constants of the code, in the unit of each.
         values: of the other parameters and inputs, as their start values.
         start: start values of states.
-        outputs: names of those to keep.
+        outputs: names of those to keep, with the states of contacts that are to be among them.
 
     Returns:
         A system of the same states and contacts.
@@ -47,7 +47,8 @@ def fold(
     def folded(expression: Any) -> Any:
         return sympy.sympify(expression).xreplace(known)
 
-    W, G = folded(system.W), folded(system.G)
+    W, G = system.W.xreplace(known), system.G.xreplace(known)
+    inertia = {place: folded(entry) for place, entry in system.inertia.items()}
     requirements = (r._replace(expression=folded(r.expression)) for r in system.all_requirements)
     return dataclasses.replace(
         system,
@@ -59,12 +60,15 @@ def fold(
         acceleration=tuple(folded(a) for a in system.acceleration),
         W=W,
         G=G,
-        constant_inertia=only_parameters(W) and only_parameters(G),
+        inertia=inertia,
+        constant_inertia=only_parameters([*W.values(), *G.values(), *inertia.values()]),
         contacts=tuple(_folded_contact(contact, folded) for contact in system.contacts),
         internal_rates=tuple(folded(rate) for rate in system.internal_rates),
+        kinetic_energy=folded(system.kinetic_energy),
         outputs=tuple(
             dataclasses.replace(o, expression=folded(o.expression)) for o in system.outputs if o.name in outputs
         ),
+        shown_states=frozenset(c.name for c in system.contacts if f"{c.name}_state" in outputs),
         # the others hold already: values are checked before they are folded
         all_requirements=tuple(r for r in requirements if sympy.sympify(r.expression).free_symbols),
     )

@@ -6,6 +6,9 @@
     y  = slip                       slip speed, speed of approach or switching function of each contact
     y' = slip_rate + G lambda       slip_rate without contact forces; G = J W, J = dy/dv
 
+Where the mass matrix M of the driven states is large, its inverse is not written out: a system with an ``inertia`` M
+has M a and M W = J^T in the place of a and W, and G = J W is left to the code that factors M.
+
 a is the rate without contact forces, lambda the contact forces. Friction slips (lambda = force), sticks (lambda keeps
 y' = 0 while |lambda| < capacity) or is away (lambda = 0); a stop touches (lambda = force), has released or is away
 (lambda = 0); a switch with sliding is a friction of capacity 1.
@@ -17,14 +20,16 @@ else it slips (|lambda| = mu times the normal force) or sticks (|lambda| less th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import ContactSymbol, Requirement
 from fmu_models.language.declaration import Output
+from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import Acceleration, Coordinate, Input, InternalState, Parameter, State, Velocity
 
 
@@ -103,13 +108,17 @@ class HybridSystem:
         parameters, inputs, coordinates, internal_states, outputs: in the order of the FMU's variables.
         driven: the states v.
         rate_symbols: what outputs call the rates of the driven states (``Coordinate.a``).
-        acceleration: a, one per driven state.
-        W: (n_driven, n_contacts), rate of the driven states per contact force.
-        G: (n_contacts, n_contacts), rate of y per contact force.
-        constant_inertia: W and G depend on parameters alone.
+        acceleration: a, one per driven state; M a with an inertia.
+        W: (n_driven, n_contacts), rate of the driven states per contact force; M W with an inertia.
+        G: (n_contacts, n_contacts), rate of y per contact force; zero with an inertia.
+        inertia: M, by row and column of its entries that are not zero; empty where a, W and G are written out.
+        constant_inertia: M, W and G depend on parameters alone.
         contacts: the contacts.
         internal_rates: one per internal state.
+        kinetic_energy: the part that is quadratic in v, which impulses change; 0 without a body.
         all_requirements: what the parameters must satisfy beside their own bounds.
+        shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
+            with these integers, so none by default.
     """
 
     name: str
@@ -122,13 +131,30 @@ class HybridSystem:
     rate_symbols: tuple[Acceleration, ...]
     internal_states: tuple[InternalState, ...]
     acceleration: tuple[sympy.Expr, ...]
-    W: sympy.ImmutableDenseMatrix
-    G: sympy.ImmutableDenseMatrix
+    W: sympy.ImmutableSparseMatrix
+    G: sympy.ImmutableSparseMatrix
     constant_inertia: bool
     contacts: tuple[ContactDynamics, ...]
     internal_rates: tuple[sympy.Expr, ...]
+    kinetic_energy: sympy.Expr
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
+    shown_states: frozenset[str] = frozenset()
+    inertia: Mapping[tuple[int, int], sympy.Expr] = field(default_factory=dict)
+
+    def written_out(self) -> HybridSystem:
+        """This system, which must have a, W and G written out.
+
+        Raises:
+            StickslipError: its mass matrix is left to the generated code.
+        """
+        if self.inertia:
+            raise StickslipError(
+                f"{self.name}: its mass matrix of {len(self.driven)} coordinates is factored in the generated code; "
+                "what needs the accelerations written out takes at most two coupled coordinates (three with a "
+                "constant mass matrix). Compare it by the importer's own integration instead."
+            )
+        return self
 
     @property
     def velocities(self) -> tuple[Velocity, ...]:
@@ -151,6 +177,24 @@ def terms(expression: sympy.Expr) -> tuple[sympy.Expr, ...]:
     return sympy.Add.make_args(sympy.expand(expression))
 
 
-def only_parameters(matrix: sympy.Matrix) -> bool:
-    """Whether a matrix is free of states, inputs and time."""
-    return all(isinstance(symbol, Parameter) for symbol in matrix.free_symbols)
+def acting(system: HybridSystem) -> list[tuple[int, int]]:
+    """Driven states and contacts whose forces act on them: where W may be other than zero."""
+    if not system.inertia:
+        return sorted(system.W.todok())
+    group = {i: block for block in blocks(len(system.driven), system.inertia) for i in block}
+    return sorted({(i, c) for row, c in system.W.todok() for i in group[row]})
+
+
+def joined(system: HybridSystem) -> list[tuple[int, int]]:
+    """Pairs of contacts of which the second acts on the rate of the first: where G may be other than zero."""
+    if not system.inertia:
+        return sorted(system.G.todok())
+    on: dict[int, list[int]] = {}
+    for i, c in acting(system):
+        on.setdefault(i, []).append(c)
+    return sorted({(c, e) for i, c in system.W.todok() for e in on[i]})
+
+
+def only_parameters(expressions: Iterable[sympy.Expr]) -> bool:
+    """Whether expressions are free of states, inputs and time."""
+    return all(isinstance(symbol, Parameter) for expression in expressions for symbol in expression.free_symbols)

@@ -1,47 +1,75 @@
-"""Lagrange's equations, solved for the accelerations.
+"""Lagrange's equations and the mass matrix.
 
 M a = -dU/dq - dD/dv + Q + dT/dq - (d2T/dv dq) v - d2T/dv dt - (d2T/dv du) u',    M = d2T/dv2
+
+The inverse of M is written out as long as it is small: blocks of two coordinates, and of three that depend on
+parameters alone. Else M itself goes into the generated code and is factored there (engine/model/mass_matrix.h).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import sympy
 
+from fmu_models.language.derivatives import Derivatives
+from fmu_models.language.inertia import CLOSED_FORM, Entries, blocks
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Input
+from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 
 
-def inverse(matrix: sympy.Matrix) -> sympy.Matrix:
-    """Inverse of a mass matrix with one common denominator, which generated code then computes once."""
-    if matrix.is_diagonal():
-        return sympy.diag(*(1 / entry for entry in matrix.diagonal()))
-    determinant = sympy.simplify(sympy.sympify(matrix.det()))
-    return matrix.adjugate().applyfunc(sympy.simplify) / determinant
+def has_small_inverse(n: int, mass: Entries) -> bool:
+    """Whether the inverse of a mass matrix of n coordinates is written out."""
+    for block in blocks(n, mass):
+        symbols = set().union(*(entry.free_symbols for (i, _), entry in mass.items() if i in block))
+        constant = all(isinstance(symbol, Parameter) for symbol in symbols)
+        if len(block) > (CLOSED_FORM if constant else CLOSED_FORM - 1):
+            return False
+    return True
 
 
-def generalised_forces(mechanism: Mechanism) -> sympy.Matrix:
-    """Right-hand side of the equation at the head of the module without contact forces, (n_coordinates, 1)."""
+def inverse(n: int, mass: Entries) -> dict[tuple[int, int], Any]:
+    """Entries of the inverse of a mass matrix, those of a block with one denominator, which code computes once."""
+    found: dict[tuple[int, int], Any] = {}
+    for block in blocks(n, mass):
+        if len(block) == 1:
+            found[block[0], block[0]] = 1 / mass[block[0], block[0]]
+            continue
+        square = sympy.Matrix([[mass.get((i, j), sympy.S.Zero) for j in block] for i in block])
+        determinant = sympy.expand(square.det())
+        adjugate = square.adjugate().applyfunc(sympy.expand)
+        found |= {
+            (i, j): adjugate[a, b] / determinant
+            for a, i in enumerate(block)
+            for b, j in enumerate(block)
+            if adjugate[a, b] != 0
+        }
+    return found
+
+
+def generalised_forces(mechanism: Mechanism) -> list[Any]:
+    """Right-hand side of the equation at the head of the module without contact forces, one per coordinate."""
     T, U, D = mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation
-    rows = []
-    for q in mechanism.coordinates:
-        momentum = sympy.diff(T, q.v)
-        drift = time_derivative(momentum, mechanism.coordinates, mechanism.inputs, with_accelerations=False)
-        applied = mechanism.applied.get(q, sympy.S.Zero)
-        rows.append(-sympy.diff(U, q) - sympy.diff(D, q.v) + applied + sympy.diff(T, q) - drift)
-    return sympy.Matrix(rows)
+    derivatives = Derivatives()
+    drift = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=False)
+    by = derivatives.by
+    return [
+        sympy.Add(-by(U, q), -by(D, q.v), mechanism.applied.get(q, sympy.S.Zero), by(T, q), -drift(by(T, q.v)))
+        for q in mechanism.coordinates
+    ]
 
 
-def time_derivative(
-    expression: sympy.Expr, coordinates: Sequence[Coordinate], inputs: Sequence[Input], *, with_accelerations: bool
-) -> sympy.Expr:
-    """Time derivative along the motion, by the chain rule; without accelerations, the terms of v' are left out."""
-    result = sympy.diff(expression, TIME)
-    for q in coordinates:
-        result += sympy.diff(expression, q) * q.v
+class TimeDerivative:
+    """Time derivatives along the motion, by the chain rule; without accelerations, the terms of v' are left out."""
+
+    def __init__(self, coordinates: Sequence[Coordinate], inputs: Sequence[Input], *, with_accelerations: bool) -> None:
+        self._rates: dict[sympy.Basic, Any] = {TIME: sympy.S.One}
+        self._rates |= {q: q.v for q in coordinates} | {u: u.rate for u in inputs}
         if with_accelerations:
-            result += sympy.diff(expression, q.v) * q.a
-    for u in inputs:
-        result += sympy.diff(expression, u) * u.rate
-    return result
+            self._rates |= {q.v: q.a for q in coordinates}
+        self._derivatives = Derivatives()
+        self._known: dict[Any, Any] = {}
+
+    def __call__(self, expression: Any) -> Any:
+        return self._derivatives.along(expression, self._rates, self._known)

@@ -241,6 +241,7 @@ class _Check:
         if asked is None:
             declared = {output.name for output in self.kept.outputs} if isinstance(self.kept, Mechanism) else set(known)
             return tuple(name for name in known if name in declared)
+        known += [f"{contact.name}_state" for contact in self.system.contacts]
         for name in asked:
             if name not in known:
                 states = {state.name for state in self.system.states}

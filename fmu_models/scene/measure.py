@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.base.cache import cache_folder
 from fmu_models.base.processes import isolated
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.package import built, variant
@@ -23,7 +24,6 @@ from fmu_models.scene.compute import arguments
 from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
-from fmu_models.toolchain.compiler import cache_folder
 
 PAIRS = 21
 LONGEST = 5.0  # s, after which no further pair of runs is begun

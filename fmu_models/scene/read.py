@@ -6,13 +6,13 @@ import os
 from pathlib import Path
 
 from fmu_models.base import shipped
+from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import is_sealed, named_file, seal, write_whole
 from fmu_models.base.toml_document import read_document
 from fmu_models.codegen.package import kept_by_name, kept_folder
 from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.scene import Scene
-from fmu_models.toolchain.compiler import digest
 
 SUFFIX = ".toml"
 

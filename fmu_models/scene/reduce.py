@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.files import is_sealed, seal, write_whole
 from fmu_models.codegen.package import built_of, checked, kept_by_name, kept_folder, variant, write
+from fmu_models.codegen.rights import Rights
 from fmu_models.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -55,14 +56,21 @@ def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
 
 
 def export_scene(
-    scene: Scene, path: str | os.PathLike[str], *, fmi_version: str = "3.0", overwrite: bool = False
+    scene: Scene,
+    path: str | os.PathLike[str],
+    *,
+    rights: Rights | None = None,
+    fmi_version: str = "3.0",
+    overwrite: bool = False,
 ) -> Path:
-    """Write the FMU of a scene to ``path``.
+    """Write the FMU of a scene to ``path``; the rest is as for ``fmu_models.codegen.package.export``.
 
     Raises:
         StickslipError: as for ``built_scene``, or ``path`` exists or cannot be written.
     """
     path = checked(path, fmi_version, overwrite)
+    if rights is not None:
+        return write(reduced(scene), path, rights=rights, fmi_version=fmi_version, overwrite=overwrite)
     kept = built_scene(scene, fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary:
         shutil.copyfile(kept, temporary)

@@ -247,7 +247,12 @@ def _read(file: Any) -> Recording:
     )
     steps, evaluations = int(file.attrs["steps"]), int(file.attrs["evaluations"])
     method = str(file.attrs["method"])
-    trajectory = Trajectory(file["time"][()], values, units, events, steps, evaluations, method)
+    time = np.asarray(file["time"][()])
+    if time.ndim != 1 or any(
+        column.shape != time.shape or column.dtype.kind not in "fiub" for column in values.values()
+    ):
+        raise ValueError("every variable needs a number at each time")
+    trajectory = Trajectory(time, values, units, events, steps, evaluations, method)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
 
 

@@ -1,19 +1,19 @@
-"""Simulate an exported FMU: one call into its own engine per run."""
+"""Simulate an exported FMU: one call into its own engine per run, in an instance that is kept for the next one."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import Any
+import weakref
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.fmu.library import library
 from fmu_models.simulation import whole_run
+from fmu_models.simulation.engine import Engine, engine_of
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Events, Trajectory
 
@@ -45,48 +45,160 @@ def simulate(
         StickslipError: unknown name, value out of its range, times out of order, an FMU of somebody else, or a motion
             that the engine cannot continue (the message says when and why).
     """
-    parameters, start, inputs = dict(parameters or {}), dict(start or {}), dict(inputs or {})
-    check_span(start_time, stop_time)
+    return KeptRun(fmu, tolerance=tolerance)(
+        stop_time,
+        start_time=start_time,
+        parameters=parameters,
+        start=start,
+        inputs=inputs,
+        output_times=output_times,
+        progress=progress,
+    )
+
+
+class KeptRun(Shown):
+    """Runs of one FMU of this suite, one after the other or in several threads at once; a context manager.
+
+    Each run starts afresh: it is that of ``simulate`` to the last bit, whatever was run before it.
+
+    Args:
+        tolerance: relative local error of a step, as for ``simulate``.
+
+    Raises:
+        StickslipError: the tolerance is none, or an FMU of somebody else.
+    """
+
+    def __init__(self, fmu: Fmu, *, tolerance: float = 1e-14) -> None:
+        check_tolerance(tolerance)
+        self.fmu, self.tolerance = fmu, tolerance
+        self._engine: Engine | None = engine_of(fmu)
+        self._names = _names_of(fmu)
+
+    def _contents(self) -> dict[str, object]:
+        return {"model": self.fmu.description.modelName, "tolerance": self.tolerance}
+
+    def __enter__(self) -> KeptRun:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """No run afterwards."""
+        self._engine = None
+
+    def __call__(
+        self,
+        stop_time: float,
+        *,
+        start_time: float = 0.0,
+        parameters: Mapping[str, float] | None = None,
+        start: Mapping[str, float] | None = None,
+        inputs: Mapping[str, float | Signal] | None = None,
+        output_times: ArrayLike | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trajectory:
+        """The run of ``simulate`` with these arguments.
+
+        Raises:
+            StickslipError: as for ``simulate``, after which the next run is as any other; or this was closed.
+        """
+        engine, names = self._engine, self._names
+        if engine is None:
+            raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
+        check_span(start_time, stop_time)
+        initial, signals = self._initial(parameters, start, inputs)
+        times = checked_times(output_times, start_time, stop_time)
+        stops = np.concatenate((times, [stop_time])) if times[-1] < stop_time else times
+        driven = None
+        if signals:
+            table = knots(signals, start_time, stop_time)
+            driven = np.array([names.inputs[name] for name in signals], dtype=np.uint32), table
+            for i, name in enumerate(signals):
+                initial[names.inputs[name]], initial[names.rates[name]] = table[1][0, i], table[2][0, i]
+        request = whole_run.Request(stops, names.recorded, driven)
+        instance = engine.take()
+        try:
+            instance.restart(initial, start_time, self.tolerance)
+            return names.trajectory(times, whole_run.run(engine, instance, request, progress))
+        finally:
+            engine.give(instance)
+
+    def _initial(
+        self,
+        parameters: Mapping[str, float] | None,
+        start: Mapping[str, float] | None,
+        inputs: Mapping[str, float | Signal] | None,
+    ) -> tuple[dict[int, float], dict[str, Signal]]:
+        """Checked start values by reference, and the inputs that change with time."""
+        fmu, names = self.fmu, self._names
+        signals: dict[str, Signal] = {}
+        initial: dict[int, float] = {}
+        for kind, given, known in (
+            ("parameter", parameters, names.parameters),
+            ("state", start, names.states),
+            ("input", inputs, names.inputs),
+        ):
+            if not given:
+                continue
+            check_names(fmu, kind, given, known)
+            for name, value in given.items():
+                if isinstance(value, Signal):
+                    signals[name] = value
+                else:
+                    check_value(fmu, name, value)
+                    initial[known[name]] = value
+        return initial, signals
+
+
+class _Names:
+    """Value references by name, and what a trajectory records, in order; of one FMU."""
+
+    def __init__(self, fmu: Fmu) -> None:
+        def references(names: Sequence[str]) -> dict[str, int]:
+            return {name: fmu.variables[name].valueReference for name in names}
+
+        self.parameters = references(fmu.parameters)
+        self.states = references([*fmu.states, *fmu.memories])
+        self.inputs = references(fmu.inputs)
+        self.rates = {name: fmu.variables[f"{name}_rate"].valueReference for name in fmu.inputs}
+        derivatives = [f"der({name})" for name in fmu.states]
+        real = [*fmu.inputs, *fmu.states, *derivatives, *fmu.outputs, *fmu.memories]
+        self._recorded, self._n_real = [*real, *(f"{name}_state" for name in fmu.contacts)], len(real)
+        self.recorded = np.array(list(references(self._recorded).values()), dtype=np.uint32)
+        self._units = {name: fmu.variables[name].unit or "1" for name in self._recorded}
+        self._contacts, self._rigid = tuple(fmu.contacts), frozenset(fmu.impacts)
+
+    def trajectory(self, times: NDArray[np.float64], result: whole_run.Result) -> Trajectory:
+        """What came of a run, by name."""
+        n = self._n_real
+        rows = result.values[: times.size]
+        # rows of the instance are copied; many have an array of their own, of which the columns are views
+        real, states = rows[:, :n].T, rows[:, n:].T.astype(np.int8, order="C")
+        real = real.copy() if result.kept else real
+        values: dict[str, NDArray] = dict(zip(self._recorded, (*real, *states), strict=True))
+        events = Events(result.events, self._contacts, self._rigid)
+        return Trajectory(
+            times, values, dict(self._units), events, result.steps, result.evaluations, seconds=result.seconds
+        )
+
+
+_known: weakref.WeakKeyDictionary[Fmu, _Names] = weakref.WeakKeyDictionary()
+
+
+def _names_of(fmu: Fmu) -> _Names:
+    found = _known.get(fmu)
+    if found is None:
+        found = _known[fmu] = _Names(fmu)
+    return found
+
+
+def check_tolerance(tolerance: float) -> None:
     if not (math.isfinite(tolerance) and tolerance > 0):
         raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
-    check_names(fmu, "parameter", parameters, fmu.parameters)
-    check_names(fmu, "state", start, [*fmu.states, *fmu.memories])
-    check_names(fmu, "input", inputs, fmu.inputs)
-    values = {**parameters, **start, **{name: v for name, v in inputs.items() if not isinstance(v, Signal)}}
-    for name, value in values.items():
-        check_value(fmu, name, value)
-    times = checked_times(output_times, start_time, stop_time)
-    stops = np.append(times, stop_time) if times[-1] < stop_time else times
-    signals = {
-        name: v if isinstance(v, Signal) else Signal.constant(float(v), start_time, stop_time)
-        for name, v in inputs.items()
-    }
-    table = knots(signals, start_time, stop_time)
-    recorded = [
-        *fmu.inputs,
-        *fmu.states,
-        *(f"der({name})" for name in fmu.states),
-        *fmu.outputs,
-        *fmu.memories,
-        *(f"{name}_state" for name in fmu.contacts),
-    ]
-    request = whole_run.Request(
-        stops,
-        [fmu.variables[name].valueReference for name in recorded],
-        [fmu.variables[name].valueReference for name in signals],
-        *table,
-    )
-    initial = {**parameters, **start}
-    for i, name in enumerate(signals):
-        initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
-    with instance(fmu, initial, start_time, tolerance) as (slave, failure):
-        result = whole_run.run(whole_run.library_of(slave.dll, fmu.path.name), slave.component, request, progress)
-        if result is None:
-            raise failure()
-    return _trajectory(fmu, times, recorded, result)
 
 
-def check_names(fmu: Fmu, kind: str, given: Mapping[str, object], known: Sequence[str]) -> None:
+def check_names(fmu: Fmu, kind: str, given: Iterable[str], known: Collection[str]) -> None:
     for name in given:
         if name not in known:
             has = nearest(name, known) if known else f" It has no {kind}s."
@@ -120,92 +232,12 @@ def checked_times(given: ArrayLike | None, start: float, stop: float) -> NDArray
     times = np.array(given, dtype=float)
     if times.ndim != 1 or times.size == 0:
         raise StickslipError(f"Output times must be a list of numbers, found shape {times.shape}.")
-    if not np.isfinite(times).all() or (np.diff(times) < 0).any():
+    # what is not a number is not in order either, and what is infinite comes first or last
+    ascending = times.size == 1 or (times[1:] >= times[:-1]).all()
+    if not ascending or not (math.isfinite(times[0]) and math.isfinite(times[-1])):
         raise StickslipError("Output times must be finite and ascending. Sort them.")
     if times[0] < start or times[-1] > stop:
         raise StickslipError(
             f"Output times from {times[0]:g} s to {times[-1]:g} s leave the run from {start:g} s to {stop:g} s."
         )
     return times
-
-
-@contextmanager
-def instance(
-    fmu: Fmu, initial: Mapping[str, float], start_time: float, tolerance: float
-) -> Iterator[tuple[Any, Callable[[], StickslipError]]]:
-    """A Co-Simulation instance past its initialization, and what makes an error of the last message it logged."""
-    from fmpy.fmi1 import FMICallException
-
-    slave, failure = new_instance(fmu)
-    try:
-        begin(fmu, slave, initial, start_time, tolerance)
-        yield slave, failure
-    except FMICallException as error:
-        raise failure() from error
-    finally:
-        slave.freeInstance()
-
-
-def begin(fmu: Fmu, slave: Any, initial: Mapping[str, float], start_time: float, tolerance: float) -> None:
-    """Take a new or a reset instance past its initialization; fmpy's FMICallException if it refuses."""
-    references = [fmu.variables[name].valueReference for name in initial]
-    write = slave.setReal if fmu.fmi == 2 else slave.setFloat64
-    write(references, [float(value) for value in initial.values()])
-    if fmu.fmi == 2:
-        slave.setupExperiment(tolerance=tolerance, startTime=start_time)
-        slave.enterInitializationMode()
-    else:
-        slave.enterInitializationMode(tolerance=tolerance, startTime=start_time)
-    slave.exitInitializationMode()
-
-
-def new_instance(fmu: Fmu) -> tuple[Any, Callable[[], StickslipError]]:
-    """An fmpy instance, to be freed by the caller, and what makes an error of the last message it logged."""
-    from fmpy import fmi2, fmi3
-
-    messages: list[str] = []
-
-    def failure() -> StickslipError:
-        text = messages[-1] if messages else "the FMU failed without a message."
-        return StickslipError(f"{fmu.description.modelName}: {text}")
-
-    description = fmu.description
-    if description.coSimulation is None:
-        raise StickslipError(f"'{fmu.path}' has no Co-Simulation interface, through which FMUs are simulated here.")
-    library(fmu, str(description.coSimulation.modelIdentifier))
-    arguments = {
-        "guid": description.guid,
-        "modelIdentifier": description.coSimulation.modelIdentifier,
-        "unzipDirectory": str(fmu.folder),
-        "instanceName": description.modelName,
-    }
-
-    def keep(message: bytes) -> None:
-        # our messages begin with the C function that refused; that is of no use to the reader
-        text = message.decode("utf-8", "replace")
-        head, separator, rest = text.partition(": ")
-        messages.append(rest if separator and head.startswith(("fmi2", "fmi3")) else text)
-
-    try:
-        if fmu.fmi == 2:
-            slave = fmi2.FMU2Slave(**arguments)
-            callbacks = fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda _e, _n, _s, _c, message: keep(message))
-            slave.instantiate(callbacks=callbacks, loggingOn=True)
-        else:
-            slave = fmi3.FMU3Slave(**arguments)
-            slave.instantiate(loggingOn=True, logMessage=lambda _e, _s, _c, message: keep(message))
-    except Exception as error:  # fmpy raises plain exceptions
-        raise StickslipError(f"'{fmu.path}' cannot be loaded: {messages[-1] if messages else error}") from error
-    return slave, failure
-
-
-def _trajectory(fmu: Fmu, times: NDArray[np.float64], recorded: Sequence[str], result: whole_run.Result) -> Trajectory:
-    states = {f"{name}_state" for name in fmu.contacts}
-    values = {}
-    for column, name in enumerate(recorded):
-        data = result.values[: times.size, column]
-        values[name] = data.astype(np.int8) if name in states else np.ascontiguousarray(data)
-    units = {name: fmu.variables[name].unit or "1" for name in recorded}
-    events = Events(result.events, fmu.contacts, fmu.impacts)
-    return Trajectory(times, values, units, events, result.steps, result.evaluations, seconds=result.seconds)

@@ -21,7 +21,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.run import begin, check_names, check_value, new_instance
+from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.run import check_names, check_tolerance, check_value
 
 DIRECTIONS = (1, -1, 0)
 
@@ -135,8 +136,7 @@ class Follower:
     ) -> None:
         """Arguments as for ``crossings``, and as there is raised."""
         section.check(fmu)
-        if not (math.isfinite(tolerance) and tolerance > 0):
-            raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
+        check_tolerance(tolerance)
         parameters, inputs = dict(parameters or {}), dict(inputs or {})
         check_names(fmu, "parameter", parameters, fmu.parameters)
         check_names(fmu, "input", inputs, fmu.inputs)
@@ -144,13 +144,14 @@ class Follower:
         self.constants = MappingProxyType({**parameters, **inputs})
         for name, value in self.constants.items():
             check_value(fmu, name, value)
-        self._slave, self._failure = new_instance(fmu)
-        weakref.finalize(self, self._slave.freeInstance)
-        self._simulate = whole_run.library_of(self._slave.dll, fmu.path.name)
+        self._engine = engine_of(fmu)
+        self._instance = self._engine.take()
+        weakref.finalize(self, self._engine.give, self._instance)
         self._motions = 0
         rates = [f"der({name})" for name in fmu.states]
         contacts = [f"{name}_state" for name in fmu.contacts]
-        self._recorded = [fmu.variables[name].valueReference for name in ["time", *fmu.states, *rates, *contacts]]
+        recorded = ["time", *fmu.states, *rates, *contacts]
+        self._recorded = np.array([fmu.variables[name].valueReference for name in recorded], dtype=np.uint32)
         self._section = whole_run.Section(
             fmu.variables[section.state].valueReference, float(section.level), section.direction
         )
@@ -162,8 +163,6 @@ class Follower:
             StickslipError: unknown state, value out of its range, a stop that is not after the start, a motion that the
                 engine cannot continue, or one that is asked for more after another one has begun.
         """
-        from fmpy.fmi1 import FMICallException
-
         fmu = self.fmu
         if not (math.isfinite(start_time) and math.isfinite(stop_time) and stop_time > start_time):
             raise StickslipError(
@@ -173,21 +172,14 @@ class Follower:
         for name, value in start.items():
             check_value(fmu, name, value)
         self._motions += 1
-        try:
-            if self._motions > 1:
-                self._slave.reset()
-            begin(fmu, self._slave, {**self.constants, **start}, start_time, self.tolerance)
-        except FMICallException as error:
-            raise self._failure() from error
-        no_inputs = (np.empty(0), np.empty(0), np.empty(0))
-        request = whole_run.Request(np.array([stop_time], dtype=float), self._recorded, [], *no_inputs)
+        initial = {fmu.variables[name].valueReference: value for name, value in {**self.constants, **start}.items()}
+        self._instance.restart(initial, start_time, self.tolerance)
+        request = whole_run.Request(np.array([stop_time], dtype=float), self._recorded)
         return self._each(request, self._motions)
 
     def _each(self, request: whole_run.Request, motion: int) -> Iterator[Crossing]:
         n = len(self.fmu.states)
-        for row in whole_run.crossings(self._simulate, self._slave.component, request, self._section):
-            if row is None:
-                raise self._failure()
+        for row in whole_run.crossings(self._engine, self._instance, request, self._section):
             time, *values = row.tolist()
             yield Crossing(
                 time,

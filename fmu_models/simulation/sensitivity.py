@@ -19,7 +19,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown, Tabular
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.run import check_names, check_value, checked_times, new_instance
+from fmu_models.simulation.engine import Instance, engine_of
+from fmu_models.simulation.run import check_names, check_tolerance, check_value, checked_times
 from fmu_models.simulation.signal import Signal, knots
 from fmu_models.simulation.trajectory import Events
 
@@ -33,9 +34,9 @@ class Sensitivity(Tabular):
 
     Attributes:
         time: (n,) s.
-        names: of the states and outputs recorded.
+        names: of the states, memories of stops and outputs recorded.
         values: (n, n_names), in the unit of each.
-        by: names of the m directions: parameters, start states, constants added to inputs.
+        by: names of the m directions: parameters, start states, speeds of entry, constants added to inputs.
         derivative: (n, n_names, m) d value / d direction at a fixed time.
         events: every change of contact state and every impact, in order of time.
         event_derivative: (k, m) d event time / d direction, s per unit; nan for the end of a chatter, of whose time
@@ -88,8 +89,9 @@ class SensitiveRun(Shown):
     """An instance of an FMU of this suite, kept for any number of runs; a context manager.
 
     Args:
-        by: what to differentiate by: parameters, states (their start values), inputs (a constant added to the input).
-        recorded: states and outputs; default all states.
+        by: what to differentiate by: parameters, states (their start values), inputs (a constant added to the input),
+            and ``<stop>_memory``, the speed at which a stop was entered before the start.
+        recorded: states, outputs and ``<stop>_memory``; default all states.
         tolerance: relative local error of a step, of motion and derivatives.
 
     Raises:
@@ -101,27 +103,23 @@ class SensitiveRun(Shown):
     ) -> None:
         self.fmu, self.by, self.tolerance = fmu, tuple(by), float(tolerance)
         self.recorded = tuple(fmu.states if recorded is None else recorded)
-        if not (math.isfinite(self.tolerance) and self.tolerance > 0):
-            raise StickslipError(f"The tolerance must be a positive number, found {tolerance:g}.")
+        check_tolerance(self.tolerance)
         self._states = [*fmu.states, *fmu.memories]
         self._parameters, self._inputs, self._contacts = fmu.parameters, fmu.inputs, fmu.contacts
         self._rigid = set(fmu.impacts)
-        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *fmu.states, *fmu.inputs])
-        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*fmu.states, *fmu.outputs])
+        check_names(fmu, "parameter, state or input", dict.fromkeys(by), [*fmu.parameters, *self._states, *fmu.inputs])
+        check_names(fmu, "state or output", dict.fromkeys(self.recorded), [*self._states, *fmu.outputs])
         for kind, names in (("differentiated by", self.by), ("recorded", self.recorded)):
             if repeated := sorted({name for name in names if names.count(name) > 1}):
                 raise StickslipError(f"'{repeated[0]}' is to be {kind} twice. Name it once.")
         if not self.by:
             raise StickslipError("Name at least one parameter, state or input to differentiate by; or use simulate.")
-        self._references = [fmu.variables[name].valueReference for name in self.recorded]
-        self._slave, self._failure = new_instance(fmu)
-        try:
-            whole_run.library_of(self._slave.dll, fmu.path.name)
-        except StickslipError:
-            self.close()
-            raise
-        directions = [fmu.variables[name].valueReference for name in self.by]
-        self._differentiator = whole_run.Differentiator(self._slave.dll, self._slave.component, directions)
+        variables = fmu.variables
+        self._references = np.array([variables[name].valueReference for name in self.recorded], dtype=np.uint32)
+        directions = np.array([variables[name].valueReference for name in self.by], dtype=np.uint32)
+        self._engine = engine_of(fmu)
+        self._instance: Instance | None = self._engine.take()
+        self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "by": self.by, "recorded": self.recorded}
@@ -133,10 +131,10 @@ class SensitiveRun(Shown):
         self.close()
 
     def close(self) -> None:
-        """Free the instance; no run afterwards."""
-        if self._slave is not None:
-            self._slave.freeInstance()
-            self._slave = None
+        """Give the instance back; no run afterwards."""
+        if self._instance is not None:
+            self._engine.give(self._instance)
+            self._instance = None
 
     def run(
         self,
@@ -156,7 +154,7 @@ class SensitiveRun(Shown):
             StickslipError: as for ``simulate``; or the motion has no derivative, because it touches the bound of a
                 contact without crossing it.
         """
-        if self._slave is None:
+        if self._instance is None:
             raise StickslipError("The runs of this FMU are closed. Open a SensitiveRun again.")
         parameters, start, inputs = dict(parameters or {}), dict(start or {}), dict(inputs or {})
         times = np.ascontiguousarray(output_times, dtype=float)
@@ -173,18 +171,17 @@ class SensitiveRun(Shown):
         for name, value in initial.items():
             check_value(self.fmu, name, value)
         signals = {name: value for name, value in inputs.items() if isinstance(value, Signal)}
-        table = knots(signals, start_time, float(times[-1]))
-        for i, name in enumerate(signals):
-            initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
-        variables = self.fmu.variables
-        request = whole_run.Request(
-            times, self._references, [variables[name].valueReference for name in signals], *table
-        )
+        variables, driven = self.fmu.variables, None
+        if signals:
+            table = knots(signals, start_time, float(times[-1]))
+            driven = np.array([variables[name].valueReference for name in signals], dtype=np.uint32), table
+            for i, name in enumerate(signals):
+                initial[name], initial[f"{name}_rate"] = table[1][0, i], table[2][0, i]
+        request = whole_run.Request(times, self._references, driven)
         begin = {variables[name].valueReference: float(value) for name, value in initial.items()}
-        found = self._differentiator.run(request, begin, start_time, self.tolerance)
-        if found is None:
-            raise self._failure()
-        result, derivatives, event_derivatives, one_sided = found
+        result, derivatives, event_derivatives, one_sided = self._differentiator.run(
+            request, begin, start_time, self.tolerance
+        )
         events = Events(result.events, self._contacts, self._rigid)
         return Sensitivity(
             times,

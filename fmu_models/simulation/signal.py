@@ -63,9 +63,10 @@ class Signal(Shown):
         return self.value[base] + slope * (times - self.time[base]), slope
 
 
-def knots(
-    signals: Mapping[str, Signal], start: float, stop: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+Knots = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
+def knots(signals: Mapping[str, Signal], start: float, stop: float) -> Knots:
     """Common table of several signals over [start, stop].
 
     Returns:

@@ -20,7 +20,8 @@ class FlowDerivative(Shown):
     """Where a motion arrives, and how that depends on where it began.
 
     Attributes:
-        states: names of the states, in the order of rows and columns below.
+        states: names of the states, in the order of rows and columns below; of a motion that was given the speed at
+            which it had entered a stop, also the memories of these.
         end: (n,) states at the end.
         by_start: (n, n) d end / d start; over a period of a periodic motion its monodromy matrix.
         by_parameter: per parameter asked for (n,) d end / d parameter, start states held.
@@ -57,8 +58,8 @@ def flow_derivative(
     """
     check_span(start_time, stop_time)
     check_names(fmu, "parameter", dict.fromkeys(by), fmu.parameters)
-    states = tuple(fmu.states)
-    with SensitiveRun(fmu, by=[*states, *by], tolerance=tolerance) as kept:
+    states = (*fmu.states, *(name for name in fmu.memories if name in (start or {})))
+    with SensitiveRun(fmu, by=[*states, *by], recorded=states, tolerance=tolerance) as kept:
         found = kept.run([stop_time], start_time=start_time, parameters=parameters, start=start, inputs=inputs)
     end, derivative, n = found.values[0], found.derivative[0], len(states)
     by_parameter = dict(zip(by, derivative[:, n:].T.copy(), strict=True))

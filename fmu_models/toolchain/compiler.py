@@ -6,7 +6,6 @@ flags, compiler version). Processes that build the same one at the same time eac
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import shutil
@@ -16,15 +15,21 @@ from collections.abc import Mapping, Sequence
 from importlib import metadata, util
 from pathlib import Path
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, WriteError
-from fmu_models.base.files import is_sealed, seal
+from fmu_models.base.files import FULL, is_sealed, seal
 from fmu_models.base.temporary import temporary_folder
+
+# zig would first compile a runtime of its own, for numbers and instructions that processors lack: 4 s, of which our C
+# uses nothing on Linux, as the linker sees to
+_WITHOUT_RUNTIME = ("-rtlib=none", "-Wl,-z,defs")
 
 # -ffp-contract=off: fused multiply-adds would make results differ between processors
 # -fno-sanitize=undefined: zig cc adds run-time checks unless told otherwise; -s: debug information triples the size
 FLAGS = (
     *("-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fvisibility=hidden", "-ffp-contract=off"),
     *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
+    *(_WITHOUT_RUNTIME if sys.platform == "linux" else ()),
 )
 
 CPP = (".cpp", ".cc", ".cxx", ".C")
@@ -51,37 +56,6 @@ def this_platform() -> tuple[str, str, str | None, str]:
         known = ", ".join("-".join(pair) for pair in PLATFORMS)
         raise StickslipError(f"No FMU can be built on {'-'.join(key)}. Use one of: {known}.")
     return PLATFORMS[key]
-
-
-def cache_folder() -> Path:
-    """Folder for compiled libraries and FMUs: ``STICKSLIP_CACHE`` or the user's cache folder.
-
-    Raises:
-        StickslipError: the folder cannot be made.
-    """
-    if given := os.environ.get("STICKSLIP_CACHE"):
-        folder = Path(given)
-    else:
-        import platformdirs
-
-        folder = Path(platformdirs.user_cache_dir("stickslip", appauthor=False))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StickslipError(
-            f"The cache folder '{folder}' cannot be made: {error.strerror}. "
-            "Set STICKSLIP_CACHE to a folder you may write to."
-        ) from error
-    return folder
-
-
-def digest(*parts: bytes | str) -> str:
-    """Hash of a sequence of texts; where one ends and the next begins counts."""
-    total = hashlib.sha256()
-    for part in parts:
-        data = part.encode() if isinstance(part, str) else part
-        total.update(len(data).to_bytes(8, "little") + data)
-    return total.hexdigest()[:32]
 
 
 def engine_sources() -> dict[str, str]:
@@ -135,7 +109,12 @@ def compile_shared(
     )
     kept = cache_folder() / "libraries" / key
     if not is_sealed(kept):
-        _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
+        try:
+            _compile(sources, headers, flags, kept, "c++" if any(name.endswith(CPP) for name in files) else "cc")
+        except OSError as error:
+            if error.errno in FULL:
+                raise _full() from error
+            raise
     shutil.copyfile(kept, output)
     return output
 
@@ -147,6 +126,12 @@ def _compiler_version() -> str:
         raise StickslipError(
             "The C compiler is missing: it comes as a package. Install it: pip install ziglang"
         ) from None
+
+
+def _full() -> WriteError:
+    return WriteError(
+        f"The disk of the cache folder '{cache_folder()}' is full. Make room there, or set STICKSLIP_CACHE."
+    )
 
 
 def _compile(
@@ -169,9 +154,7 @@ def _compile(
         if run.returncode != 0 or not library.is_file():
             lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]
             if any("NoSpaceLeft" in line or "No space left" in line for line in lines):
-                raise WriteError(
-                    f"The disk of the cache folder '{cache_folder()}' is full. Make room there, or set STICKSLIP_CACHE."
-                )
+                raise _full()
             shown = "\n  ".join(lines[:8])
             raise StickslipError(f"The C compiler failed:\n  {shown}")
         os.replace(library, kept)

@@ -8,18 +8,24 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.version import version
+from fmu_models.commands.basins import basins
 from fmu_models.commands.bench import bench
+from fmu_models.commands.chart import chart
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
+from fmu_models.commands.diagram import diagram
 from fmu_models.commands.export import export
 from fmu_models.commands.inspect import inspect
+from fmu_models.commands.lyapunov import lyapunov
 from fmu_models.commands.map import show_map
 from fmu_models.commands.maps import maps
 from fmu_models.commands.models import models
 from fmu_models.commands.new import app as new_commands
 from fmu_models.commands.scene import scene
+from fmu_models.commands.section import section
 from fmu_models.commands.show import show
 from fmu_models.commands.simulate import simulate
+from fmu_models.commands.spectrum import spectrum
 from fmu_models.commands.stress import stress
 from identification.commands.apply import apply
 from identification.commands.compare import compare
@@ -37,8 +43,9 @@ from rig_io.commands.emulate import emulate
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
+FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum)
 FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips, watch)
-for command in MODELS:
+for command in (*MODELS, *FAMILIES):
     app.command()(command)
 app.command("map")(show_map)
 app.add_typer(new_commands, name="new")

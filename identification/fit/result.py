@@ -16,13 +16,14 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
+from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured, Shown
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.problem import identifier
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
-from identification.inference.whiteness import Whiteness, whiteness_from
+from identification.inference.whiteness import Whiteness
 from identification.measurement.presliding import PreSliding
 
 if TYPE_CHECKING:
@@ -258,7 +259,7 @@ class FrictionFit(Pictured):
         """
         try:
             return FrictionFit.from_dict(json.loads(text))
-        except json.JSONDecodeError as error:
+        except (json.JSONDecodeError, RecursionError) as error:
             raise StickslipError(f"This is not JSON ({error}). Give a result written by `stickslip fit`.") from error
 
     @staticmethod
@@ -270,28 +271,14 @@ class FrictionFit(Pictured):
             raise StickslipError(
                 f"The fit has format version {plain.get('version')}; this program reads version {VERSION}. Fit again."
             )
-        kinds = {
-            "parameters": FittedParameter,
-            "nuisance": FittedParameter,
-            "constants": Constant,
-            "logs": LogSummary,
-            "bins": SpeedBin,
-            "intervals": Interval,
-        }
-        try:
-            values = {key: value for key, value in plain.items() if key not in ("type", "version")}
-            for key, kind in kinds.items():
-                values[key] = tuple(kind(**entry) for entry in values[key])
-            values["logs"] = tuple(replace(log, drive_speeds=tuple(log.drive_speeds)) for log in values["logs"])
-            for key in ("structure", "contacts", "materials", "warnings"):
-                values[key] = tuple(values[key])
-            for key, kind in {"collinearity": Collinearity, "presliding": PreSliding}.items():
-                values[key] = None if values[key] is None else kind(**values[key])
-            values["whiteness"] = None if values["whiteness"] is None else whiteness_from(values["whiteness"])
-            values["correlation"] = tuple(tuple(row) for row in values["correlation"])
-            return FrictionFit(**values)
-        except (KeyError, TypeError) as error:
-            raise StickslipError(f"The fitted law is incomplete or has an unknown entry: {error}.") from error
+        values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved")}
+        fit = from_plain(FrictionFit, values, "The fitted law")
+        n = len(fit.parameters)
+        if [len(row) for row in fit.correlation] != [n] * n:
+            raise StickslipError(f"The fitted law has {n} parameters, but no correlation of {n} by {n}. Fit again.")
+        if len(fit.materials) not in (0, len(fit.contacts)):
+            raise StickslipError("The fitted law names contacts and materials of different number. Fit again.")
+        return fit
 
 
 def read_fit(path: str | os.PathLike[str]) -> FrictionFit:

@@ -12,9 +12,8 @@ Sources: Ljung & Box (1978), Biometrika 65, 297; Hotelling (1931), Ann. Math. St
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -93,13 +92,6 @@ class Whiteness:
                 "`stickslip laws`."
             )
         return tuple(said)
-
-
-def whiteness_from(plain: Mapping[str, Any]) -> Whiteness:
-    """From plain values, as `dataclasses.asdict` gives them."""
-    return Whiteness(
-        tuple(LogResiduals(**one) for one in plain["logs"]), tuple(SpeedResidual(**one) for one in plain["speeds"])
-    )
 
 
 def whiteness(evaluation: Evaluation, logs: Sequence[str]) -> Whiteness:

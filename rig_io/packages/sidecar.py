@@ -46,7 +46,7 @@ def load_json(sidecar: Path) -> dict[str, Any]:
         package = json.loads(sidecar.read_text(encoding="utf-8-sig"))
     except json.JSONDecodeError as error:
         raise StickslipError(f"'{sidecar}' is not JSON: {error.msg} on line {error.lineno}. Mend it there.") from error
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, UnicodeDecodeError, RecursionError) as error:
         raise StickslipError(f"'{sidecar}' cannot be read: {error}. Save it as JSON in UTF-8.") from error
     resources = package.get("resources") if isinstance(package, dict) else None
     if (

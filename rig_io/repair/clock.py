@@ -86,6 +86,11 @@ def mended(stamps: np.ndarray, table: Table, repair: Collection[str]) -> Clock:
                 f"time falls to {time[0]:.9g} s on {table.place(int(part[0]))}: the clock was reset, or two runs were "
                 f"joined. The log is split there, the stamps after it moved on by {shift:.9g} s."
             )
+        if np.any(np.diff(time + shift) <= 0):
+            raise StickslipError(
+                f"{table.source}: time reaches {times[-1][-1]:g} s on {table.place(int(kept[-1][-1]))}, beside "
+                "which the steps of the stamps after it vanish. Correct that stamp, or leave the row out."
+            )
         kept.append(chosen)
         times.append(time + shift)
         moved.append(np.full(len(time), shift))

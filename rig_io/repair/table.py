@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.unit_names import OtherDimensionError, conversion_factor
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, Column
 from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
@@ -130,7 +131,7 @@ def _missing_numbers(table: Table, name: str, values: np.ndarray) -> list[str]:
 
 
 def _in_unit(table: Table, column: Column, values: np.ndarray, unit: str | None) -> np.ndarray:
-    """Values in the column's unit; pint is loaded only when the stated unit is not that very string."""
+    """Values in the column's unit; converted only when the stated unit is another string."""
     if unit is None:
         header = "" if table.first_line is None else f", or write the header as '{column.name} [{column.unit}]'"
         raise StickslipError(
@@ -150,18 +151,14 @@ def conversion(unit: str, expected: str, where: str) -> float:
     """
     if unit == expected:
         return 1.0
-    import pint
-
-    from fmu_models.base.unit_names import parse_unit
-
     try:
-        return float(parse_unit(unit).to(parse_unit(expected).units).magnitude)
-    except pint.DimensionalityError as error:
+        return conversion_factor(unit, expected)
+    except OtherDimensionError as error:
         raise StickslipError(
             f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "
             "mixed up."
         ) from error
-    except (pint.PintError, ValueError) as error:
+    except ValueError as error:
         raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expected} or a multiple of it.") from error
 
 

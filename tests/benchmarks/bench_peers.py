@@ -7,8 +7,8 @@
     P3  ball on a table, Gamma = 0.8, e = 0.8, on its stable motion of period one, 200 impacts
 
 heyoka.py as its own users would write it, per motion: one compiled integrator, its events answered by callbacks, stick
-in closed form. ``stickslip bench`` runs it from the declarations, with the decisions in Python. Instances are made
-outside the times. Needs the extra `bench`.
+in closed form. ``stickslip bench`` runs it from the declarations, with the decisions in Python. Ours is one call of
+simulate, all of it timed. Integrators are made, and the library is loaded, outside the times. Needs the extra `bench`.
 """
 
 from __future__ import annotations

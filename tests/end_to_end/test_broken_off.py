@@ -16,6 +16,7 @@ import pytest
 
 from fmu_models.base import temporary
 from fmu_models.base.errors import WriteError
+from fmu_models.base.files import write_whole
 from fmu_models.codegen.package import built, export
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.results import write_trajectory
@@ -66,6 +67,15 @@ def test_a_disk_that_takes_no_more(what: str, largest: int, tmp_path: Path) -> N
     assert not list(tmp_path.iterdir())
 
 
+def test_a_disk_of_the_cache_that_takes_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    # the sources of the engine are what is written first
+    done = command("export", "bouncing_ball", folder=tmp_path, largest=5000)
+    assert_one_line(done, 74)
+    assert f"The disk of the cache folder '{tmp_path / 'cache'}' is full" in done.stderr
+    assert not list(tmp_path.glob("*.fmu")) and not list((tmp_path / "cache").rglob("*.fmu"))
+
+
 def test_output_that_goes_nowhere(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:
         done = command("models", folder=tmp_path, stdout=full.fileno())
@@ -113,6 +123,19 @@ def test_a_damaged_file_of_the_cache_is_built_again(damage, tmp_path: Path) -> N
         assert export("bouncing_ball", tmp_path / "ball.fmu").read_bytes() == whole
     finally:
         kept.write_bytes(whole)
+
+
+def test_what_a_killed_process_was_writing_goes_with_the_next_file_written_there(tmp_path: Path) -> None:
+    code = (
+        "import os, signal, sys; from fmu_models.base.files import write_whole\n"
+        "with write_whole(sys.argv[1]) as path:\n"
+        "    path.write_text('half'); os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    assert command(str(tmp_path / "run.csv"), folder=tmp_path, call=code).returncode == -signal.SIGKILL
+    assert len(list(tmp_path.rglob("run.csv"))) == 1
+    with write_whole(tmp_path / "other.csv") as path:
+        path.write_text("whole")
+    assert [file.name for file in tmp_path.iterdir()] == ["other.csv"]
 
 
 def test_folders_of_killed_processes_go_at_the_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

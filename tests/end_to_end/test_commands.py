@@ -318,10 +318,35 @@ def test_stress_judges_models_of_every_kind_of_contact(stickslip):
     assert "4 of 4 cells: 2 accurate, 0 degraded, 2 refused, 0 failed" in shown.out
 
 
+def test_stress_draws_random_cases(stickslip):
+    arguments = ("stress", "impact_pair", "woodpecker", "--random", 9, "--seed", 1)
+    content = stickslip(*arguments, "--json").json
+    assert content["asked"] == content["finished"] == 9
+    assert {name: sum(counts.values()) for name, counts in content["models"].items()} == {
+        "impact_pair": 5,
+        "woodpecker": 4,
+    }
+    assert content["totals"]["failed"] == 0
+    assert all(row["again"].startswith(f"stickslip simulate {row['model']} ") for row in content["cells"])
+    assert [row["again"] for row in stickslip(*arguments, "--json").json["cells"]] == [
+        row["again"] for row in content["cells"]
+    ]
+    shown = stickslip(*arguments)
+    assert shown.code == 0
+    # each that is refused is listed with its reason, and the command that repeats it in one line
+    (refused,) = (row for row in content["cells"] if row["verdict"] == "refused")
+    assert f"  {refused['case']}: refused: the wall of the rigid contact" in shown.out
+    assert f"    again: {refused['again']}\n" in shown.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "lesson"),
     [
         (("disc_rgi",), "Did you mean 'disc_rig'?"),
+        (("disc_rgi", "--random", "5"), "Did you mean 'disc_rig'?"),
+        (("impact_pair", "--seed", "5"), "Say how many: --random 500"),
+        (("impact_pair", "--random", "5", "--quick"), "leave them out with --random"),
+        (("impact_pair", "--random", "0"), "--random"),
         (("impact_pair", "--case", "d=0"), "No case matches 'd=0'"),
         (("impact_pair", "--until", "-1"), "positive time"),
         (("impact_pair", "--figure", "heat.txt"), "heat.txt"),
@@ -338,8 +363,8 @@ def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
 
     whole = workers.judged
 
-    def two_then_an_interrupt(cases, progress, **options):
-        cells = whole(cases, progress, **options)
+    def two_then_an_interrupt(cases, progress, pool):
+        cells = whole(cases, progress, pool)
         yield next(cells)
         yield next(cells)
         cells.close()  # type: ignore[attr-defined]  # a generator
@@ -351,3 +376,15 @@ def test_an_interrupted_stress_keeps_what_is_finished(stickslip, monkeypatch):
     assert (answer.json["finished"], answer.json["totals"]["failed"]) == (2, 0)
     assert answer.json["asked"] > 10
     assert "interrupted" in answer.err
+
+
+@pytest.mark.parametrize("what", ["models", "maps"])
+def test_a_list_is_kept_and_then_imports_no_member(stickslip, what):
+    first = stickslip(what, "--json").out
+    code = (
+        "import sys; from identification.cli import main\n"
+        "try: main()\n"
+        "finally: assert 'sympy' not in sys.modules and 'numpy' not in sys.modules"
+    )
+    again = subprocess.run([sys.executable, "-c", code, what, "--json"], capture_output=True, text=True, check=False)
+    assert (again.returncode, again.stderr, again.stdout) == (0, "", first)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -233,6 +234,11 @@ def test_installed_packages_offer_models_and_readers(stickslip, own, tmp_path_fa
     rows = {row["name"]: row for row in stickslip("models", "--json").json["models"]}
     assert rows["our_block"]["origin"] == "my-package 1.2" and rows["disc_rig"]["origin"] == "stickslip"
     assert "my-package 1.2" in stickslip("models").out
+    blocks = package / "blocks.py"
+    blocks.write_text(blocks.read_text().replace(rows["our_block"]["title"], "Another title"))
+    monkeypatch.delitem(sys.modules, "my_package.blocks")  # another process
+    rows = {row["name"]: row for row in stickslip("models", "--json").json["models"]}
+    assert rows["our_block"]["title"] == "Another title"
     assert stickslip("simulate", "our_block", "--until", "5", "--json").json["contacts"]["belt"]["events"] > 2
     assert stickslip("export", "our_block").code == 0 and (own / "own_block.fmu").is_file()
     assert "Did you mean 'our_block'" in stickslip("show", "our_blok").err

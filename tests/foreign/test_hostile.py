@@ -156,7 +156,7 @@ def test_an_interrupt_ends_a_hanging_run_and_leaves_nothing(folder: Path, tmp_pa
             assert parent.poll() is None
             time.sleep(0.05)
             numbers = children.read_text().split()
-        while list(tmp_path.glob("stickslip-master-*")):
+        while list(tmp_path.glob(".stickslip-master-*")):
             time.sleep(0.05)
         parent.send_signal(signal.SIGINT)
         _, said = parent.communicate(timeout=120)

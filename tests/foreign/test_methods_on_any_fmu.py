@@ -9,7 +9,7 @@ import pytest
 from models import Models
 from scipy.integrate import solve_ivp
 
-from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.driver import Driver, simulate_any
 
 METHODS = ("dopri5", "dop853", "stiff", "auto")
 
@@ -87,3 +87,14 @@ def test_a_directional_derivative_saves_evaluations(model: Models) -> None:
     exact = simulate_any(model("van_der_pol"), 200.0, **options)
     # three stages and the end of the step, two or three iterations: a Jacobian by differences would add two each
     assert exact.evaluations < 11 * exact.steps
+
+
+def test_outputs_within_the_step_before_the_method_changes_are_those_of_that_step(model: Models) -> None:
+    times = np.linspace(0.0, 0.3, 3001)
+    changing, explicit = (Driver(model("robertson"), method=m, tolerance=1e-6) for m in ("auto", "dop853"))
+    run, other = (driver.run(0.3, output_times=times) for driver in (changing, explicit))
+    assert "because stability limited the steps" in run.method
+    # the nominal value of each state is 1: the tolerance is absolute
+    assert max(np.abs(run[name] - other[name]).max() for name in "abc") < 1e-6
+    # and what one run leaves behind is nothing to the next
+    assert all(np.array_equal(changing.run(0.3, output_times=times)[name], run[name]) for name in "abc")

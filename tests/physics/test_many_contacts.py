@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
+from mechanisms import crank_without_rod, opened
 from scipy.integrate import solve_ivp
 
-from fmu_models.codegen.package import built, export
+from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.language.contacts import Friction
@@ -19,12 +18,6 @@ from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation.run import simulate
-
-
-def opened(mechanism: Mechanism) -> Fmu:
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        return Fmu.open(export(mechanism, Path(folder) / f"{mechanism.name}.fmu"))
-
 
 STIFFNESS, CAPACITY = 100.0, [4.0 + 0.5 * (i % 7) for i in range(100)]
 
@@ -108,23 +101,7 @@ def test_discs_of_one_speed_stick_up_to_the_sum_of_what_they_hold() -> None:
 
 @cache
 def crank() -> Fmu:
-    """A flywheel whose crank drives a slider without mass that rubs; no lever at its dead centres."""
-    J = Parameter("J", 1.0, "kg m2", "moment of inertia", positive=True)
-    r = Parameter("r", 0.3, "m", "crank", positive=True)
-    F = Parameter("F", 0.0, "N", "friction of the slider", minimum=0.0)
-    q = Coordinate("q", "rad", "angle", velocity="w")
-    slider = Friction(name="slider", slip=r * sympy.sin(q) * q.v, law=Coulomb(F, sympy.S.One))
-    return opened(
-        Mechanism(
-            name="crank",
-            title="crank",
-            source="test",
-            coordinates=[q],
-            kinetic_energy=J * q.v**2 / 2,
-            potential_energy=sympy.S.Zero,
-            contacts=[slider],
-        )
-    )
+    return opened(crank_without_rod())
 
 
 @pytest.mark.parametrize("F", [0.0, 0.05, 0.3])

@@ -10,8 +10,9 @@ import pytest
 
 from fmu_models import maps
 from fmu_models.analyses.bifurcation import Bifurcation, find_bifurcations
-from fmu_models.analyses.lyapunov import lyapunov_exponents
-from fmu_models.analyses.maps import Iteration, PeriodicMotion, find_iterate_crossings, find_periodic, iterate
+from fmu_models.analyses.iteration import Iteration, find_iterate_crossings, iterate
+from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.analyses.periodic import PeriodicMotion, find_periodic
 
 EXACT = 1e-12
 
@@ -26,7 +27,7 @@ def motions(name: str, period: int = 1, *, backward: bool = False, **values: flo
 
 
 def met(name: str, parameter: str, begin: float, end: float, period: int = 1, **values: float) -> list[Bifurcation]:
-    return list(find_bifurcations(maps.load(name), parameter, begin, end, period=period, values=values))
+    return list(find_bifurcations(at(name, **values), parameter, begin, end, period=period))
 
 
 def test_henon_fixed_points_and_eigenvalues():
@@ -84,7 +85,7 @@ def test_henon_has_as_many_motions_as_counted():
 
 def test_henon_exponents():
     """0.41922(2); the two add up to ln b, because the determinant is -b everywhere."""
-    found = lyapunov_exponents(at("henon"), steps=8000)
+    found = lyapunov(at("henon"), periods=1_000_000, motions=1024)
     assert found.errors[0] < 4e-4
     assert found.values[0] == pytest.approx(0.41922, abs=3 * found.errors[0])
     assert found.values.sum() == pytest.approx(math.log(0.3), abs=1e-12)
@@ -126,12 +127,12 @@ def test_logistic_fixed_points(r):
 
 def test_logistic_exponents():
     """ln 2 at r = 4; ln |slope| of the stable motions below; nothing left where the slope is 0."""
-    chaos = lyapunov_exponents(at("logistic", r=4.0), steps=4000)
+    chaos = lyapunov(at("logistic", r=4.0), periods=1_000_000, motions=1024)
     assert chaos.errors[0] < 5e-5
     assert chaos.values[0] == pytest.approx(math.log(2), abs=3 * chaos.errors[0])
-    (calm,) = lyapunov_exponents(at("logistic", r=3.2)).values
+    (calm,) = lyapunov(at("logistic", r=3.2), periods=20_000).values
     assert calm == pytest.approx(math.log(abs(4 + 2 * 3.2 - 3.2**2)) / 2, abs=EXACT)
-    assert lyapunov_exponents(at("logistic", r=2.0)).values[0] == -math.inf
+    assert lyapunov(at("logistic", r=2.0), periods=20_000).values[0] == -math.inf
 
 
 @pytest.mark.parametrize("s", [1.2, 1.7, 1.9, 2.0])
@@ -143,7 +144,7 @@ def test_tent(s):
     (twice,) = motions("tent", 2, s=s)
     assert twice.points[0, 0] == pytest.approx(s / (1 + s**2), abs=EXACT)
     assert twice.stability.eigenvalues[0] == pytest.approx(-(s**2), abs=EXACT)
-    assert lyapunov_exponents(at("tent", s=s)).values[0] == pytest.approx(math.log(s), abs=EXACT)
+    assert lyapunov(at("tent", s=s), periods=20_000).values[0] == pytest.approx(math.log(s), abs=EXACT)
 
 
 @pytest.mark.parametrize(("a", "r"), [(1.25, 1.0), (1.25, 0.3), (1.7, 1.9), (3.0, 0.01), (1.25, -0.5), (1.25, 2.5)])
@@ -183,7 +184,7 @@ def test_fermi_determinant_is_the_restitution_up_to_its_sign(gamma):
     assert np.abs(iteration.determinant(states)) == pytest.approx(gamma, rel=EXACT)
     moderate = states[states[:, 1] > 0.1]
     assert np.linalg.det(iteration.jacobian(moderate)) == pytest.approx(iteration.determinant(moderate), rel=1e-9)
-    assert lyapunov_exponents(iteration, steps=200).values.sum() == pytest.approx(math.log(gamma), abs=1e-9)
+    assert lyapunov(iteration, periods=50_000, motions=256).values.sum() == pytest.approx(math.log(gamma), abs=1e-9)
 
 
 def test_fermi_fixed_points():
@@ -249,7 +250,7 @@ def test_period_two_of_henon_is_that_of_its_quadratic():
 
 
 def test_lyapunov_exponent_of_a_stable_spiral_is_half_the_log_of_the_determinant():
-    found = lyapunov_exponents(at("high_bounce"), steps=4000)
+    found = lyapunov(at("high_bounce"), periods=1_000_000, motions=1024)
     assert found.values == pytest.approx(math.log(0.5) / 2, abs=1e-3)
     assert found.values.sum() == pytest.approx(math.log(0.5), abs=EXACT)
 

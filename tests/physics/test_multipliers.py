@@ -13,6 +13,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
+from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.tangent import flow_derivative
 
 SUPPORT = Fmu.open(built("discontinuous_support"))
@@ -93,6 +94,48 @@ def test_hinge_period_1():
             ends[steps] = np.array([run["x"][-1], run["v"][-1]])
         columns.append((8 * (ends[1] - ends[-1]) - (ends[2] - ends[-2])) / 12e-5)
     assert orbit.monodromy == pytest.approx(np.stack(columns, axis=1), abs=2e-8)
+
+
+def test_hinge_from_inside_a_stop():
+    """Multipliers do not ask where a period begins; inside a stop its speed of entry is a state too, soon forgotten."""
+    period = 1 / 0.429
+    outside = find_orbit(HINGE, period, {"x": -5e-6, "v": 0.033})
+    (entry, exit_) = (
+        next(e.time for e in simulate(HINGE, period, start=outside.start).events if getattr(e, which) == 3)
+        for which in ("after", "before")
+    )
+    for part in (0.1, 0.5, 0.8):
+        time = entry + part * (exit_ - entry)
+        run = simulate(HINGE, time, start=outside.start, output_times=[time])
+        (stop,) = (name for name in HINGE.contacts if run[f"{name}_state"][-1] == 3)
+        names = ["x", "v", f"{stop}_memory"]
+        guess = {name: 1.001 * run[name][-1] for name in names}
+        inside = find_orbit(HINGE, period, guess, start_time=time)
+        assert list(inside.start) == names
+        assert [inside.start[name] for name in names] == pytest.approx([run[name][-1] for name in names], abs=1e-10)
+        assert np.sort(inside.multipliers.real) == pytest.approx([*np.sort(outside.multipliers.real), 0.0], abs=1e-9)
+        columns = []
+        for name in names:
+            ends = {}
+            for steps in (-2, -1, 1, 2):
+                start = {**inside.start, name: inside.start[name] + steps * 1e-6}
+                end = simulate(HINGE, time + period, start_time=time, start=start, output_times=[time + period])
+                ends[steps] = np.array([end[other][-1] for other in names])
+            columns.append((8 * (ends[1] - ends[-1]) - (ends[2] - ends[-2])) / 12e-6)
+        assert inside.monodromy == pytest.approx(np.stack(columns, axis=1), abs=1e-6)
+        assert np.abs(inside.monodromy[:, 2]).max() > 1e-3
+
+
+def test_a_start_at_a_stop_remembers_the_speed_it_has_there():
+    """Just at the bound the speed of entry is the speed itself."""
+    start = {"x": 0.01, "v": 0.1}
+    with SensitiveRun(HINGE, by=["v", "right_memory"], recorded=["x", "right_memory"]) as kept:
+        found = kept.run([0.0, 0.3], start={**start, "right_memory": 0.7})
+    assert found["right_memory"] == pytest.approx([0.1, 0.1])
+    assert found.of("right_memory") == pytest.approx(np.array([[1.0, 0.0], [1.0, 0.0]]), abs=1e-15)
+    assert found.of("x")[:, 1] == pytest.approx([0.0, 0.0], abs=1e-15)
+    ends = [simulate(HINGE, 0.3, start={**start, "v": 0.1 + h}, output_times=[0.3])["x"][-1] for h in (1e-6, -1e-6)]
+    assert found.of("x")[1, 0] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-6)
 
 
 def test_hinge_doubles_its_period():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -56,6 +57,27 @@ def test_derivatives_are_right_or_said_to_be_too_large(tmp_path: Path) -> None:
     assert found.by_start.tolist() == [pytest.approx(row, rel=1e-11) for row in expected]
     with pytest.raises(StickslipError, match=r"derivatives of the motion grow beyond 1e\+80 at t = 18\d\."):
         flow_derivative(fmu, 300.0, start={"q": 0.0, "w": 0.0})
+
+
+def test_derivatives_of_chaos_end_in_words() -> None:
+    """A motion between stops whose neighbours leave it by a factor e every 4 s."""
+    with SensitiveRun(HINGE, by=["x", "v"]) as kept:
+        run = {"start": {"x": 0.0, "v": 0.03}, "parameters": {"f": 0.37}}
+        found = kept.run([200.0, 400.0, 600.0], **run)
+        assert np.isfinite(found.derivative).all() and np.isfinite(found.event_derivative).all()
+        assert np.abs(found.derivative[-1]).max() > 1e60
+        with pytest.raises(StickslipError, match=r"derivatives of the motion grow beyond 1e\+80 at t = \d\d\d\."):
+            kept.run([1500.0], **run)
+
+
+def test_derivatives_that_die_out_are_zero() -> None:
+    """A stable motion between stops forgets its start, below the least number there is, through 4 000 events."""
+    with SensitiveRun(HINGE, by=["x", "v", "k0"]) as kept:
+        found = kept.run([500.0, 3000.0], start={"x": 0.0, "v": 0.03}, parameters={"f": 0.3557})
+    assert 0.0 < np.abs(found.derivative[0, :, :2]).max() < 1e-60
+    assert np.abs(found.derivative[1, :, :2]).max() == 0.0
+    # what it has come to depends on the stiffness
+    assert 0.0 < np.abs(found.derivative[1, :, 2]).max() < 1.0
 
 
 def test_multipliers_at_a_corner_are_one_sided(tmp_path: Path) -> None:

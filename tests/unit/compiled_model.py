@@ -81,8 +81,10 @@ void order(const double *p, int k)
     model_slip(p, d, &jets, k);
     model_depth(p, d, &jets, k);
     model_depth(p, d, &jets, k + 1); /* a law with a root of the depth needs it one order ahead */
+    if (k == 0 || !MODEL_CONSTANT_INERTIA) {
+        model_inertia(p, d, &jets, k);
+    }
     model_acceleration(p, d, &jets, k);
-    model_inertia(p, d, &jets, k);
     for (int c = 0; c < MODEL_NC; c++) {
         model_law(p, d, &jets, k, c);
         model_release(p, d, &jets, k, c);
@@ -137,7 +139,9 @@ class CompiledModel:
         self._library.spoil()
 
     def series(self, kind: str, i: int = 0, c: int = 0) -> np.ndarray:
-        """View of a series of Jets, (32,); ``kind`` as in ``series`` of the driver."""
+        """View of a series of Jets, (32,); ``kind`` as in ``series`` of the driver. A copy where it is one constant."""
+        if kind in "WG" and self.system.constant_inertia:
+            return np.pad([self._library.series(kind.encode(), i, c)[0]], (0, _TERMS - 1))
         return np.ctypeslib.as_array(self._library.series(kind.encode(), i, c), shape=(_TERMS,))
 
     def order(self, k: int, parameters: Mapping[str, float] | None = None, signs: Sequence[float] = ()) -> None:

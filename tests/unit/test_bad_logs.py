@@ -90,6 +90,14 @@ def test_cells_without_a_number_become_nan_and_are_counted(decimal: str, tmp_pat
     assert log.warnings and len(log.pieces()) == 1
 
 
+def test_a_stamp_that_swallows_the_others_is_refused(tmp_path: Path) -> None:
+    lines = as_text(recording())
+    # a run of its own beyond all other times, after which the clock seems to be reset
+    early = [",".join([f"{1e23 + 1e9 * i:.17g}", *line.split(",")[1:]]) for i, line in enumerate(lines[1:41])]
+    with pytest.raises(StickslipError, match=r"time reaches 1e\+23 s on line 41, beside which the steps .* vanish"):
+        read(tmp_path, [lines[0], *early, *lines[2:]])
+
+
 def test_rows_without_a_time_are_left_out(tmp_path: Path) -> None:
     true = recording()
     with pytest.warns(StickslipWarning, match="2 rows without a time were left out, the first on line 52"):

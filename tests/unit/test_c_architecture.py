@@ -24,6 +24,9 @@ ARROWS = {
     "engine/tangents": {"engine/model", "engine/step", "engine/events"},
     "engine/fmi": {"engine/model", "engine/step", "engine/events"},
     "engine/whole_run": {"engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi"},
+    "engine/ensemble": {
+        *("engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi", "engine/whole_run"),
+    },
     "importer/c": {"engine/step"},
 }
 # made per model, beside the rooms of the engine; what they include is of the room of the model

@@ -15,7 +15,7 @@ from fmu_models.coupling import composite
 from fmu_models.importer import instance
 from fmu_models.lowering.lower import lower
 from fmu_models.oscillators import load
-from fmu_models.simulation import whole_run
+from fmu_models.simulation import engine
 from fmu_models.toolchain.compiler import compile_shared, engine_sources
 
 IMPORTER = Path(c_structures.__file__).parents[1] / "importer" / "c"
@@ -29,8 +29,10 @@ ENUMERATIONS = {
 def mirrored() -> list[tuple[str, Any]]:
     """Every structure that Python reads, with the header that holds it."""
     return [
-        *(("whole_run/sensitivity_run.h", s) for s in (whole_run._WholeRun, whole_run._SensitivityRun)),
-        ("whole_run/sensitivity_run.h", whole_run._C.structure("ContactEvent")),
+        *(
+            ("whole_run/sensitivity_run.h", engine.C.structure(name))
+            for name in ("RunStart", "WholeRun", "SensitivityRun", "ContactEvent")
+        ),
         *(("fmi_calls.h", s) for s in (instance.Log, instance.FmuInstance, instance.Variables, instance.Run)),
         *(("fmi_calls.h", s) for s in (instance.Update, instance.Stepped, instance._C.structure("MasterEvent"))),
         *(("exchange.h", composite._C.structure(name)) for name in ("Group", "Stage", "Coupling")),

@@ -23,7 +23,7 @@ int solve(int n, const double *G, const double *b, const double *size, const dou
           const double *mu, const int *partner, double tolerance, signed char *state, double *force, double *room,
           double *lemke_room)
 {
-    const BoxProblem problem = {n, G, b, size, lower, upper, mu, partner, tolerance};
+    const BoxProblem problem = {n, G, b, size, lower, upper, mu, partner, tolerance, NULL};
     return complementarity_solve(&problem, state, force, room, lemke_room);
 }
 """

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
@@ -134,12 +135,39 @@ def test_efficiency_is_the_bound_against_the_stated() -> None:
         ("[1]", "not a fitted law"),
         ('{"type": "something else"}', "not a fitted law"),
         ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
-        ('{"type": "stickslip friction fit", "version": 2}', "incomplete"),
+        ('{"type": "stickslip friction fit", "version": 2}', "incomplete: 'estimator' is missing"),
+        ("[" * 5000, "not JSON"),
     ],
 )
 def test_what_is_no_result_is_refused(text: str, said: str) -> None:
     with pytest.raises(StickslipError, match=said):
         FrictionFit.from_json(text)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "said"),
+    [
+        (("parameters", 0, "value"), "0.5", r"parameters\[0\]\.value must be a number, found '0\.5'"),
+        (("parameters", 0, "value"), 10**400, r"parameters\[0\]\.value must be a number of a size"),
+        (("parameters", 0, "at_bound"), 1, "at_bound must be true or false, found 1"),
+        (("parameters", 0), [], r"parameters\[0\] must be an object"),
+        (("materials", 0), None, r"materials\[0\] must be a text, found None"),
+        (("materials",), ["a", "b"], "contacts and materials of different number"),
+        (("correlation",), [[1.0]], "no correlation of 3 by 3"),
+        (("segments",), 1.5, "segments must be a whole number"),
+        (("constants", 0, "sensitivity"), [], "sensitivity must be an object"),
+        (("surprise",), 1, "unknown entry 'surprise'"),
+    ],
+)
+def test_what_holds_another_type_is_refused(place: tuple[str | int, ...], value: object, said: str) -> None:
+    plain = json.loads(made_fit().to_json())
+    *path, last = place
+    inner = plain
+    for key in path:
+        inner = inner[key]
+    inner[last] = value
+    with pytest.raises(StickslipError, match=said):
+        FrictionFit.from_json(json.dumps(plain))
 
 
 def test_intervals_are_student_intervals() -> None:

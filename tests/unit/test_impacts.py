@@ -110,7 +110,7 @@ WRONG = {
     "friction that drives": (lambda: impact(mu=-0.1), "mu of contact 'rim' must not be negative, found -0.1"),
     "too many": (
         lambda: declare(*(named(i) for i in range(MAX_IMPACTS + 1))),
-        "disc has 7 rigid contacts; at most 6 can be answered together",
+        "disc has 33 rigid contacts; at most 32 can be answered together",
     ),
     "indefinite inertia": (
         lambda: declare(smooth(), kinetic_energy=(m * x.v**2 + J * t.v**2) / 2 + 10 * s * x.v * t.v),
@@ -205,7 +205,8 @@ def test_the_mass_matrix_is_asked_for_only_where_signs_leave_it_open():
     assert len(load("woodpecker").all_requirements) == 2 + 2 * 3  # geometry, and e and mu of every contact
     length = Parameter("length", 1.0, "m", "of any sign")
     signed = declare(smooth(), kinetic_energy=m * length / R * x.v**2 / 2 + J * t.v**2 / 2)
-    assert len([r for r in signed.all_requirements if r.strict]) == 2
+    (found,) = [r for r in signed.all_requirements if r.strict]  # J stands apart, and its sign is known
+    assert sympy.simplify(found.expression - m * length / R) == 0
     moving = declare(smooth(), kinetic_energy=m * sympy.cosh(x / R) * x.v**2 / 2 + J * t.v**2 / 2)
     assert not [r for r in moving.all_requirements if r.strict]  # states decide that as well
 
@@ -316,8 +317,8 @@ def test_restriction_keeps_what_belongs_to_the_contacts_kept():
 
 def test_the_description_of_an_fmu_names_both_directions():
     description = Description(lower(declare(impact())))
-    names = [v.name for v in description.variables]
-    assert names[-4:] == ["rim_state", "rim_friction_state", "rim_indicator", "rim_friction_indicator"]
+    names = {v.reference: v.name for v in description.variables}
+    assert list(names.values())[-4:] == ["rim_state", "rim_friction_state", "rim_indicator", "rim_friction_indicator"]
     states = {v.name: v for v in description.contact_states}
     assert "2 open, 3 closed, 5 chattering" in states["rim_state"].description
     assert states["rim_state"].description.startswith("rim on wall: ")

@@ -88,6 +88,17 @@ WRONG = {
         {"coordinates": [x, y], "kinetic_energy": m * (x.v + y.v) ** 2 / 2},
         "some motion of the coordinates has no kinetic energy",
     ),
+    "inertia that is singular wherever one looks": (
+        {
+            "coordinates": [x, y],
+            "kinetic_energy": m * (sympy.cos(x / length) * x.v + sympy.sin(x / length) * y.v) ** 2 / 2,
+        },
+        "some motion of the coordinates has no kinetic energy",
+    ),
+    "more contacts than there is room for": (
+        {"contacts": [contact(x.v, name=f"f{i}") for i in range(201)]},
+        "has 201 contacts .* at most 200 can be held at rest together",
+    ),
     "not quadratic": ({"kinetic_energy": m * x.v**4}, "not quadratic in the velocities"),
     "damping as potential": ({"potential_energy": k * x.v**2}, "potential energy depends on a velocity.*dissipation"),
     "two of one name": (

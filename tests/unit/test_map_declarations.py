@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from fmu_models import maps
 from fmu_models.analyses.bifurcation import find_bifurcations
 from fmu_models.analyses.crossings import find_crossings
-from fmu_models.analyses.lyapunov import lyapunov_exponents
-from fmu_models.analyses.maps import Iteration, find_iterate_crossings, find_periodic
+from fmu_models.analyses.iteration import Iteration, find_iterate_crossings
+from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.analyses.periodic import find_periodic
 from fmu_models.analyses.stability import Stability, eigenvalue_class
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
@@ -98,11 +99,11 @@ def test_wrong_questions_are_answered_with_a_lesson():
         (lambda: Iteration.of(logistic, backward=True), "logistic has no inverse"),
         (lambda: find_periodic(Iteration.of(logistic), 0), "shortest has period 1"),
         (lambda: find_iterate_crossings(Iteration.of(henon)), "crossings with the diagonal are those of a map of one"),
-        (lambda: find_bifurcations(logistic, "q", 1.0, 2.0), "no parameter 'q'"),
-        (lambda: find_bifurcations(logistic, "r", 2.0, 2.0), "Nothing changes"),
-        (lambda: find_bifurcations(logistic, "r", 2.0, 3.0, period=2), "no motion of period 2 at r = 2"),
-        (lambda: lyapunov_exponents(Iteration.of(logistic, {"r": 5.0})), "leaves every bound"),
-        (lambda: lyapunov_exponents(Iteration.of(logistic), motions=1), "at least 2 motions"),
+        (lambda: find_bifurcations(Iteration.of(logistic), "q", 1.0, 2.0), "no parameter 'q'"),
+        (lambda: find_bifurcations(Iteration.of(logistic), "r", 2.0, 2.0), "Nothing changes"),
+        (lambda: find_bifurcations(Iteration.of(logistic), "r", 2.0, 3.0, period=2), "no motion of period 2 at r = 2"),
+        (lambda: lyapunov(Iteration.of(logistic, {"r": 5.0})), "leaves every bound"),
+        (lambda: lyapunov(Iteration.of(logistic), motions=1), "at least 2 motions"),
         (lambda: find_crossings(lambda x: x, 1.0, 0.0), "the smaller one first"),
     ):
         with pytest.raises(StickslipError, match=lesson):

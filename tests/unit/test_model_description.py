@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from fmu_models.codegen.model_description import Description, _base_unit, model_description
 from fmu_models.codegen.package import variant
+from fmu_models.codegen.rights import Rights
 from fmu_models.lowering.lower import lower
 
 
@@ -32,14 +35,14 @@ def test_units_in_base_units(unit: str, base: dict[str, float]) -> None:
 
 def test_references_are_consecutive_in_the_order_of_the_engine(rig: Description) -> None:
     names = [v.name for v in rig.variables]
-    assert [v.reference for v in rig.variables] == list(range(len(names)))
+    assert [v.reference for v in rig.variables] == list(range(1, len(names) + 1))
     order = ["time", "J", "w0", "w1", "w0_rate", "w1_rate", "theta", "omega", "der(theta)", "der(omega)", "F0"]
     order += ["disc0_state", "disc1_state", "disc0_indicator", "disc1_indicator"]
     assert [name for name in names if name in order] == order
 
 
 def test_dependencies_follow_the_equations(rig: Description) -> None:
-    names = [v.name for v in rig.variables]
+    names = {v.reference: v.name for v in rig.variables}
     unknowns = [*rig.derivative_unknowns, *rig.output_unknowns, *rig.indicator_unknowns]
     depends = {u.variable.name: u.dependencies and {names[r] for r in u.dependencies} for u in unknowns}
     assert depends["der(theta)"] == {"omega"}
@@ -47,12 +50,24 @@ def test_dependencies_follow_the_equations(rig: Description) -> None:
     # in stick the forces carry the spring, the dashpot and both drives' accelerations
     everything = {"theta", "omega", "w0", "w1", "w0_rate", "w1_rate"}
     assert depends["der(omega)"] == depends["F0"] == depends["alpha"] == everything
-    assert depends["disc0_state"] is None
+    assert "disc0_state" not in depends
+
+
+def test_contact_states_are_outputs_where_they_are_asked_for() -> None:
+    """Importers that read every output as a real number cannot open an FMU with integer outputs."""
+    system = lower(variant("disc_rig"))
+    shown = Description(dataclasses.replace(system, shown_states=frozenset({"disc0"})))
+    causality = {v.name: v.causality for v in shown.variables}
+    assert (causality["disc0_state"], causality["disc1_state"]) == ("output", "local")
+    (state,) = (u for u in shown.output_unknowns if u.variable.name == "disc0_state")
+    assert state.dependencies is None  # through the events on everything
+    assert state in shown.initial_unknowns
+    assert not any(v.integer for v in (u.variable for u in Description(system).output_unknowns))
 
 
 def test_a_free_mechanism_depends_on_its_states_alone() -> None:
     free = Description(lower(variant("disc_rig", contacts=[])))
-    names = [v.name for v in free.variables]
+    names = {v.reference: v.name for v in free.variables}
     (alpha,) = (u for u in free.output_unknowns if u.variable.name == "alpha")
     assert {names[r] for r in alpha.dependencies or ()} == {"theta", "omega"}
     assert free.indicators == []
@@ -68,9 +83,7 @@ def test_bounds_and_nominal_values(rig: Description) -> None:
 
 
 def test_text_is_escaped() -> None:
-    import dataclasses
-
     system = dataclasses.replace(lower(variant("block_on_belt")), title='block & "belt" <1>')
     for version in ("2.0", "3.0"):
-        text = model_description(system, "token", version, "tool")
+        text = model_description(system, "token", version, "tool", Rights())
         assert 'description="block &amp; &#34;belt&#34; &lt;1&gt;"' in text

@@ -15,8 +15,9 @@ import isolated_functions as functions
 import numpy as np
 import pytest
 
+from fmu_models.base import processes
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, in_processes, isolated
+from fmu_models.base.processes import IsolatedFailure, Limits, Pool, in_processes, isolated
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
@@ -197,6 +198,28 @@ def test_a_job_that_fails_is_reported_and_the_others_go_on() -> None:
     assert isinstance(hung, IsolatedFailure) and hung.cause == "time" and hung.seconds >= 5
     # a refusal leaves the child as it is; a dead one is replaced, and the new one knows nothing
     assert (again[0], again[1], last[1]) == (first[0], ["first", "again"], ["last"])
+
+
+def test_jobs_given_ahead_to_a_child_that_dies_are_done_by_the_next() -> None:
+    names = ["first", "crash", *(f"later{i}" for i in range(8))]
+    first, crashed, *later = outcomes_of(functions.Keeper().ask, [(name,) for name in names], processes=1)
+    assert isinstance(crashed, IsolatedFailure)
+    assert {process for process, _ in later} == {later[0][0]} != {first[0]}
+    assert [asked[-1] for _, asked in later] == names[2:]
+
+
+def test_the_time_of_a_job_given_ahead_begins_when_the_job_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    # half of what is left is given at once after the first, and lasts longer together than one may
+    monkeypatch.setattr(processes, "AHEAD", 10.0)
+    assert outcomes_of(functions.sleep, [(0.25,)] * 20, processes=1, limits=Limits(0.9)) == [0.25] * 20
+
+
+def test_a_pool_serves_several_times_and_ends() -> None:
+    with Pool(functions.Keeper().ask, processes=1) as pool:
+        (first,), (second,) = ([outcome for _, outcome in pool.run([(name,)])] for name in ("a", "b"))
+        assert not isinstance(first, Exception)
+        assert second == (first[0], ["a", "b"])
+    assert gone(first[0])
 
 
 def test_ending_the_iteration_ends_the_children() -> None:

@@ -107,6 +107,18 @@ def test_what_is_missing_is_said(tmp_path, text, message):
         read(recipe_of(tmp_path, text))
 
 
+def test_what_is_nested_without_end_is_no_recipe(tmp_path):
+    path = tmp_path / "deep.toml"
+    path.write_text("title = " + "[" * 5000, "utf-8")
+    with pytest.raises(StickslipError, match="is not TOML"):
+        read_recipe(path)
+
+
+def test_a_name_that_no_file_can_have_names_none():
+    with pytest.raises(StickslipError, match="There is no recipe"):
+        read_recipe("n" * 5000)
+
+
 def test_an_unknown_name_gets_a_hint(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(StickslipError, match=r"no recipe 'emsp'.* Did you mean 'emps'"):

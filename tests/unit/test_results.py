@@ -156,6 +156,8 @@ def test_what_cannot_be_read(run: tuple[Fmu, Trajectory], tmp_path: Path) -> Non
         (lambda f: f.attrs.update(version=99), "another version"),
         (lambda f: f.attrs.update(format="other"), "not a trajectory"),
         (lambda f: f.__delitem__("events"), "cannot be read as a trajectory"),
+        (lambda f: (f.__delitem__("time"), f.__setitem__("time", 1.0)), "every variable needs a number at each time"),
+        (lambda f: (f.__delitem__("time"), f.__setitem__("time", ["a", "b"])), "cannot be read as a trajectory"),
         (lambda f: f["events"].attrs.update(kind="os.system"), "cannot be read as a trajectory"),
     ):
         copy = tmp_path / "copy.h5"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation import whole_run
+from fmu_models.simulation.engine import RUN
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Follower, Section, crossings
 
@@ -222,12 +222,10 @@ def test_an_abandoned_section_is_forgotten():
     next(follower.follow(HARMONIC["start"], 20.0))
     times = np.array([20.0])
     guard = np.full(8 * len(follower._recorded), np.pi)
-    none = (np.empty(0), np.empty(0), np.empty(0))
-    request = whole_run.Request(times, follower._recorded, [], *none)
+    request = whole_run.Request(times, follower._recorded)
     values = np.empty((1, len(follower._recorded)))
-    events = np.empty(whole_run.EVENT_CAPACITY, dtype=whole_run.EVENT)
-    c = whole_run._structure(request, values, events)
+    c = whole_run.structure(request, values, follower._instance)
     c.crossings = guard.ctypes.data
-    assert follower._simulate(follower._slave.component, ctypes.byref(c)) == whole_run._RUN.DONE
+    assert follower._engine.simulate(follower._instance.handle, c) == RUN.DONE
     assert c.n_crossings == 0 and (guard == np.pi).all()
     assert values[0, 1] == pytest.approx(math.sin(W * 20.0), abs=1e-12)

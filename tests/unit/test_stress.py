@@ -25,7 +25,7 @@ from fmu_models.validation.stress.equations import Equations
 from fmu_models.validation.stress.invariants import invariants
 from fmu_models.validation.stress.judge import TIGHT, Cell, Subject, judge
 from fmu_models.validation.stress.roles import roles
-from fmu_models.validation.stress.workers import judged
+from fmu_models.validation.stress.workers import judged, judges
 
 MODELS = ("block_on_belt", "bouncing_ball", "discontinuous_support", "impact_pair", "planar_hopf")
 SUBJECTS = {name: Subject.of(oscillators.load(name), Fmu.open(built(name))) for name in MODELS}
@@ -197,7 +197,8 @@ def test_invariants_are_found_in_the_declaration():
 
 
 def test_a_child_that_does_not_answer_is_a_failed_cell():
-    (cell,) = judged([case("planar_hopf")], lambda _: None, processes=1, patience=1e-3)
+    with judges(1, patience=1e-3) as pool:
+        (cell,) = judged([case("planar_hopf")], lambda _: None, pool)
     assert (cell.verdict, cell.check) == ("failed", "process")
     assert "no answer within 0.001 s" in cell.message
 
@@ -214,7 +215,8 @@ def test_a_child_that_dies_is_a_failed_cell_and_the_others_go_on(monkeypatch):
     monkeypatch.setattr(subprocess.Popen, "__init__", noted)
     timer = threading.Timer(0.3, lambda: started[0].kill())  # while it is still importing
     timer.start()
-    cells = list(judged(cases, lambda _: None, processes=1))
+    with judges(1) as pool:
+        cells = list(judged(cases, lambda _: None, pool))
     timer.join()
     assert [cell.verdict for cell in cells] == ["failed", "accurate"]
     assert "the process died" in cells[0].message

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.toolchain import compiler as toolchain
-from fmu_models.toolchain.compiler import cache_folder, compile_shared, digest
+from fmu_models.toolchain.compiler import compile_shared
 
 SOURCE = {"all.c": '__attribute__((visibility("default"))) int answer(void);\nint answer(void) { return 42; }\n'}
 

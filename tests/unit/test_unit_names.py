@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -10,7 +14,7 @@ from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.toml_document import converted
-from fmu_models.base.unit_names import parse_unit
+from fmu_models.base.unit_names import BaseUnits, parse_unit
 from fmu_models.coupling.wiring import conversion
 from rig_io.repair.table import conversion as column_conversion
 
@@ -77,6 +81,7 @@ def test_one_unit_may_be_written_in_many_ways(text: str, same: str) -> None:
         ("Ym12 Ym12 Ym12", "beyond the range of numbers"),
         ("__import__", "'__import__' is not a unit"),
         ("m;s", "';' has no meaning"),
+        ("degC^2", "multiplies one whose zero is not that of its base"),
         ("m" * 101, "at most 100 characters"),
         ("", "write 1 for a pure number"),
     ],
@@ -94,3 +99,33 @@ def test_what_is_no_unit_is_refused(text: str, message: str) -> None:
                 ask()
     with pytest.raises(ValueError, match=r"a unit is not understood|measure different"):
         conversion(text, "m")
+
+
+def test_base_units_are_kept_and_then_read_without_pint(tmp_path: Path) -> None:
+    units = ["N m/rad", "kg.m2", "1/min", "N/m1.5", "1", "mm"]
+    code = (
+        "import sys; from fmu_models.base.unit_names import base_units; from rig_io.repair.table import conversion\n"
+        "from fmu_models.base.errors import StickslipError\n"
+        f"found = [base_units(unit) for unit in {units!r}]\n"
+        "try: conversion('V', 'm', 'here')\n"
+        "except StickslipError as error: assert 'cannot be converted to m' in str(error)\n"
+        "else: assert False\n"
+        "print(found, conversion('mm', 'm', '') == 1e-3, 'pint' in sys.modules)"
+    )
+    environment = {**os.environ, "STICKSLIP_CACHE": str(tmp_path)}
+
+    def told() -> str:
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        return done.stdout
+
+    bases = [parse_unit(unit).to_base_units() for unit in units]
+    found = [BaseUnits(float(b.magnitude), tuple((str(name), power) for name, power in b.unit_items())) for b in bases]
+    assert told() == f"{found} True True\n"
+    assert told() == f"{found} True False\n"
+    # one that is damaged is made again
+    for file in (tmp_path / "units").glob("*.json"):
+        file.write_text("[2.0, []]")
+    assert told() == f"{found} True True\n"
+    # and where nothing can be kept it is the same
+    environment["STICKSLIP_CACHE"] = os.devnull
+    assert told() == f"{found} True True\n"

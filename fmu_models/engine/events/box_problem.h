@@ -12,6 +12,7 @@ typedef struct {
     const double *mu;            /* the friction of a rigid contact: bounds are wider by mu times the force of ... */
     const int *partner;          /* ... that unknown; else 0 and -1 */
     double tolerance;            /* what part of the magnitudes is zero */
+    const signed char *fixed;    /* unknowns that keep their state, whether it fits or not; NULL: none */
 } BoxProblem;
 
 #endif

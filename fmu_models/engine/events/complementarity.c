@@ -183,6 +183,9 @@ static int answer_to_states(Group *g)
 static signed char state_wanted(const Group *g, int i)
 {
     const BoxProblem *p = g->of;
+    if (p->fixed && p->fixed[i]) {
+        return g->state[i];
+    }
     const double zero = p->tolerance * g->magnitude[i];
     const int side = g->rate[i] > zero ? -1 : g->rate[i] < -zero ? 1 : 0;
     const int idle = p->mu[i] > 0.0 && g->state[p->partner[i]] == -1 && p->lower[p->partner[i]] == 0.0;
@@ -234,17 +237,17 @@ static int change_states(Group *g, int rounds)
     return 0;
 }
 
-/* whether the forces have come to rest, so that the ridge adds nothing to the rates */
-static int at_rest(const Group *g)
+/* what the ridge still adds to the rates, in parts of what counts as zero */
+static double added_by_ridge(const Group *g)
 {
+    double most = 0.0;
     for (int k = 0; k < g->count; k++) {
         const int i = g->member[k];
         const double added = g->ridge[i] * (g->force[i] - g->origin[i]) / (g->scale[i] * g->scale[i]);
-        if (!(fabs(added) <= 0.1 * g->of->tolerance * g->magnitude[i])) {
-            return 0;
-        }
+        const double part = added == 0.0 ? 0.0 : fabs(added) / (0.1 * g->of->tolerance * g->magnitude[i]);
+        most = part <= most ? most : part; /* not a number is no rest */
     }
-    return 1;
+    return most;
 }
 
 /* the heavier the less a contact can carry */
@@ -260,7 +263,9 @@ static void set_ridge(Group *g)
     for (int k = 0; k < g->count; k++) {
         const int i = g->member[k];
         const double capacity = fmax(fabs(p->lower[i]), fabs(p->upper[i])) / g->scale[i];
-        const double ratio = isfinite(capacity) && capacity > 0.0 ? strongest / capacity : 1.0;
+        /* never 0/0, which compilers try before they look: its flag would reach a caller who watches for it */
+        const double quotient = strongest / fmax(capacity, DBL_MIN);
+        const double ratio = isfinite(capacity) && capacity > 0.0 ? quotient : 1.0;
         g->ridge[i] = RIDGE * fmin(ratio, WIDEST_WEIGHT);
         g->origin[i] = 0.0;
     }
@@ -269,14 +274,19 @@ static void set_ridge(Group *g)
 /* the group with redundant contacts */
 static int solve_redundant(Group *g, int rounds)
 {
+    /* forces that jam grow on and on, and so does what they are measured by */
+    const double SHRINKS = 0.5;
+    double before = INFINITY;
     set_ridge(g);
     for (int step = 0; step < PROXIMAL_STEPS; step++) {
         if (change_states(g, rounds) != 1) {
             return 0;
         }
-        if (at_rest(g)) {
+        const double added = added_by_ridge(g);
+        if (added <= 1.0 && added <= SHRINKS * before) {
             return 1;
         }
+        before = added;
         for (int k = 0; k < g->count; k++) {
             g->origin[g->member[k]] = g->force[g->member[k]];
         }

@@ -159,6 +159,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
             inside = at_bound ? rate > 0.0 || resting[c] : depth > 0.0;
             if (at_bound && inside && model_contact_is_stop[c]) {
                 r->at.memory[c] = fabs(rate);
+                r->entered[c] = 1;
             }
         }
         const int was_inside = r->at.state[c] != CONTACT_AWAY;
@@ -186,7 +187,7 @@ void placement_on_walls(Run *r, const signed char *at_walls)
     contact_factor(&r->at, j, at_walls, NULL, &s);
     for (int i = 0; i < s.count; i++) {
         double push = 0.0;
-        for (int e = 0; e < s.count; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++) {
             push += s.inverse[i][e] * j->depth[s.contact[e]][0];
         }
         for (int v = 0; v < MODEL_NQ; v++) {

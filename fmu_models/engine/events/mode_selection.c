@@ -15,25 +15,9 @@
 
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
-#include "complementarity.h"
+#include "contact_box.h"
 #include "contact_fit.h"
 #include "contact_placement.h"
-
-/* Lemke's algorithm is for friction of rigid contacts, and for switches of systems without a body */
-enum { LEMKE = MODEL_IMPACTS > 0 || MODEL_NQ == 0 };
-
-/* order 0 of the candidates that can be held */
-typedef struct {
-    int contact[NC];
-    int unknown[NC]; /* of a contact, -1: none */
-    double G[NC * NC], b[NC], size[NC], lower[NC], upper[NC], mu[NC];
-    int partner[NC];
-    signed char state[NC];
-    double force[NC];
-    double room[COMPLEMENTARITY_ROOM(NC)];
-    double lemke_room[LEMKE ? LEMKE_ROOM(NC) : 1];
-    BoxProblem problem;
-} Order0;
 
 /* the friction of rigid contacts goes with them */
 static void follow_rigid(Run *r, const Trial *trial)
@@ -52,7 +36,7 @@ static void follow_rigid(Run *r, const Trial *trial)
 }
 
 /* bounds of the force of unknown i, which is contact c */
-static void set_bounds(Run *r, const Trial *trial, Order0 *o, int i)
+static void set_bounds(Run *r, const Trial *trial, ContactBox *o, int i)
 {
     const int c = o->contact[i];
     const int normal = model_contact_is_impact[c] ? -1 : model_contact_partner[c];
@@ -70,7 +54,7 @@ static void set_bounds(Run *r, const Trial *trial, Order0 *o, int i)
 }
 
 /* effect of the force of contact e on the rate of c, with that of its friction where this is known to slip */
-static double effect_with_drag(const Run *r, const Order0 *o, int c, int e)
+static double effect_with_drag(const Run *r, const ContactBox *o, int c, int e)
 {
     const int friction = model_contact_is_impact[e] ? model_contact_partner[e] : -1;
     double sum = r->scratch.G[c][e][0];
@@ -83,7 +67,7 @@ static double effect_with_drag(const Run *r, const Order0 *o, int c, int e)
 }
 
 /* rates without the forces of the unknown ones, what these add to them, and their bounds */
-static void set_order_0(Run *r, const Trial *trial, Order0 *o)
+static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
 {
     int n = 0;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -110,15 +94,15 @@ static void set_order_0(Run *r, const Trial *trial, Order0 *o)
             o->G[i * n + e] = effect_with_drag(r, o, o->contact[i], o->contact[e]);
         }
     }
-    o->problem = (BoxProblem){n, o->G, o->b, o->size, o->lower, o->upper, o->mu, o->partner, r->tolerances.margin};
+    contact_box_close(o, n, r->tolerances.margin);
 }
 
 /* states by order 0; where it has no solution those of the last attempt */
 static void choose_by_order_0(Run *r, Trial *trial)
 {
-    Order0 o;
+    ContactBox o;
     set_order_0(r, trial, &o);
-    complementarity_solve(&o.problem, o.state, o.force, o.room, LEMKE ? o.lemke_room : NULL);
+    contact_box_solve(&o, 1);
     for (int i = 0; i < o.problem.n; i++) {
         const int c = o.contact[i];
         if (model_contact_is_impact[c]) {

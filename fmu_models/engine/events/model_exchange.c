@@ -125,6 +125,54 @@ static int has_fallen(Run *r, int c, Slot slot)
     return value <= (model_contact_is_stop[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
+/* how far below zero an importer that locates events leaves the indicator in a slot, at most; 0 if that is unknown */
+static double landing(const Run *r, const Jets *j, int c, Slot slot)
+{
+    const double shift = r->tolerances.importer;
+    if (model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY) {
+        return force_shift(r, j, c);
+    }
+    if (slot == SLOT_NORMAL) {
+        return gap_shift(r, j, c) + gap_resolution(r, j, c);
+    }
+    if (model_contact_is_stop[c]) {
+        return 0.0;
+    }
+    return shift * (r->at.state[c] == CONTACT_STICK ? j->capacity[c][0] : model_slip_magnitude(r->at.p, r->at.d, j, c));
+}
+
+/* the contact whose indicator has fallen furthest, in multiples of where importers land; scratch holds order 0 */
+static int furthest(Run *r, double *times)
+{
+    int found = 0;
+    *times = 0.0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int slot = 0; slot < SLOTS; slot++) {
+            const double past = -watched(r, c, (Slot)slot), usual = landing(r, &r->scratch, c, (Slot)slot);
+            if (usual > 0.0 && past > *times * usual) {
+                *times = past / usual;
+                found = c;
+            }
+        }
+    }
+    return found;
+}
+
+/* an error in a state that no motion reaches is no fault of the model */
+static RunStatus blame_location(Run *r, int c, double times)
+{
+    const double far = 1e4;
+    char said[sizeof r->message];
+    if (times < far) {
+        return RUN_ERROR;
+    }
+    memcpy(said, r->message, sizeof said);
+    return run_fail(r,
+                    "the event of contact '%s' was never located: its indicator is %.1g times further below zero than "
+                    "rounding explains, the importer's step is too long. There: %.80s",
+                    model_contact_names[c], times, said);
+}
+
 /* closed rigid contacts at their walls, without speed */
 static void undo_drift(Run *r)
 {
@@ -139,7 +187,7 @@ static void undo_drift(Run *r)
    time */
 static double go_back(Run *r)
 {
-    enum { ORDER = 8 };
+    enum { ORDER = 20 };
     Jets *j = &r->scratch;
     double ago[NC];
     double longest = 0.0;
@@ -221,10 +269,12 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
 
 RunStatus exchange_event(Run *r, int *changed)
 {
-    signed char leaves[NC] = {0};
+    signed char leaves[NC] = {0}, before[NC];
     int arrives = 0;
+    double times;
     run_touched(r);
     *changed = 0;
+    memcpy(before, r->at.state, sizeof before);
     if (MODEL_IMPACTS > 0) {
         undo_drift(r);
     }
@@ -238,10 +288,15 @@ RunStatus exchange_event(Run *r, int *changed)
             leaves[c] = r->scratch.slip[c][0] >= 0.0;
         }
     }
+    const int latest = furthest(r, &times);
     const RunStatus status = arrives ? resolve_earlier(r, r->at.time, changed) : transition_make(r, changed);
-    if (MODEL_IMPACTS > 0 && status != RUN_ERROR) {
+    if (status == RUN_ERROR) {
+        return blame_location(r, latest, times);
+    }
+    if (MODEL_IMPACTS > 0) {
         *changed = 1;
         give_leeway(r, leaves);
     }
+    *changed |= memcmp(before, r->at.state, sizeof before) != 0;
     return status;
 }

@@ -17,6 +17,7 @@
 #include "../step/section.h"
 #include "../step/taylor.h"
 #include "contact_placement.h"
+#include "energy_watch.h"
 #include "gap_tolerance.h"
 #include "transition.h"
 
@@ -39,6 +40,14 @@ RunStatus run_initialize(Run *r)
     }
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.state[c] = CONTACT_AWAY;
+    }
+    memset(r->closings, 0, sizeof r->closings);
+    if (MODEL_NM > 0) {
+        taylor_load(r, &r->scratch);
+        model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+        if (run_check_mass(r, &r->scratch) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
     }
     r->accumulation_start = r->last_event = r->pace_start = r->at.time;
     r->pace_first_step = r->steps;
@@ -95,7 +104,7 @@ static void evaluate_segment(Run *r, double time, double since_start)
 }
 
 /* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
-void run_keep_without_slip(Run *r)
+RunStatus run_keep_without_slip(Run *r)
 {
     Jets *j = &r->scratch;
     signed char held[NC];
@@ -105,8 +114,9 @@ void run_keep_without_slip(Run *r)
         any |= held[c];
     }
     if (!any) {
-        return;
+        return RUN_OK;
     }
+    const Velocities before = energy_velocities(r);
     taylor_load(r, j);
     taylor_field(r, j, 0);
     for (int c = 0; c < MODEL_NC; c++) {
@@ -116,6 +126,7 @@ void run_keep_without_slip(Run *r)
         }
     }
     contact_project(&r->at, j, held);
+    return energy_check_projection(r, &before);
 }
 
 /* a + b, and what rounding took from it */
@@ -240,7 +251,9 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         run_finish_segment(r);
         if (!r->segment_event) {
             memset(r->at.known, 0, sizeof r->at.known);
-            run_keep_without_slip(r);
+            if (run_keep_without_slip(r) == RUN_ERROR) {
+                return RUN_ERROR;
+            }
             continue;
         }
         r->segment_event = 0;

@@ -33,6 +33,6 @@ double run_segment_end(const Run *r, double *rest);
 void run_finish_segment(Run *r);
 void run_move_inside(Run *r, double time, double since_start);
 /* contacts that stick, slide or are closed are without slip, whatever rounding adds up to from step to step */
-void run_keep_without_slip(Run *r);
+RunStatus run_keep_without_slip(Run *r);
 
 #endif

@@ -13,7 +13,7 @@
  *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
  *                 and all that stick or are closed (another contact's change can tear them loose)
  *     choose:     mode_selection.c
- *     settle:     a bounce in the tail of a chatter is the last: its contact is held from here on (impact.c)
+ *     settle:     an impact in the tail of a chatter is the last: its contacts are held from here on (chatter.c)
  *
  * Changes at one instant are bounded; beyond the bound the run stops and names the contact.
  */
@@ -21,7 +21,9 @@
 
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
+#include "chatter.h"
 #include "contact_placement.h"
+#include "energy_watch.h"
 #include "impact.h"
 #include "mode_selection.h"
 
@@ -55,7 +57,8 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         speed[c] = -r->scratch.slip[c][0];
     }
     placement_load_inertia(r);
-    if (impact_resolve(r, takes_part) == RUN_ERROR) {
+    const Velocities before = energy_velocities(r);
+    if (impact_resolve(r, takes_part) == RUN_ERROR || energy_check_impact(r, &before) == RUN_ERROR) {
         return RUN_ERROR;
     }
     *moved = 1;
@@ -68,7 +71,10 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
         const int rests = (last->held[c] && (r->impact_phases > 1 || !bounces(r, c, speed[c])))
                           || placement_at_zero_slip(r, c);
         r->at.known[c][SLOT_NORMAL] = 1;
-        r->at.memory[c] = r->struck[c] ? fmax(r->at.memory[c], speed[c]) : r->at.memory[c];
+        if (r->struck[c]) {
+            r->at.memory[c] = fmax(r->at.memory[c], speed[c]);
+            r->closings[c].fastest = fmax(r->closings[c].fastest, speed[c]);
+        }
         candidate[c] = (signed char)rests;
         if (!rests) {
             placement_open(r, c);
@@ -85,37 +91,11 @@ static RunStatus strike(Run *r, const signed char *arrives, signed char *candida
     return RUN_OK;
 }
 
-/* contacts that bounced slowly enough are held from now on, until infinitely many bounces would be over */
-static RunStatus settle(Run *r, int *moved)
+/* choose states; what is projected on the way is rounding */
+static RunStatus select_watched(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
-    const signed char at_limit[NC] = {0};
-    signed char candidate[NC] = {0};
-    int any = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
-        double wait;
-        int other;
-        if (!r->struck[c] || r->at.state[c] != CONTACT_AWAY || !impact_settles(r, c, &wait, &other)) {
-            continue;
-        }
-        for (int e = c; e >= 0; e = e == c ? other : -1) {
-            r->at.settles[e] = r->at.time + wait;
-            r->at.state[e] = r->at.settles[e] > r->at.time ? CONTACT_CHATTERING : CONTACT_TOUCHING;
-            candidate[e] = 1;
-            any = 1;
-        }
-    }
-    if (!any) {
-        return RUN_OK;
-    }
-    placement_load(r);
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (candidate[c]) {
-            placement_friction(r, c, candidate);
-        } else if (contact_is_held(r->at.state, c)) {
-            candidate[c] = 1;
-        }
-    }
-    return selection_make(r, candidate, at_limit, moved);
+    const Velocities before = energy_velocities(r);
+    return selection_make(r, candidate, at_limit, moved) == RUN_ERROR ? RUN_ERROR : energy_check_projection(r, &before);
 }
 
 /* the signs with which the depths of regions leave zero where the body rests at their end; 0 for all others */
@@ -178,8 +158,8 @@ RunStatus transition_reconsider(Run *r, int *moved)
     signed char resting[NC];
     signed char arrives[NC] = {0};
     int any = 0;
-    placement_all(r, candidate, resting);
     forget_event(r);
+    placement_all(r, candidate, resting);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_is_impact[c]) {
             const int arrival = placement_rigid(r, c, candidate);
@@ -193,13 +173,15 @@ RunStatus transition_reconsider(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+    /* at a wall that an input moves closed contacts take its new speed */
+    const int driven = MODEL_IMPACTS > 0 && !r->starting;
+    if ((driven ? selection_make : select_watched)(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
     if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    return any ? settle(r, moved) : RUN_OK;
+    return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
 /* states jump where the contact's switching function reaches zero from the side it was on */
@@ -301,10 +283,10 @@ RunStatus transition_make(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    if (selection_make(r, candidate, at_limit, moved) == RUN_ERROR) {
+    if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
-    return any ? settle(r, moved) : RUN_OK;
+    return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
 /* whether events accumulate at a time; asked once per event */

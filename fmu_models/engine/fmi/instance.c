@@ -225,7 +225,9 @@ Status instance_update(Instance *m, const char *function, int *changed)
     int moved = 0;
     *changed = 0;
     if (check_parameters(m, function) || instance_resolve(m, function)) return STATUS_ERROR;
-    *changed = m->core.event_moved;
+    /* values that were set make the rates jump, although no state moves: importers that start their method anew only
+       when they are told to must be told of that as well */
+    *changed = m->core.event_moved || !m->core.settled;
     m->core.event_moved = 0;
     if (instance_settle(m, function, &moved)) return STATUS_ERROR;
     *changed |= moved;

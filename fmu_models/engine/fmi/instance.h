@@ -42,7 +42,7 @@ typedef struct {
     int phase;         /* Phase */
     int settled;       /* the contact states fit the values written */
     int event_pending; /* Model Exchange: the importer located an event that is not resolved yet */
-    int event_moved;   /* states moved by an event that was resolved before values were set */
+    int event_moved;   /* states or contacts changed by an event that was resolved before values were set */
     int stop_defined;
     double start_time, stop_time;
 } Core;

@@ -19,8 +19,7 @@ static const char *const kind_names[] = {"the time",
                                          "an indicator",
                                          "nothing"};
 
-/* the contact of memory number i, or how many memories there are if i is beyond them */
-static int memory_contact(int i)
+int variables_memory_contact(int i)
 {
     int found = 0;
     for (int c = 0; c < MODEL_NC; c++)
@@ -30,11 +29,11 @@ static int memory_contact(int i)
 
 Kind variables_locate(uint32_t vr, int *index)
 {
-    const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, memory_contact(MODEL_NC),
+    const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, variables_memory_contact(MODEL_NC),
                           MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
-    long rest = (long)vr;
+    long rest = (long)vr - 1;
     for (int kind = TIME; kind < UNKNOWN; kind++) {
-        if (rest < counts[kind]) {
+        if (rest >= 0 && rest < counts[kind]) {
             *index = (int)rest;
             return (Kind)kind;
         }
@@ -83,7 +82,7 @@ static double read_value(const Run *r, Kind kind, int i, const Evaluation *e)
     case INPUT: return r->at.u[i];
     case RATE: return r->at.du[i];
     case STATE: return r->at.x[i];
-    case MEMORY: return r->at.memory[memory_contact(i)];
+    case MEMORY: return r->at.memory[variables_memory_contact(i)];
     case DERIVATIVE: return e->derivatives[i];
     case OUTPUT: return e->outputs[i];
     case CONTACT: return r->at.state[i];
@@ -185,7 +184,7 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
         double *target = kind == PARAMETER ? &r->at.p[i]
                          : kind == INPUT   ? &r->at.u[i]
                          : kind == RATE    ? &r->at.du[i]
-                         : kind == MEMORY  ? &r->at.memory[memory_contact(i)]
+                         : kind == MEMORY  ? &r->at.memory[variables_memory_contact(i)]
                                            : &r->at.x[i];
         if (*target == value[k]) continue;
         *target = value[k];

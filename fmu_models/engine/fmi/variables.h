@@ -4,7 +4,7 @@
 
 #include "instance.h"
 
-/* what a value reference means; they are consecutive, in this order (fmu_models/codegen/model_description.py) */
+/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/model_description.py) */
 typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
 
 /* a result of the engine for the present values, computed when first asked for */
@@ -22,6 +22,8 @@ Status variables_get_contacts(Instance *m, const char *function, const uint32_t 
 uint32_t variables_rate_of(uint32_t vr);
 /* what a value reference means, and the index among its kind */
 Kind variables_locate(uint32_t vr, int *index);
+/* the contact of memory number i, or how many memories there are if i is beyond them */
+int variables_memory_contact(int i);
 /* whether it is the reference of an input or of the rate of one */
 int variables_is_input(uint32_t vr);
 /* refuse any reference: the model has no variables of that type (or none that can be set) */

@@ -4,23 +4,36 @@
  *
  * With y = f(a), differentiate and compare coefficients: k y[k] = sum_{i=1..k} i a[i] (df/da)[k-i].
  *
- * Included once per kind of number (scalar.h).
+ * Included once per kind of number (scalar.h). Thousands of them are called instead of being part of their caller, or
+ * the compiler takes minutes.
  *
  * Sources: Jorba and Zou, Experimental Mathematics 14 (2005), section 2.2; Griewank and Walther, Evaluating Derivatives
  * (2008), chapter 13. Where a function is not analytic (a division by zero, the root of zero) they give inf or nan.
  */
-/* sum of a[i] b[k-i] over first <= i <= last */
-static inline Real jet_convolution(const Real *a, const Real *b, int k, int first, int last)
+#if MODEL_NW > 200
+#define JET static CALLED
+#else
+#define JET static inline
+#endif
+
+/* sum of a[i] b[k-i] over first <= i <= last, in two sums, neither of which waits for the other */
+JET Real jet_convolution(const Real *a, const Real *b, int k, int first, int last)
 {
-    Real sum = 0.0;
-    for (int i = first; i <= last; i++) {
-        sum += a[i] * b[k - i];
+    Real one = 0.0;
+    Real two = 0.0;
+    int i = first;
+    for (; i + 3 <= last; i += 4) {
+        one += a[i] * b[k - i] + a[i + 1] * b[k - i - 1];
+        two += a[i + 2] * b[k - i - 2] + a[i + 3] * b[k - i - 3];
     }
-    return sum;
+    for (; i <= last; i++) {
+        one += a[i] * b[k - i];
+    }
+    return one + two;
 }
 
 /* 1/k times the sum of i a[i] b[k-i] over 1 <= i <= last: what a' b adds to the integral of the product */
-static inline Real jet_integral(const Real *a, const Real *b, int k, int last)
+JET Real jet_integral(const Real *a, const Real *b, int k, int last)
 {
     Real sum = 0.0;
     for (int i = 1; i <= last; i++) {
@@ -30,29 +43,29 @@ static inline Real jet_integral(const Real *a, const Real *b, int k, int last)
 }
 
 /* a b */
-static inline Real jet_product(const Real *a, const Real *b, int k) { return jet_convolution(a, b, k, 0, k); }
+JET Real jet_product(const Real *a, const Real *b, int k) { return jet_convolution(a, b, k, 0, k); }
 
 /* a a, with the symmetric terms added once */
-static inline Real jet_square(const Real *a, int k)
+JET Real jet_square(const Real *a, int k)
 {
     const Real pairs = 2.0 * jet_convolution(a, a, k, 0, (k + 1) / 2 - 1);
     return k % 2 == 0 ? pairs + a[k / 2] * a[k / 2] : pairs;
 }
 
 /* q = 1/(b0 + b1 b) */
-static inline Real jet_reciprocal(Real b0, Real b1, const Real *b, const Real *q, int k)
+JET Real jet_reciprocal(Real b0, Real b1, const Real *b, const Real *q, int k)
 {
     return k == 0 ? 1.0 / (b0 + b1 * b[0]) : -b1 * q[0] * jet_convolution(b, q, k, 1, k);
 }
 
 /* q = a/(b0 + b1 b) */
-static inline Real jet_quotient(const Real *a, Real b0, Real b1, const Real *b, const Real *q, int k)
+JET Real jet_quotient(const Real *a, Real b0, Real b1, const Real *b, const Real *q, int k)
 {
     return (a[k] - b1 * jet_convolution(b, q, k, 1, k)) / (b0 + b1 * b[0]);
 }
 
 /* y = sqrt(a) */
-static inline Real jet_sqrt(const Real *a, const Real *y, int k)
+JET Real jet_sqrt(const Real *a, const Real *y, int k)
 {
     return k == 0 ? sqrt(a[0]) : (a[k] - jet_convolution(y, y, k, 1, k - 1)) / (2.0 * y[0]);
 }
@@ -63,7 +76,7 @@ static inline Real jet_sqrt(const Real *a, const Real *y, int k)
  * zero, of any function that y is a factor of together with a. At a zero of a that is none in s, the slope of the root
  * is left out (where a y is wanted it has no part in it) and the rest refused.
  */
-static inline Real jet_root(const Real *a, const Real *y, int k)
+JET Real jet_root(const Real *a, const Real *y, int k)
 {
     if (PART(a[0]) > 0.0) {
         return jet_sqrt(a, y, k);
@@ -78,7 +91,7 @@ static inline Real jet_root(const Real *a, const Real *y, int k)
 }
 
 /* rate t + offset for the sine, with rate t reduced by whole turns; the time is t[0] + rest */
-static inline Real jet_angle(Real rate, Real offset, const Real *t, double rest, int k)
+JET Real jet_angle(Real rate, Real offset, const Real *t, double rest, int k)
 {
     if (k > 0) {
         return rate * t[k];
@@ -95,7 +108,7 @@ static inline Real jet_angle(Real rate, Real offset, const Real *t, double rest,
 }
 
 /* the same for rate = 2 pi frequency */
-static inline Real jet_turns(Real frequency, Real offset, const Real *t, double rest, int k)
+JET Real jet_turns(Real frequency, Real offset, const Real *t, double rest, int k)
 {
     const double turn = 6.283185307179586;
     if (k > 0) {
@@ -108,7 +121,7 @@ static inline Real jet_turns(Real frequency, Real offset, const Real *t, double 
 }
 
 /* y = a^e for a constant exponent: a y' = e a' y */
-static inline Real jet_power(const Real *a, Real e, const Real *y, int k)
+JET Real jet_power(const Real *a, Real e, const Real *y, int k)
 {
     if (k == 0) {
         return pow(a[0], e);
@@ -121,60 +134,47 @@ static inline Real jet_power(const Real *a, Real e, const Real *y, int k)
 }
 
 /* y = exp(a) */
-static inline Real jet_exp(const Real *a, const Real *y, int k)
-{
-    return k == 0 ? exp(a[0]) : jet_integral(a, y, k, k);
-}
+JET Real jet_exp(const Real *a, const Real *y, int k) { return k == 0 ? exp(a[0]) : jet_integral(a, y, k, k); }
 
 /* y = log(a): a y' = a' */
-static inline Real jet_log(const Real *a, const Real *y, int k)
+JET Real jet_log(const Real *a, const Real *y, int k)
 {
     return k == 0 ? log(a[0]) : (a[k] - jet_integral(y, a, k, k - 1)) / a[0];
 }
 
 /* y = sin(a), c = cos(a) */
-static inline Real jet_sin(const Real *a, const Real *c, int k)
-{
-    return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k);
-}
+JET Real jet_sin(const Real *a, const Real *c, int k) { return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k); }
 
 /* y = cos(a), s = sin(a) */
-static inline Real jet_cos(const Real *a, const Real *s, int k)
-{
-    return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k);
-}
+JET Real jet_cos(const Real *a, const Real *s, int k) { return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k); }
 
 /* the same where a is linear in time: of order 1, or 2 where the series run in the root of time */
-static inline Real jet_sin_phase(const Real *a, const Real *c, int k)
+JET Real jet_sin_phase(const Real *a, const Real *c, int k)
 {
     return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k < 2 ? k : 2);
 }
 
-static inline Real jet_cos_phase(const Real *a, const Real *s, int k)
+JET Real jet_cos_phase(const Real *a, const Real *s, int k)
 {
     return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k < 2 ? k : 2);
 }
 
 /* y = sinh(a), c = cosh(a) */
-static inline Real jet_sinh(const Real *a, const Real *c, int k)
-{
-    return k == 0 ? sinh(a[0]) : jet_integral(a, c, k, k);
-}
+JET Real jet_sinh(const Real *a, const Real *c, int k) { return k == 0 ? sinh(a[0]) : jet_integral(a, c, k, k); }
 
 /* y = cosh(a), s = sinh(a) */
-static inline Real jet_cosh(const Real *a, const Real *s, int k)
-{
-    return k == 0 ? cosh(a[0]) : jet_integral(a, s, k, k);
-}
+JET Real jet_cosh(const Real *a, const Real *s, int k) { return k == 0 ? cosh(a[0]) : jet_integral(a, s, k, k); }
 
 /* y = tanh(a), y2 = y y: y' = (1 - y2) a' */
-static inline Real jet_tanh(const Real *a, const Real *y2, int k)
+JET Real jet_tanh(const Real *a, const Real *y2, int k)
 {
     return k == 0 ? tanh(a[0]) : a[k] - jet_integral(a, y2, k, k);
 }
 
 /* y = atan(a), a2 = a a: (1 + a2) y' = a' */
-static inline Real jet_atan(const Real *a, const Real *a2, const Real *y, int k)
+JET Real jet_atan(const Real *a, const Real *a2, const Real *y, int k)
 {
     return k == 0 ? atan(a[0]) : (a[k] - jet_integral(y, a2, k, k - 1)) / (1.0 + a2[0]);
 }
+
+#undef JET

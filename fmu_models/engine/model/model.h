@@ -22,6 +22,13 @@
 #ifndef STICKSLIP_MODEL_H
 #define STICKSLIP_MODEL_H
 
+/* a function that is never made part of its caller */
+#if defined(__GNUC__)
+#define CALLED __attribute__((noinline, unused))
+#else
+#define CALLED
+#endif
+
 #include "../model_sizes.h" /* generated: MODEL_NQ ... below, and MODEL_NAME, MODEL_TOKEN */
 
 /*
@@ -31,7 +38,8 @@
  * MODEL_NU   inputs                       MODEL_NY   outputs
  * MODEL_ND   constants derived from the parameters
  * MODEL_NW   intermediate results that need Taylor coefficients
- * MODEL_CONSTANT_INERTIA  1 if W and G depend on the parameters alone
+ * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
+ * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
  * MODEL_IMPACTS  rigid contacts
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
@@ -42,6 +50,7 @@ enum { MODEL_MAX_ORDER = 30 }; /* highest Taylor order of the states */
 #define MODEL_TERMS (MODEL_MAX_ORDER + 1)
 #define MODEL_ROOM(n) ((n) > 0 ? (n) : 1) /* C has no arrays of length zero */
 enum { NC = MODEL_ROOM(MODEL_NC) };
+#define MODEL_INERTIA_TERMS (MODEL_CONSTANT_INERTIA ? 1 : MODEL_TERMS + 1)
 
 /* the power of the series variable that is time: 1, or 2 where the series run in the root of time */
 static inline int time_power(int rooted) { return rooted ? 2 : 1; }
@@ -89,7 +98,7 @@ extern const unsigned char
 extern const unsigned char
     model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
-extern const signed char model_contact_partner[MODEL_ROOM(
+extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
@@ -113,6 +122,19 @@ static inline int contact_has_law(const signed char *state, int c)
     return state[c] != CONTACT_STICK && state[c] != CONTACT_AWAY && state[c] != CONTACT_RELEASED;
 }
 
+/* the mass matrix: column of the first entry of each row that is kept, where that would be for column 0, and whether an
+   entry depends on more than parameters */
+extern const int model_mass_first[MODEL_ROOM(MODEL_NV)];
+extern const int model_mass_row[MODEL_ROOM(MODEL_NV)];
+extern const unsigned char model_mass_moves[MODEL_ROOM(MODEL_NM)];
+
+/* the contacts whose forces act on driven state i are model_acting[n], n from model_acting_first[i] to that of i + 1;
+   those whose forces change the rate of y of contact c, the same; all others have zeros in W and G */
+extern const int model_acting_first[MODEL_NV + 1];
+extern const int model_acting[];
+extern const int model_joined_first[MODEL_NC + 1];
+extern const int model_joined[];
+
 /* NULL, or a sentence that says which requirement of the model the parameters violate */
 const char *model_violation(const double *p);
 
@@ -125,5 +147,7 @@ double model_rate_magnitude(const double *p, const double *d, const Jets *j, int
 /* what part of the lever of contact c is left of the terms it is the sum of, and of what it could be elsewhere: 1 away
    from its zeros, rounding or 0 at them (order 0) */
 double model_lever(const double *p, const double *d, const Jets *j, int c);
+/* the part of the kinetic energy that is quadratic in the velocities, J; 0 without a body */
+double model_kinetic_energy(const Point *at);
 
 #endif

@@ -7,6 +7,8 @@
 
 /* one Taylor series: coefficient k belongs to (time since the start of the step)^k, or to that power of its root */
 typedef Real Series[MODEL_TERMS + 1];
+/* the same of what the mass matrix makes: one number where it depends on the parameters alone */
+typedef Real InertiaSeries[MODEL_INERTIA_TERMS];
 
 /* all series of one step; the engine fills t, u, x and sign, the model the rest */
 typedef struct {
@@ -27,15 +29,18 @@ typedef struct {
     Series release[MODEL_ROOM(MODEL_NC)];   /* of a stop that releases by force: has the sign of its force */
     Series force[MODEL_ROOM(MODEL_NC)];     /* lambda */
     Series y[MODEL_ROOM(MODEL_NY)];
-    Series W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
-    Series G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
+    InertiaSeries W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
+    InertiaSeries G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
+    InertiaSeries M[MODEL_ROOM(MODEL_NM)]; /* the mass matrix where it is factored, and its factors */
+    Real factor[MODEL_ROOM(MODEL_NM)];
     Series w[MODEL_ROOM(MODEL_NW)];
 } Jets;
 
 /* the held contacts of a step and the matrix that gives their forces (step/contact_forces.c, equation 1) */
 typedef struct {
     int count;
-    int contact[MODEL_ROOM(MODEL_NC)];
+    int contact[MODEL_ROOM(MODEL_NC)];                           /* group by group of those that G connects */
+    int first[MODEL_ROOM(MODEL_NC)], last[MODEL_ROOM(MODEL_NC)]; /* of the group of each, and one beyond */
     Real drag[MODEL_ROOM(MODEL_NC)]; /* force of the slipping friction of each, per force of its own */
     Real inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
 } Sticking;
@@ -65,10 +70,10 @@ void model_prepare(const Real *p, Real *d);
 void model_slip(const Real *p, const Real *d, Jets *j, int k);
 /* series depth, of contacts that have one; called after slip */
 void model_depth(const Real *p, const Real *d, Jets *j, int k);
-/* series a (reads nothing of the contacts but the sign of those that do not stick) */
-void model_acceleration(const Real *p, const Real *d, Jets *j, int k);
-/* series W and G; with MODEL_CONSTANT_INERTIA only k = 0 is ever asked for */
+/* series W and G, M and its factors; with MODEL_CONSTANT_INERTIA only k = 0 is ever asked for */
 void model_inertia(const Real *p, const Real *d, Jets *j, int k);
+/* series a (reads nothing of the contacts but the sign of those that do not stick); called after inertia */
+void model_acceleration(const Real *p, const Real *d, Jets *j, int k);
 /* force of contact c while it slips with sign[c], or touches; called after slip, depth and acceleration */
 void model_law(const Real *p, const Real *d, Jets *j, int k, int c);
 /* series release of contact c; called after slip and depth */

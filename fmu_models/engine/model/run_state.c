@@ -8,6 +8,7 @@ const Tolerances run_default_tolerances = {
     .step = 1e-14,
     .slip = 1e-13,
     .lever = 1e-3,
+    .energy = 1e-9,
     .margin = 1e-10,
     .importer = 1e-10,
     .drift = 0.0,
@@ -53,6 +54,18 @@ void run_parameters_changed(Run *r)
     model_inertia(r->at.p, r->at.d, &r->scratch, 0);
 }
 
+void run_shift_time(Run *r, double by)
+{
+    double *const times[] = {&r->at.time,    &r->horizon,    &r->segment_start, &r->accumulation_start,
+                             &r->last_event, &r->paced_time, &r->pace_start,    &r->goal};
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        *times[i] += by;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        r->at.settles[c] += by;
+    }
+}
+
 void run_reset(Run *r)
 {
     memset(r, 0, sizeof *r);
@@ -70,6 +83,20 @@ RunStatus run_check_finite(Run *r, const char *what, const double *values, int n
     for (int i = 0; i < n; i++) {
         if (!isfinite(values[i])) {
             return run_fail(r, "%s %d is not finite at t = %.17g", what, i, r->at.time);
+        }
+    }
+    return RUN_OK;
+}
+
+RunStatus run_check_mass(Run *r, const Jets *j)
+{
+    for (int i = 0; i < MODEL_NV && MODEL_NM > 0; i++) {
+        if (!(j->factor[model_mass_row[i] + i] > 0.0)) {
+            return run_fail(
+                r,
+                "the mass matrix is not positive definite at t = %.17g: some motion has no positive kinetic "
+                "energy there. Look at the signs and cross terms of the kinetic energy",
+                r->at.time);
         }
     }
     return RUN_OK;

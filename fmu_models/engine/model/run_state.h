@@ -16,6 +16,8 @@ typedef struct {
     double slip;   /* a slip speed below this fraction of its cancelling terms is zero (rounding of user input) */
     double lever;  /* a lever below this fraction of its size passes through zero, and a slip on the wrong side of zero
                         is its doing: there is nothing to correct in the velocities */
+    double energy; /* by more than this fraction no event changes the kinetic energy beyond the work of its impulses;
+                        where a body comes to rest, by more than its square of the energy that it had or has typically */
     double margin; /* a stick margin below this fraction of the capacity counts as a tie, decided by its rate */
     double importer; /* Model Exchange only: an indicator is shifted by this fraction of its scale, so that it is
                            positive right after an event and an importer that lands on zero does not see a second one */
@@ -65,6 +67,15 @@ typedef struct {
     double searched; /* variable of the series up to which the step in use has been searched */
 } Section;
 
+/* how a rigid contact has closed again and again */
+typedef struct {
+    long count;
+    double struck;              /* time of its last impact */
+    double closed, closed_rest; /* time of its last closing, and what rounding took from it */
+    double pause, ratio;        /* between the last two closings, and in parts of the pause before */
+    double fastest;             /* speed of impact */
+} Closings;
+
 typedef struct {
     Tolerances tolerances;
     Point at;       /* where the run is */
@@ -81,6 +92,8 @@ typedef struct {
     ImpactPhase impact[2];
     signed char struck[MODEL_ROOM(MODEL_NC)];
     double impact_work;
+    double impulse[MODEL_ROOM(MODEL_NC)];
+    Closings closings[MODEL_ROOM(MODEL_NC)];
     double nominal_gap[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: of rigid contacts, from nominal coordinates */
     double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */
     int segment_rooted;                  /* its series run in the square root of time */
@@ -114,6 +127,8 @@ void run_reset(Run *r);
 /* after any write to p, u, du, x or time: forget the step in use (p: derive the constants anew) */
 void run_parameters_changed(Run *r);
 void run_touched(Run *r);
+/* the same run at a time that is later by so much, for a motion whose forcing is the same there */
+void run_shift_time(Run *r, double by);
 
 /* RUN_ERROR with a message */
 RunStatus run_fail(Run *r, const char *format, ...)
@@ -123,6 +138,8 @@ RunStatus run_fail(Run *r, const char *format, ...)
     ;
 /* the same if a value is not finite */
 RunStatus run_check_finite(Run *r, const char *what, const double *values, int n);
+/* the same if a pivot of the mass matrix, as it was last factored, is not positive */
+RunStatus run_check_mass(Run *r, const Jets *j);
 /* names of contacts in quotes, as a list, cut where it does not fit */
 void run_name_contacts(const int *contact, int count, char *names, size_t size);
 

@@ -3,6 +3,7 @@
 #define STICKSLIP_SCALAR_H
 
 #define Series KIND(Series)
+#define InertiaSeries KIND(InertiaSeries)
 #define Jets KIND(Jets)
 #define Sticking KIND(Sticking)
 #define Point KIND(Point)
@@ -19,6 +20,9 @@
 #define model_reset KIND(model_reset)
 #define model_restitution KIND(model_restitution)
 #define model_friction KIND(model_friction)
+
+#define mass_factor KIND(mass_factor)
+#define mass_solve KIND(mass_solve)
 
 #define jet_angle KIND(jet_angle)
 #define jet_atan KIND(jet_atan)

@@ -6,226 +6,12 @@
  *
  * The friction of a closed rigid contact n that slips has lambda_t = -sign mu lambda_n: column n of G_ss is
  * G_sn - sign mu G_st then.
- *
- * Where several sticking contacts constrain the same motion (two discs of one speed) G_ss is singular and (1) has
- * many solutions; the one with the smallest sum of lambda^2/capacity is taken. For contacts in parallel it loads
- * all to the same share of their capacity, so that they let go together, at the sum of the capacities.
  */
 #include "contact_forces.h"
 
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
-
-/* pivoted Cholesky S = L L^T of a symmetric positive semidefinite matrix; returns the rank */
-static int KIND(cholesky)(Real S[NC][NC], int n, Real L[NC][NC])
-{
-    Real diagonal[NC];
-    int used[NC] = {0};
-    double largest = 0.0;
-    for (int i = 0; i < n; i++) {
-        diagonal[i] = S[i][i];
-        largest = fmax(largest, PART(S[i][i]));
-    }
-    for (int r = 0; r < n; r++) {
-        int pivot = -1;
-        for (int i = 0; i < n; i++) {
-            if (!used[i] && (pivot < 0 || PART(diagonal[i]) > PART(diagonal[pivot]))) {
-                pivot = i;
-            }
-        }
-        if (!(PART(diagonal[pivot]) > 64.0 * n * DBL_EPSILON * largest)) {
-            return r;
-        }
-        used[pivot] = 1;
-        const Real root = sqrt(diagonal[pivot]);
-        for (int i = 0; i < n; i++) {
-            Real s = S[i][pivot];
-            for (int k = 0; k < r; k++) {
-                s -= L[i][k] * L[pivot][k];
-            }
-            L[i][r] = i == pivot ? root : (used[i] ? 0.0 : s / root);
-            diagonal[i] -= L[i][r] * L[i][r];
-        }
-    }
-    return n;
-}
-
-/* solve A x = b for a small symmetric positive definite A, b overwritten */
-static void KIND(solve_definite)(Real A[NC][NC], int n, Real *b)
-{
-    for (int k = 0; k < n; k++) {
-        for (int i = k + 1; i < n; i++) {
-            const Real f = A[i][k] / A[k][k];
-            for (int j = k; j < n; j++) {
-                A[i][j] -= f * A[k][j];
-            }
-            b[i] -= f * b[k];
-        }
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int j = i + 1; j < n; j++) {
-            b[i] -= A[i][j] * b[j];
-        }
-        b[i] /= A[i][i];
-    }
-}
-
-/* column e of D S^+ D, the least-norm solution operator of (1), from the factor of S = D G D */
-static void KIND(solve_column)(Real L[NC][NC], int n, int rank, const Real *D, int e, Real *column)
-{
-    Real y[NC];
-    for (int k = 0; k < rank; k++) {
-        y[k] = L[e][k] * D[e];
-    }
-    /* S^+ = L (L^T L)^-2 L^T */
-    for (int pass = 0; pass < 2; pass++) {
-        Real A[NC][NC];
-        for (int i = 0; i < rank; i++) {
-            for (int j = 0; j < rank; j++) {
-                A[i][j] = 0.0;
-                for (int c = 0; c < n; c++) {
-                    A[i][j] += L[c][i] * L[c][j];
-                }
-            }
-        }
-        KIND(solve_definite)(A, rank, y);
-    }
-    for (int c = 0; c < n; c++) {
-        column[c] = 0.0;
-        for (int k = 0; k < rank; k++) {
-            column[c] += D[c] * L[c][k] * y[k];
-        }
-    }
-}
-
-/* the same where S is regular, symmetric or not: all columns of D S^-1 D, by elimination with pivoting; 0 if S is
-   singular */
-static int KIND(solve_regular)(Real A[NC][NC], int n, const Real *D, Real columns[NC][NC])
-{
-    double largest = 0.0;
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < n; k++) {
-            largest = fmax(largest, fabs(PART(A[i][k])));
-            columns[i][k] = i == k ? D[i] : 0.0;
-        }
-    }
-    for (int k = 0; k < n; k++) {
-        int pivot = k;
-        for (int i = k + 1; i < n; i++) {
-            pivot = fabs(PART(A[i][k])) > fabs(PART(A[pivot][k])) ? i : pivot;
-        }
-        if (!(fabs(PART(A[pivot][k])) > 64.0 * n * DBL_EPSILON * largest)) {
-            return 0;
-        }
-        for (int i = 0; i < n; i++) {
-            const Real swap = A[k][i];
-            A[k][i] = A[pivot][i];
-            A[pivot][i] = swap;
-            const Real other = columns[k][i];
-            columns[k][i] = columns[pivot][i];
-            columns[pivot][i] = other;
-        }
-        for (int i = k + 1; i < n; i++) {
-            if (A[i][k] == 0.0) {
-                continue;
-            }
-            const Real f = A[i][k] / A[k][k];
-            for (int m = k; m < n; m++) {
-                A[i][m] -= f * A[k][m];
-            }
-            for (int e = 0; e < n; e++) {
-                columns[i][e] -= f * columns[k][e];
-            }
-        }
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int m = i + 1; m < n; m++) {
-            if (A[i][m] != 0.0) {
-                for (int e = 0; e < n; e++) {
-                    columns[i][e] -= A[i][m] * columns[m][e];
-                }
-            }
-        }
-        for (int e = 0; e < n; e++) {
-            columns[i][e] /= A[i][i];
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        for (int e = 0; e < n; e++) {
-            columns[i][e] *= D[i];
-        }
-    }
-    return 1;
-}
-
-/* force of the slipping friction of rigid contact c per force of c, in these states; 0 if it has none that slips */
-static Real KIND(drag)(const Point *at, const signed char *state, int c)
-{
-    if (MODEL_IMPACTS == 0 || state == NULL || !model_contact_is_impact[c] || model_contact_partner[c] < 0) {
-        return 0.0;
-    }
-    const int friction = model_contact_partner[c];
-    const int sign = state[friction] == CONTACT_SLIP_PLUS ? 1 : state[friction] == CONTACT_SLIP_MINUS ? -1 : 0;
-    return sign == 0 ? 0.0 : -sign * model_friction(at->p, at->d, friction);
-}
-
-/* order 0 of G for row c and member i with its drag */
-static Real KIND(effect)(const Jets *j, const Sticking *s, int c, int i)
-{
-    const int e = s->contact[i];
-    Real effect = j->G[c][e][0];
-    if (MODEL_IMPACTS > 0 && s->drag[i] != 0.0) {
-        effect += s->drag[i] * j->G[c][(int)model_contact_partner[e]][0];
-    }
-    return effect;
-}
-
-/* S = D G D of the members, with the drag of each */
-static void KIND(scale_effects)(const Jets *j, const Sticking *s, const Real *D, Real S[NC][NC])
-{
-    for (int i = 0; i < s->count; i++) {
-        for (int k = 0; k < s->count; k++) {
-            S[i][k] = D[i] * KIND(effect)(j, s, s->contact[i], k) * D[k];
-        }
-    }
-}
-
-void contact_factor(const Point *at, const Jets *j, const signed char *member, const signed char *state, Sticking *s)
-{
-    s->count = 0;
-    for (int c = 0; c < MODEL_NC; c++) {
-        if (member[c]) {
-            s->drag[s->count] = KIND(drag)(at, state, c);
-            s->contact[s->count++] = c;
-        }
-    }
-    if (s->count == 1) {
-        s->inverse[0][0] = 1.0 / KIND(effect)(j, s, s->contact[0], 0);
-        return;
-    }
-    Real S[NC][NC];
-    Real L[NC][NC];
-    Real D[NC];
-    for (int i = 0; i < s->count; i++) {
-        /* the friction of a rigid contact has a capacity only once the forces are known */
-        const double capacity = model_contact_partner[s->contact[i]] < 0 ? PART(j->capacity[s->contact[i]][0]) : 0.0;
-        D[i] = capacity > 0.0 ? sqrt(capacity) : 1.0;
-    }
-    KIND(scale_effects)(j, s, D, S);
-    if (KIND(solve_regular)(S, s->count, D, s->inverse)) {
-        return;
-    }
-    KIND(scale_effects)(j, s, D, S);
-    const int rank = KIND(cholesky)(S, s->count, L);
-    for (int e = 0; e < s->count; e++) {
-        Real column[NC];
-        KIND(solve_column)(L, s->count, rank, D, e, column);
-        for (int i = 0; i < s->count; i++) {
-            s->inverse[i][e] = column[i];
-        }
-    }
-}
 
 /* order k of the product of two series */
 static Real KIND(product)(const Real *a, const Real *b, int k)
@@ -241,7 +27,8 @@ static Real KIND(product)(const Real *a, const Real *b, int k)
 static Real KIND(transmitted)(const Point *at, const Jets *j, int c, int k)
 {
     Real sum = 0.0;
-    for (int e = 0; e < MODEL_NC; e++) {
+    for (int n = model_joined_first[c]; n < model_joined_first[c + 1]; n++) {
+        const int e = model_joined[n];
         /* what is still unknown at this order acts through its lower orders only */
         const int silent = MODEL_CONSTANT_INERTIA && !contact_has_law(at->state, e);
         if (silent || at->state[e] == CONTACT_AWAY || at->state[e] == CONTACT_RELEASED) {
@@ -263,7 +50,7 @@ static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
         }
         j->capacity[c][k] = model_friction(at->p, at->d, c) * j->force[normal][k];
         if (at->state[c] != CONTACT_STICK) {
-            j->force[c][k] = KIND(drag)(at, at->state, normal) * j->force[normal][k];
+            j->force[c][k] = contact_drag(at, at->state, normal) * j->force[normal][k];
         }
     }
 }
@@ -300,7 +87,7 @@ void contact_forces(Point *at, Jets *j, int k)
     }
     for (int i = 0; i < s->count; i++) {
         Real force = 0.0;
-        for (int e = 0; e < s->count; e++) {
+        for (int e = s->first[i]; e < s->last[i]; e++) {
             force -= s->inverse[i][e] * rest[e];
         }
         j->force[s->contact[i]][k] = force;
@@ -313,7 +100,8 @@ void contact_forces(Point *at, Jets *j, int k)
 Real contact_rate(const Jets *j, int i, int k)
 {
     Real sum = j->a[i][k];
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int n = model_acting_first[i]; n < model_acting_first[i + 1]; n++) {
+        const int c = model_acting[n];
         sum += MODEL_CONSTANT_INERTIA ? j->W[i][c][0] * j->force[c][k] : KIND(product)(j->W[i][c], j->force[c], k);
     }
     return sum;
@@ -326,7 +114,7 @@ int contact_project(Point *at, Jets *j, const signed char *member)
     int moved = 0;
     for (int i = 0; i < s.count; i++) {
         Real impulse = 0.0;
-        for (int e = 0; e < s.count; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++) {
             impulse -= s.inverse[i][e] * j->slip[s.contact[e]][0];
         }
         if (impulse != 0.0) {
@@ -351,7 +139,7 @@ void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, c
         if (model_contact_is_impact[c] && !phase->held[c] && given[c] != 0.0) {
             impulse[c] = given[c];
             if (model_contact_partner[c] >= 0 && !phase->held[(int)model_contact_partner[c]]) {
-                impulse[(int)model_contact_partner[c]] = KIND(drag)(at, phase->friction, c) * given[c];
+                impulse[(int)model_contact_partner[c]] = contact_drag(at, phase->friction, c) * given[c];
             }
         }
     }
@@ -365,7 +153,7 @@ void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, c
     }
     for (int i = 0; i < s.count; i++) {
         Real sum = 0.0;
-        for (int e = 0; e < s.count; e++) {
+        for (int e = s.first[i]; e < s.last[i]; e++) {
             sum -= s.inverse[i][e] * rest[e];
         }
         impulse[s.contact[i]] = sum;

@@ -1,7 +1,6 @@
 /* Forces and impulses of contacts, per kind of number: the one in force where this is included (model/scalar.h). */
-#include "../model/model.h"
+#include "contact_factor.h"
 
-#define contact_factor KIND(contact_factor)
 #define contact_forces KIND(contact_forces)
 #define contact_rate KIND(contact_rate)
 #define contact_project KIND(contact_project)
@@ -9,11 +8,6 @@
 #define contact_targets KIND(contact_targets)
 #define contact_apply KIND(contact_apply)
 
-/*
- * factor the system of the member contacts from order 0 of G and the capacities; where state (may be NULL) says that
- * the friction of a rigid contact slips, it goes along
- */
-void contact_factor(const Point *at, const Jets *j, const signed char *member, const signed char *state, Sticking *s);
 /* force series at order k of every contact in its present state */
 void contact_forces(Point *at, Jets *j, int k);
 /* order k of the rate of v[i], contact forces included */

@@ -26,14 +26,10 @@ int location_indicator(const Run *r, int c, Slot slot)
 /* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none */
 static double fall_of(const double *series, double sign, int known, int order, double h)
 {
-    double indicator[POLYNOMIAL_TERMS];
     if (known >= order) {
         return -1.0; /* all its terms vanish over this step */
     }
-    for (int k = known; k <= order; k++) {
-        indicator[k - known] = sign * series[k];
-    }
-    return first_fall(indicator, order - known, h);
+    return signed_first_fall(series + known, order - known, sign, h);
 }
 
 /* the same for a function of a body at a bound: what starts at rest there has more zeros than the event knows */
@@ -51,17 +47,13 @@ static double fall_from_bound(const double *series, double sign, int known, int 
  */
 static double fall_of_gap(const Jets *j, int c, int known, int order, double h, double exact, double *end)
 {
-    double gap[POLYNOMIAL_TERMS];
     while (known < order && j->depth[c][known] == 0.0) {
         known++;
     }
     if (h > exact && known < order) {
-        for (int k = known; k <= order; k++) {
-            gap[k - known] = -j->depth[c][k];
-        }
         /* divided by s^known, like the series */
         const double error = (fabs(j->depth[c][order]) * h + fabs(j->depth[c][order - 1])) * pow(h, order - 1 - known);
-        const double safe = safe_length(gap, order - known, h, error);
+        const double safe = safe_length(j->depth[c] + known, order - known, -1.0, h, error);
         if (safe > exact) {
             *end = fmin(*end, safe);
             return -1.0;

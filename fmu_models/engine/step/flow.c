@@ -57,10 +57,10 @@ void flow_field(Point *at, Jets *j, int k, int rooted)
     if (MODEL_BOUNDED && !rooted) {
         model_depth(at->p, at->d, j, k);
     }
-    model_acceleration(at->p, at->d, j, k);
     if (!MODEL_CONSTANT_INERTIA) {
         model_inertia(at->p, at->d, j, k);
     }
+    model_acceleration(at->p, at->d, j, k);
     contact_forces(at, j, k);
     if (MODEL_NZ > 0) {
         model_internal(at->p, at->d, j, k);

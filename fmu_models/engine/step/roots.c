@@ -3,14 +3,14 @@
  * interval, their sign changes bound the number of its roots (Descartes), bisection separates the roots.
  *
  *     first_fall(c, n, h): the smallest s in (0, h] with c(s) <= 0 and c > 0 before, or -1
- *         nothing to do if the sum of the positive lower bounds of the terms is positive
+ *         nothing to do if the parabola of the first three terms stays above the sum of the negative others
  *         the low orders, whose tail is bounded by the sum of its terms, mostly decide at a fraction of the cost:
  *             above the tail            -> no root here
  *             falling faster than it    -> at most one root: bracket if the end is not positive, else none here
  *             otherwise                 -> halve; after a few halvings leave it to the whole polynomial:
  *         intervals, left first:
  *             no sign change            -> no root here
- *             one change, + to -        -> bracket, refine by Newton kept inside the bracket
+ *             one change, + to -        -> bracket, refine by Newton's method, its next term too, kept inside the bracket
  *             narrower than resolution  -> the polynomial touches zero without being seen to cross: no fall
  *             otherwise                 -> halve (de Casteljau)
  */
@@ -19,19 +19,34 @@
 #include <float.h>
 #include <math.h>
 
-enum { HALVINGS = 50, QUICK_HALVINGS = 6 };
+/* where the order is a constant its loops are unrolled, a third of the instructions */
+#if defined(__GNUC__)
+#define UNROLLED static inline __attribute__((always_inline))
+#else
+#define UNROLLED static inline
+#endif
 
-/* value and slope at s, by Horner */
-static double value_and_slope(const double *c, int n, double s, double *slope)
+enum { HALVINGS = 50, QUICK_HALVINGS = 6, LOW = 8 };
+
+/* value, slope and half the curvature at s, even and odd powers apart: two chains of half the length */
+static double value_and_slopes(const double *c, int n, double s, double *slope, double *bend)
 {
-    double value = c[n];
-    double derivative = 0.0;
-    for (int k = n - 1; k >= 0; k--) {
-        derivative = derivative * s + value;
-        value = value * s + c[k];
+    const double t = s * s;
+    int k = n - n % 2;
+    double even = c[k], even1 = 0.0, even2 = 0.0;
+    double odd = k < n ? c[n] : 0.0, odd1 = 0.0, odd2 = 0.0;
+    for (k -= 2; k >= 0; k -= 2) {
+        even2 = even2 * t + even1;
+        even1 = even1 * t + even;
+        even = even * t + c[k];
+        odd2 = odd2 * t + odd1;
+        odd1 = odd1 * t + odd;
+        odd = odd * t + c[k + 1];
     }
-    *slope = derivative;
-    return value;
+    /* p = E(t) + s O(t) with t = s^2; E1 and O1 are first derivatives by t, E2 and O2 halves of second ones */
+    *slope = odd + 2.0 * (s * even1 + t * odd1);
+    *bend = even1 + 4.0 * t * even2 + s * (3.0 * odd1 + 4.0 * t * odd2);
+    return even + s * odd;
 }
 
 double polynomial_value(const double *c, int n, double s)
@@ -43,53 +58,55 @@ double polynomial_value(const double *c, int n, double s)
     return value;
 }
 
-/* the root in a bracket with c(low) > 0 >= c(high), from a first guess */
+/*
+ * the root in a bracket with c(low) > 0 >= c(high), from a first guess: with x Newton's step and b the bend in parts of
+ * the slope, x - b x^2 leaves an error of the order (b^2 + d) x^3, where d, of the third derivative, is of order 1
+ */
 static double refine(const double *c, int n, double low, double high, double s)
 {
-    const double NONE =
-        1e-30; /* so that no step promises anything of the next, and no flag of a division by zero is left behind */
-    double step_before = NONE;
     for (int i = 0; i < 100; i++) {
         double slope;
-        const double value = value_and_slope(c, n, s, &slope);
+        double bend;
+        const double value = value_and_slopes(c, n, s, &slope, &bend);
         if (value > 0.0) {
             low = s;
         } else {
             high = s;
         }
-        double next = s - value / slope;
-        int newton = 1;
-        if (!(next > low && next < high)) {
-            next = 0.5 * (low + high);
-            newton = 0;
+        const double newton = -value / slope;
+        const double ratio = bend / slope * newton;
+        const double next = s + (fabs(ratio) < 0.25 ? newton * (1.0 - ratio) : newton);
+        if (!(next >= low && next <= high)) {
+            s = 0.5 * (low + high);
+            continue;
         }
-        const double step = fabs(next - s);
-        /* Newton's steps shrink as step = factor * step_before^2: the next would be this long */
-        const double following = newton ? step * (step / step_before) * (step / step_before) : step;
-        if (step <= DBL_EPSILON * s || following <= 0.1 * DBL_EPSILON * s) {
+        if (fabs(next - s) <= DBL_EPSILON * s
+            || 8.0 * (ratio * ratio + newton * newton) * fabs(newton) <= DBL_EPSILON * s) {
             return next;
         }
-        step_before = newton ? step : NONE;
         s = next;
     }
     return high;
 }
 
-/* a few steps of Newton's method towards the root in a bracket */
-static double guess(const double *c, int n, double low, double high)
+/* a few steps of Newton's method from a point towards the root in a bracket, until the value is within `near` */
+static double guess(const double *c, int n, double low, double high, double s, double near)
 {
-    double s = 0.5 * (low + high);
     for (int i = 0; i < 4; i++) {
         double slope;
-        const double value = value_and_slope(c, n, s, &slope);
+        double bend;
+        const double value = value_and_slopes(c, n, s, &slope, &bend);
         const double next = s - value / slope;
         s = next > low && next < high ? next : 0.5 * (low + high);
+        if (fabs(value) <= near) {
+            break;
+        }
     }
     return s;
 }
 
 /* Bernstein coefficients on [0, 1] of the polynomial with power coefficients b */
-static void to_bernstein(const double *b, int n, double *beta)
+UNROLLED void to_bernstein(const double *b, int n, double *beta)
 {
     /* the reciprocals of the binomial coefficients, by multiplications alone */
     static const double RECIPROCAL[POLYNOMIAL_TERMS] = {
@@ -111,7 +128,7 @@ static void to_bernstein(const double *b, int n, double *beta)
 }
 
 /* halves at the middle: beta becomes the right half, left gets the left one */
-static void halve(double *beta, int n, double *left)
+UNROLLED void halve(double *beta, int n, double *left)
 {
     left[0] = beta[0];
     for (int k = 1; k <= n; k++) {
@@ -132,41 +149,35 @@ static int sign_changes(const double *beta, int n)
     return changes;
 }
 
-static int certainly_positive(const double *b, int n)
+/* the sum of the magnitudes of the terms beyond an order */
+static double tail_of(const double *b, int order, int n)
 {
-    double bound = b[0];
-    for (int k = 1; k <= n; k++) {
-        bound += b[k] < 0.0 ? b[k] : 0.0;
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    int k = order + 1;
+    for (; k + 3 <= n; k += 4) {
+        for (int i = 0; i < 4; i++) {
+            sum[i] += fabs(b[k + i]);
+        }
     }
-    return bound > 0.0;
+    for (; k <= n; k++) {
+        sum[0] += fabs(b[k]);
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* least and largest of the Bernstein coefficients, or of their differences from one to the next */
-static void bounds(const double *beta, int n, int differences, double *least, double *largest)
+/* whether the parabola of the first three terms stays above all that the others may take */
+static int certainly_positive(const double *b, double tail, double slack)
 {
-    *least = INFINITY;
-    *largest = -INFINITY;
-    for (int i = 0; i + differences <= n; i++) {
-        const double value = differences ? beta[i + 1] - beta[i] : beta[i];
-        *least = value < *least ? value : *least;
-        *largest = value > *largest ? value : *largest;
+    const double MARGIN = 1e-9; /* far beyond rounding */
+    double rest = tail;
+    for (int k = 3; k <= LOW; k++) {
+        rest -= b[k] < 0.0 ? b[k] : 0.0;
     }
-}
-
-/* the order from which the terms of b, b[0] > 0, are small beside it: sums of their magnitudes, of themselves and of
-   their slopes */
-static int low_order(const double *b, int n, double *tail, double *slopes)
-{
-    const double SMALL = 1e-3;
-    int order = n;
-    *tail = 0.0;
-    *slopes = 0.0;
-    while (order > 1 && *tail + fabs(b[order]) <= SMALL * b[0]) {
-        *tail += fabs(b[order]);
-        *slopes += order * fabs(b[order]);
-        order--;
+    double lowest = fmin(b[0], b[0] + b[1] + b[2]);
+    if (b[1] < 0.0 && -b[1] < 2.0 * b[2]) {
+        lowest = b[0] - b[1] * b[1] / (4.0 * b[2]);
     }
-    return order;
+    return lowest - rest > slack + MARGIN * b[0];
 }
 
 /* a point before the root of b - slack in an interval on which b falls, near it; b is positive there */
@@ -174,54 +185,63 @@ static double before_root(const double *b, int n, double slack, double low, doub
 {
     const double NEAR = 1e-3;
     double s = 0.5 * (low + high);
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 8; i++) {
         double slope;
-        const double value = value_and_slope(b, n, s, &slope) - slack;
+        double bend;
+        const double value = value_and_slopes(b, n, s, &slope, &bend) - slack;
         double next = s - value / slope;
-        next = next > low && next < high ? next : value > 0.0 ? 0.5 * (s + high) : 0.5 * (low + s);
-        if (value > 0.0 && next - s <= NEAR * s) {
-            return s;
+        if (value > 0.0) {
+            if (next - s <= NEAR * s) {
+                return s;
+            }
+            low = s;
+        } else {
+            high = s;
+            next -= NEAR * next; /* from beyond the root Newton's method on a falling arc stays there */
         }
-        /* from beyond the root Newton's method on a falling arc stays there */
-        s = value > 0.0 ? next : fmax(low, next - NEAR * next);
+        s = next > low && next < high ? next : 0.5 * (low + high);
     }
-    return polynomial_value(b, n, s) > slack ? s : low;
+    return low;
 }
 
 /*
- * first_fall on [0, 1] in units of it, by the low orders; -2 where they do not decide. With slack > 0 a point near and
- * before the first place at which b falls below slack.
+ * first_fall on [0, 1] in units of it, by an order and what lies beyond it; -2 where they do not decide. With slack > 0
+ * a point near and before the first place at which b falls below slack.
  */
-static double quick_fall(const double *b, int n, double slack)
+UNROLLED double fall_by_order(const double *b, int n, int order, double tail, double slack)
 {
     const double NARROW = 1.5 / (1 << QUICK_HALVINGS);
-    double stack[QUICK_HALVINGS + 1][POLYNOMIAL_TERMS];
+    const double slopes = n * tail; /* no more than that is the slope of the tail */
+    double stack[QUICK_HALVINGS + 1][2 * LOW + 1];
     double start[QUICK_HALVINGS + 1], width[QUICK_HALVINGS + 1];
-    double tail, slopes;
-    const int order = low_order(b, n, &tail, &slopes);
     int top = 0;
     to_bernstein(b, order, stack[0]);
     start[0] = 0.0;
     width[0] = 1.0;
     while (top >= 0) {
         double *beta = stack[top];
-        double least, largest, steepest, flattest;
-        bounds(beta, order, 0, &least, &largest);
+        double least = beta[0];
+        double flattest = -INFINITY;
+        for (int i = 1; i <= order; i++) {
+            const double rise = beta[i] - beta[i - 1];
+            flattest = rise > flattest ? rise : flattest;
+            least = beta[i] < least ? beta[i] : least;
+        }
         if (least > tail + slack) {
             top--;
             continue;
         }
-        bounds(beta, order, 1, &steepest, &flattest);
         const double end = start[top] + width[top];
         if (flattest * order < -slopes * width[top]) {
-            if (!(polynomial_value(b, n, end) <= slack)) {
+            if (beta[order] > slack - tail && !(polynomial_value(b, n, end) <= slack)) {
                 top--;
                 continue;
             }
             if (slack > 0.0) {
                 return before_root(b, n, slack, start[top], end);
             }
-            return refine(b, n, start[top], end, guess(b, order, start[top], end));
+            const double across = start[top] + width[top] * beta[0] / (beta[0] - beta[order]);
+            return refine(b, n, start[top], end, guess(b, order, start[top], end, across, tail));
         }
         if (width[top] < NARROW) {
             return slack > 0.0 ? start[top] : -2.0;
@@ -236,39 +256,63 @@ static double quick_fall(const double *b, int n, double slack)
     return -1.0;
 }
 
-/* powers of h put into the coefficients */
-static void scale(const double *c, int n, double h, double *b)
+/* the same by low orders, more of them where the terms shrink slowly */
+static double quick_fall(const double *b, int n, double tail, double slack)
 {
-    double power = h;
-    b[0] = c[0];
-    for (int k = 1; k <= n; k++) {
-        b[k] = c[k] * power;
-        power *= h;
+    const double SLOW = 1e-2; /* the tail in parts of the first terms */
+    if (n > LOW && tail > SLOW * (fabs(b[0]) + fabs(b[1]) + fabs(b[2]))) {
+        return fall_by_order(b, n, 2 * LOW, tail_of(b, 2 * LOW, n), slack);
+    }
+    return fall_by_order(b, n, LOW, tail, slack);
+}
+
+/* powers of h, and a sign, put into the coefficients, by four chains of products; none are missing of the low orders */
+static void scale(const double *c, int n, double sign, double h, double *b)
+{
+    double power[4] = {sign, sign * h, sign * (h * h), sign * (h * h * h)};
+    const double stride = (h * h) * (h * h);
+    int k = 0;
+    for (; k + 3 <= n; k += 4) {
+        for (int i = 0; i < 4; i++) {
+            b[k + i] = c[k + i] * power[i];
+            power[i] *= stride;
+        }
+    }
+    for (int i = 0; k <= n; i++, k++) {
+        b[k] = c[k] * power[i];
+    }
+    for (; k <= 2 * LOW; k++) {
+        b[k] = 0.0;
     }
 }
 
-double safe_length(const double *c, int n, double h, double slack)
+double safe_length(const double *c, int n, double sign, double h, double slack)
 {
     double b[POLYNOMIAL_TERMS];
-    scale(c, n, h, b);
+    scale(c, n, sign, h, b);
+    const double tail = tail_of(b, LOW, n);
+    if (certainly_positive(b, tail, slack)) {
+        return h;
+    }
     if (!(b[0] > slack)) {
         return 0.0;
     }
-    const double fall = quick_fall(b, n, slack);
+    const double fall = quick_fall(b, n, tail, slack);
     return fall < 0.0 ? h : h * fall;
 }
 
-double first_fall(const double *c, int n, double h)
+double signed_first_fall(const double *c, int n, double sign, double h)
 {
     double b[POLYNOMIAL_TERMS];
-    scale(c, n, h, b);
-    if (certainly_positive(b, n)) {
+    scale(c, n, sign, h, b);
+    const double tail = tail_of(b, LOW, n);
+    if (certainly_positive(b, tail, 0.0)) {
         return -1.0;
     }
     if (b[0] <= 0.0) {
         return 0.0;
     }
-    const double quick = quick_fall(b, n, 0.0);
+    const double quick = quick_fall(b, n, tail, 0.0);
     if (quick != -2.0) {
         return quick < 0.0 ? -1.0 : h * quick;
     }
@@ -311,3 +355,5 @@ double first_fall(const double *c, int n, double h)
     }
     return -1.0;
 }
+
+double first_fall(const double *c, int n, double h) { return signed_first_fall(c, n, 1.0, h); }

@@ -58,10 +58,7 @@ static double fall_beyond(const double *p, int order, int side, double zero, dou
     if (known > order) {
         return -1.0;
     }
-    for (int k = known; k <= order; k++) {
-        beyond[k] *= side;
-    }
-    const double fall = first_fall(beyond + known, order - known, to - zero);
+    const double fall = signed_first_fall(beyond + known, order - known, side, to - zero);
     return fall < 0.0 ? -1.0 : zero + fall;
 }
 
@@ -91,10 +88,7 @@ static double next_crossing(const Run *r, const double *p, double from, int at_l
     if (!at_level) {
         double ahead[POLYNOMIAL_TERMS];
         shift(p, order, from, ahead);
-        for (int k = 0; k <= order; k++) {
-            ahead[k] *= side;
-        }
-        const double fall = first_fall(ahead, order, to - from);
+        const double fall = signed_first_fall(ahead, order, side, to - from);
         root = fall < 0.0 ? -1.0 : from + fall;
     }
     for (int touches = 0; root >= 0.0 && touches <= order; touches++) {

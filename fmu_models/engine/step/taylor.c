@@ -16,6 +16,8 @@
  */
 #include "taylor.h"
 
+#include <stdint.h>
+
 #include "event_location.h"
 #include "flow.h"
 
@@ -35,9 +37,39 @@ static const double LEAST_STEP = 0x1p-40;
  */
 static const double LOG_FAR = -14.0;
 
+static const double LOG_2 = 0.69314718055994530942;
+
+/*
+ * Logarithm and power to base 2 for a step's length, of additions and multiplications alone: the same on every platform.
+ * The bits of a number, read as a whole number, are its logarithm with straight lines between the powers of two; with a
+ * parabola upon them it is 0.01 off, which is nothing of a length.
+ */
+static double rough_log2(double x)
+{
+    int64_t bits;
+    x = fabs(x);
+    memcpy(&bits, &x, sizeof bits);
+    const double line = (double)bits * 0x1p-52;
+    const double f = line - (double)(int)line; /* of a positive number: beyond its floor */
+    return line - 1023.0 + 0.344 * f * (1.0 - f);
+}
+
+static double rough_exp2(double x)
+{
+    if (!(x > -1022.0 && x < 1023.0)) {
+        return x < 0.0 ? 0.0 : INFINITY;
+    }
+    const int64_t whole = (int64_t)(x + 1023.0); /* of a positive number: its floor */
+    const double f = x + 1023.0 - (double)whole;
+    const int64_t bits = whole << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + f * (0.69589012 + f * (0.22486495 + f * 0.07924493)));
+}
+
 int taylor_order(const Run *r)
 {
-    const double order = ceil(-ORDER_PER_LOG * log(r->tolerances.step));
+    const double order = ceil(-ORDER_PER_LOG * LOG_2 * rough_log2(r->tolerances.step));
     return order < LEAST_ORDER ? LEAST_ORDER : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
 }
 
@@ -65,6 +97,12 @@ static int watches_function(const Run *r, const Jets *j, int c)
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
+    for (int i = 0; i < MODEL_NX; i++) {
+        const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
+        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
+            return 0;
+        }
+    }
     for (int c = 0; c < MODEL_NC; c++) {
         if (r->at.state[c] == CONTACT_STICK
             && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
@@ -84,12 +122,6 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
         if (watches_function(r, j, c)
             && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
-            return 0;
-        }
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
-        const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
-        if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) { /* not a number does not vanish */
             return 0;
         }
     }
@@ -159,31 +191,36 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
 
 int taylor_series(Run *r, Jets *j, int order, double limit) { return series_to(r, j, order, &limit); }
 
-/* log2 of the length at which term k is tolerance times the larger of the first two terms, from term m, that are not
-   zero */
-static double log_length(const double *x, int m, int k, double log_tolerance)
-{
-    const double term = log2(fabs(x[k]));
-    double longest = -INFINITY;
-    int found = 0;
-    for (; m < k && found < 2; m++) {
-        if (x[m] != 0.0) {
-            longest = fmax(longest, (log_tolerance + log2(fabs(x[m])) - term) / (k - m));
-            found++;
-        }
-    }
-    return found > 0 ? longest : INFINITY;
-}
-
+/*
+ * the shorter of a log2 of a length and that at which the terms order - 1 and order are tolerance times the larger of
+ * the first two terms, from term m, that are not zero
+ */
 static double shorter_length(double length, const double *x, int m, int order, double log_tolerance)
 {
+    int first = m;
+    while (first < order && x[first] == 0.0) {
+        first++;
+    }
+    int second = first + 1;
+    while (second < order && x[second] == 0.0) {
+        second++;
+    }
+    const double one = first < order ? log_tolerance + rough_log2(x[first]) : 0.0;
+    const double two = second < order ? log_tolerance + rough_log2(x[second]) : 0.0;
     for (int k = order - 1; k <= order; k++) {
         if (!isfinite(x[k])) {
             return -INFINITY; /* beyond the range of numbers: no length is short enough */
         }
-        if (x[k] != 0.0) {
-            length = fmin(length, log_length(x, m, k, log_tolerance));
+        if (x[k] == 0.0 || k <= first) {
+            continue;
         }
+        const double term = rough_log2(x[k]);
+        double longest = (one - term) / (k - first);
+        if (k > second) {
+            const double other = (two - term) / (k - second);
+            longest = other > longest ? other : longest;
+        }
+        length = longest < length ? longest : length;
     }
     return length;
 }
@@ -200,12 +237,12 @@ static double state_length(const Jets *j, int order, double log_tolerance)
 
 double taylor_series_length(const double *x, int order, double tolerance)
 {
-    return exp2(shorter_length(INFINITY, x, 0, order, log2(tolerance)));
+    return rough_exp2(shorter_length(INFINITY, x, 0, order, rough_log2(tolerance)));
 }
 
 double taylor_time_scale(const Run *r, const Jets *j, int order)
 {
-    const double log_tolerance = log2(r->tolerances.step);
+    const double log_tolerance = rough_log2(r->tolerances.step);
     double length = state_length(j, order, log_tolerance);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_is_impact[c]) {
@@ -213,7 +250,7 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
                                     log_tolerance); /* walls that move change faster than states */
         }
     }
-    length = exp2(length);
+    length = rough_exp2(length);
     return isfinite(length) ? length : 1.0;
 }
 
@@ -221,7 +258,7 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
    functions */
 static double taylor_length(const Run *r, const Jets *j, int order, double *exact)
 {
-    const double log_tolerance = log2(r->tolerances.step);
+    const double log_tolerance = rough_log2(r->tolerances.step);
     double length = state_length(j, order, log_tolerance);
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -245,8 +282,8 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
             }
         }
     }
-    *exact = exp2(near);
-    return exp2(length);
+    *exact = rough_exp2(near);
+    return rough_exp2(length);
 }
 
 /* a contact just entered whose depth is still lost in the rounding of the position is at zero depth, on its way in */
@@ -259,8 +296,7 @@ static int enters(Run *r, int c)
     return j->depth[c][0] <= 0.0 && j->slip[c][0] > 0.0;
 }
 
-/* whether a law with half-integer powers of its depth starts at zero depth */
-static int starts_rooted(Run *r)
+int taylor_starts_rooted(Run *r)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) {
@@ -279,7 +315,7 @@ static int starts_rooted(Run *r)
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
-    const int rooted = r->segment_rooted = starts_rooted(r);
+    const int rooted = r->segment_rooted = taylor_starts_rooted(r);
     int order = full;
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);
@@ -297,6 +333,9 @@ RunStatus taylor_step(Run *r, double limit)
     h = fmin(h, end);
     const double least = LEAST_STEP * DBL_EPSILON * fabs(r->at.time);
     if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > least)) {
+        if (run_check_mass(r, &r->jets) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
         return run_fail(r,
                         "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
                         "(a state that is not finite, or a singular law)",

@@ -18,6 +18,8 @@ double taylor_time_scale(const Run *r, const Jets *j, int order);
 double taylor_series_length(const double *x, int order, double tolerance);
 /* order that the step tolerance asks for */
 int taylor_order(const Run *r);
+/* whether the next step runs in the root of time: a law with half-integer powers of its depth starts at zero depth */
+int taylor_starts_rooted(Run *r);
 /* the next step from r, cut at the first fall of an indicator */
 RunStatus taylor_step(Run *r, double limit);
 

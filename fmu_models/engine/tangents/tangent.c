@@ -32,25 +32,37 @@
 
 /* the model and the flow once more, for numbers with a tangent; jets.h first */
 #include "../model/jets.h"
+#include "../model/mass_matrix.h"
 
 #include "../model_kind.c"
+#include "../step/contact_factor.c"
 #include "../step/contact_forces.c"
 #include "../step/flow.c"
+
+/* derivatives below here count as zero: what they lead to would lose its digits below the least number there is */
+static const double SMALLEST = 1e-150;
+
+/* a number of the run with the derivative that the tangent has */
+static Real joined(double value, Real own)
+{
+    const double derivative = cimag(own);
+    return value + (fabs(derivative) < SMALLEST * EPS ? 0.0 : derivative) * _Complex_I;
+}
 
 /* the tangent's own derivative on the run's value: both have moved by the same arithmetic, up to rounding */
 static void rejoin(const Run *r, Tangent *t)
 {
     for (int i = 0; i < MODEL_NX; i++) {
-        t->at.x[i] = r->at.x[i] + cimag(t->at.x[i]) * _Complex_I;
+        t->at.x[i] = joined(r->at.x[i], t->at.x[i]);
     }
     for (int i = 0; i < MODEL_NU; i++) {
-        t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
+        t->at.u[i] = joined(r->at.u[i], t->at.u[i]);
         t->at.du[i] = r->at.du[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        t->at.memory[c] = r->at.memory[c] + cimag(t->at.memory[c]) * _Complex_I;
+        t->at.memory[c] = joined(r->at.memory[c], t->at.memory[c]);
     }
-    t->at.time = r->at.time + cimag(t->at.time) * _Complex_I;
+    t->at.time = joined(r->at.time, t->at.time);
     t->at.time_rest = r->at.time_rest;
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
     memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
@@ -79,7 +91,7 @@ Tangents *tangents_start(void *room, const Run *r, int n)
 void tangents_along(Tangents *tangents, int k, Along what, int index)
 {
     Point *at = &tangents->list[k].at;
-    Real *start = what == ALONG_STATE ? at->x : what == ALONG_INPUT ? at->u : at->p;
+    Real *start = what == ALONG_STATE ? at->x : what == ALONG_INPUT ? at->u : what == ALONG_MEMORY ? at->memory : at->p;
     start[index] += EPS * _Complex_I;
     model_prepare(at->p, at->d);
     model_inertia(at->p, at->d, &tangents->list[k].jets, 0);
@@ -162,23 +174,59 @@ static int falling_series(const Run *r, const Jets *j, int c, int slot, int orde
     return order - (margin || closed);
 }
 
+/* the order up to which the series of the states are numbers: just before a force that is a root of the depth lets go,
+   high orders grow beyond all, and the step is so short that they do not matter */
+static int finite_order(const Jets *j, int order)
+{
+    for (int k = 0; k <= order; k++) {
+        for (int i = 0; i < MODEL_NX; i++) {
+            if (!isfinite(creal(j->x[i][k])) || !isfinite(cimag(j->x[i][k]) / EPS)) {
+                return k - 1;
+            }
+        }
+    }
+    return order;
+}
+
+/* of the relative size that a derivative has in its largest part: what is smaller than this in others need not be exact */
+static const double NEGLIGIBLE = 1e-6;
+
+static double state_size(const Run *r, int i) { return fabs(r->at.x[i]) + model_nominal_states[i]; }
+
+/* the largest derivative along a direction, relative to what it is of */
+static double relative_size(const Run *r, const Tangent *t)
+{
+    double largest = 0.0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        largest = fmax(largest, fabs(cimag(t->at.x[i])) / state_size(r, i));
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        largest = r->at.memory[c] > 0.0 ? fmax(largest, fabs(cimag(t->at.memory[c])) / r->at.memory[c]) : largest;
+    }
+    for (int i = 0; i < MODEL_NP; i++) {
+        largest = r->at.p[i] != 0.0 ? fmax(largest, fabs(cimag(t->at.p[i]) / r->at.p[i])) : largest;
+    }
+    return largest / EPS;
+}
+
 /* the length over which the derivatives of the states keep the tolerance */
 static double shortest_length(const Run *r, Tangents *tangents)
 {
-    const int order = taylor_order(r);
+    const int full = taylor_order(r);
     double shortest = INFINITY;
     for (int k = 0; k < tangents->count; k++) {
         Tangent *t = &tangents->list[k];
-        flow_series(&t->at, &t->jets, order);
-        t->order = order;
+        flow_series(&t->at, &t->jets, full);
+        const int order = t->order = finite_order(&t->jets, full);
+        const double least = NEGLIGIBLE * relative_size(r, t);
         for (int i = 0; i < MODEL_NX; i++) {
             double derivative[POLYNOMIAL_TERMS];
             for (int m = 0; m <= order; m++) {
                 derivative[m] = cimag(t->jets.x[i][m]) / EPS;
             }
+            derivative[0] = fmax(fabs(derivative[0]), least * state_size(r, i));
             const double length = taylor_series_length(derivative, order, r->tolerances.step);
-            shortest = length > 0.0 ? fmin(shortest, length)
-                                    : shortest; /* a step in the root of time has no series here */
+            shortest = length > 0.0 ? fmin(shortest, length) : shortest;
         }
     }
     return shortest;
@@ -335,12 +383,39 @@ void tangents_hold(Tangents *tangents)
     }
 }
 
+void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction)
+{
+    Point *at = &tangents->list[k].at;
+    rejoin(r, &tangents->list[k]);
+    for (int i = 0; i < MODEL_NX; i++) {
+        at->x[i] = r->at.x[i] + EPS * direction[i] * _Complex_I;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        at->memory[c] = r->at.memory[c] + EPS * direction[MODEL_NX + c] * _Complex_I;
+    }
+    at->time = r->at.time + EPS * direction[MODEL_NX + MODEL_NC] * _Complex_I;
+}
+
+void tangents_read(const Tangents *tangents, int k, double *direction)
+{
+    const Point *at = &tangents->list[k].at;
+    for (int i = 0; i < MODEL_NX; i++) {
+        direction[i] = cimag(at->x[i]) / EPS;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        direction[MODEL_NX + c] = cimag(at->memory[c]) / EPS;
+    }
+    direction[MODEL_NX + MODEL_NC] = cimag(at->time) / EPS;
+}
+
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
     if (!r->segment_valid) {
-        if (run_check_pace(r) == RUN_ERROR
-            || taylor_step(r, fmin(run_step_limit(r, end), shortest_length(r, tangents))) == RUN_ERROR) {
+        const double limit = run_step_limit(r, end);
+        /* where a step runs in the root of time there is no series in time */
+        const double length = taylor_starts_rooted(r) ? limit : fmin(limit, shortest_length(r, tangents));
+        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, length) == RUN_ERROR) {
             return RUN_ERROR;
         }
         for (int k = 0; k < tangents->count; k++) {
@@ -380,8 +455,8 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
         }
         run_finish_segment(r);
         memset(r->at.known, 0, sizeof r->at.known);
-        if (!at_event) {
-            run_keep_without_slip(r);
+        if (!at_event && run_keep_without_slip(r) == RUN_ERROR) {
+            return RUN_ERROR;
         }
         r->segment_event = 0;
         if (at_event && transition_resolve(r, sink, context) == RUN_ERROR) {

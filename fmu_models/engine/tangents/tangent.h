@@ -7,18 +7,23 @@
 #include "../model/run_state.h"
 
 typedef struct Tangents Tangents;
-typedef enum { ALONG_STATE, ALONG_PARAMETER, ALONG_INPUT } Along; /* an input: a constant added to it */
+/* an input: a constant added to it; a memory: by the contact that has it */
+typedef enum { ALONG_STATE, ALONG_PARAMETER, ALONG_INPUT, ALONG_MEMORY } Along;
 
 /* bytes that n tangents need */
 size_t tangents_room(int n);
 /* n tangents, along nothing yet, in that room; r has its start values and is not initialized */
 Tangents *tangents_start(void *room, const Run *r, int n);
-/* let tangent k be along a state, parameter or input */
+/* let tangent k be along a state, parameter, input or memory */
 void tangents_along(Tangents *tangents, int k, Along what, int index);
 /* after run_initialize, and after run_reconsider with other inputs: repeat what it chose */
 void tangents_choose(const Run *r, Tangents *tangents);
 /* the tangents at the very time of the run: an event just passed came earlier or later for them */
 void tangents_hold(Tangents *tangents);
+/* tangent k from the present point of the run on, along a direction of states, memories of contacts, and time
+   (MODEL_NX + MODEL_NC + 1 numbers), and the direction that it has come to */
+void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction);
+void tangents_read(const Tangents *tangents, int k, double *direction);
 /* a step from r towards a time, where there is none in use; until: how far the tangents may be evaluated at or moved by
    it */
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until);

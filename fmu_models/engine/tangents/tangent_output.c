@@ -39,6 +39,10 @@ static void gather(Tangents *tangents)
 static void states_inside(const Run *r, Tangents *tangents, double length)
 {
     const int n = tangents->count;
+    int order = 0;
+    for (int k = 0; k < n; k++) {
+        order = tangents->list[k].order > order ? tangents->list[k].order : order;
+    }
     const double s = r->segment_rooted ? sqrt(length) : length;
     if (!tangents->gathered) {
         gather(tangents);
@@ -56,7 +60,7 @@ static void states_inside(const Run *r, Tangents *tangents, double length)
         for (int k = 0; k < n; k++) {
             derivatives[k] = 0.0;
         }
-        for (int m = tangents->list[0].order; m >= 0; m--) {
+        for (int m = order; m >= 0; m--) {
             for (int k = 0; k < n; k++) {
                 derivatives[k] = derivatives[k] * s + series[m * n + k];
             }
@@ -109,14 +113,20 @@ void tangents_evaluate(const Run *r, Tangents *tangents, double time, int output
     }
 }
 
-double tangents_value(const Tangents *tangents, int output, int index)
+double tangents_value(const Tangents *tangents, Of what, int index)
 {
-    return output ? creal(tangents->list[0].y[index]) : tangents->x[index];
+    const Tangent *first = &tangents->list[0];
+    return what == OF_OUTPUT   ? creal(first->y[index])
+           : what == OF_MEMORY ? creal(first->at.memory[index])
+                               : tangents->x[index];
 }
 
-double tangents_derivative(Tangents *tangents, int k, int output, int index)
+double tangents_derivative(Tangents *tangents, int k, Of what, int index)
 {
-    return output ? cimag(tangents->list[k].y[index]) / EPS : state_derivatives(tangents)[index * tangents->count + k];
+    const Tangent *t = &tangents->list[k];
+    return what == OF_OUTPUT   ? cimag(t->y[index]) / EPS
+           : what == OF_MEMORY ? cimag(t->at.memory[index]) / EPS
+                               : state_derivatives(tangents)[index * tangents->count + k];
 }
 
 #include "../model/scalar_real.h"

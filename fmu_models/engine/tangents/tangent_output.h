@@ -6,8 +6,9 @@
 
 /* states, and outputs if asked for, at r's own time (held) or later within the step */
 void tangents_evaluate(const Run *r, Tangents *tangents, double time, int outputs);
-/* of what was evaluated: a state or an output, and its derivative along tangent k */
-double tangents_value(const Tangents *tangents, int output, int index);
-double tangents_derivative(Tangents *tangents, int k, int output, int index);
+/* of what was evaluated: a state, an output or the memory of a contact, and its derivative along tangent k */
+typedef enum { OF_STATE, OF_OUTPUT, OF_MEMORY } Of;
+double tangents_value(const Tangents *tangents, Of what, int index);
+double tangents_derivative(Tangents *tangents, int k, Of what, int index);
 
 #endif

@@ -25,22 +25,19 @@ static Status start_tangent(Instance *m, Tangents *tangents, int k, uint32_t ref
     case STATE: tangents_along(tangents, k, ALONG_STATE, index); return STATUS_OK;
     case PARAMETER: tangents_along(tangents, k, ALONG_PARAMETER, index); return STATUS_OK;
     case INPUT: tangents_along(tangents, k, ALONG_INPUT, index); return STATUS_OK;
+    case MEMORY: tangents_along(tangents, k, ALONG_MEMORY, variables_memory_contact(index)); return STATUS_OK;
     default:
-        return instance_refuse(m, "%s: value reference %u is neither a state nor a parameter nor an input", __func__,
-                               (unsigned)reference);
+        return instance_refuse(m, "%s: value reference %u is neither a state nor a parameter nor an input nor a memory",
+                               __func__, (unsigned)reference);
     }
 }
 
 static Status start(Instance *m, SensitivityRun *s)
 {
     Tangents *tangents = s->room;
-    if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", __func__);
     if (s->n_directions < 1 || s->n_directions > INT32_MAX)
         return instance_refuse(m, "%s: at least one direction is needed", __func__);
-    if (instance_reset(m) || variables_set(m, __func__, s->initial, (size_t)s->n_initial, s->initial_values))
-        return STATUS_ERROR;
-    if (instance_set_up(m, __func__, 1, s->tolerance, s->start_time, 0, 0.0)) return STATUS_ERROR;
-    m->core.phase = PHASE_INITIALIZATION;
+    if (whole_run_enter_initialization(m, __func__, &s->start)) return STATUS_ERROR;
     tangents_start(tangents, &m->core.run, (int)s->n_directions);
     for (int k = 0; k < s->n_directions; k++)
         if (start_tangent(m, tangents, k, s->directions[k])) return STATUS_ERROR;
@@ -74,17 +71,19 @@ static Status record_sensitivity(Instance *m, SensitivityRun *s)
     int index, outputs = 0;
     for (int64_t v = 0; v < run->n_values; v++) {
         Kind kind = variables_locate(run->references[v], &index);
-        if (kind != STATE && kind != OUTPUT)
-            return instance_refuse(m, "%s: value reference %u is neither a state nor an output", __func__,
+        if (kind != STATE && kind != OUTPUT && kind != MEMORY)
+            return instance_refuse(m, "%s: value reference %u is neither a state nor an output nor a memory", __func__,
                                    (unsigned)run->references[v]);
         outputs |= kind == OUTPUT;
     }
     tangents_evaluate(&m->core.run, tangents, run->times[run->next_time], outputs);
     for (int64_t v = 0; v < run->n_values; v++) {
-        int output = variables_locate(run->references[v], &index) == OUTPUT;
-        run->values[row + v] = tangents_value(tangents, output, index);
+        Kind kind = variables_locate(run->references[v], &index);
+        Of what = kind == OUTPUT ? OF_OUTPUT : kind == MEMORY ? OF_MEMORY : OF_STATE;
+        if (kind == MEMORY) index = variables_memory_contact(index);
+        run->values[row + v] = tangents_value(tangents, what, index);
         for (int k = 0; k < s->n_directions; k++)
-            s->derivatives[(row + v) * s->n_directions + k] = tangents_derivative(tangents, k, output, index);
+            s->derivatives[(row + v) * s->n_directions + k] = tangents_derivative(tangents, k, what, index);
     }
     run->next_time++;
     return STATUS_OK;

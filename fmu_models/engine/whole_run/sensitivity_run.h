@@ -6,11 +6,7 @@
 
 typedef struct {
     WholeRun run; /* its crossings are not used; references to record are states and outputs */
-    /* start values of the run */
-    int64_t n_initial;
-    const uint32_t *initial;
-    const double *initial_values;
-    double start_time, tolerance;
+    RunStart start;
     /* states, parameters and inputs to differentiate by, at least one */
     int64_t n_directions;
     const uint32_t *directions;

@@ -1,5 +1,5 @@
 /*
- * A whole run in one call, for a program that has opened the FMU as Co-Simulation and left its
+ * A whole run in one call, after a restart, or for a program that has opened the FMU as Co-Simulation and left its
  * initialization mode. Nothing is allocated while stepping.
  *
  *     repeat   at a knot: set the inputs and their rates, choose contact states again
@@ -113,8 +113,6 @@ static int proceed(Instance *m, WholeRun *run)
     }
     return WHOLE_RUN_DONE;
 }
-
-int stickslip_native_version(void) { return WHOLE_RUN_VERSION; }
 
 void whole_run_count(const Instance *m, WholeRun *run)
 {

@@ -3,20 +3,7 @@
 #ifndef STICKSLIP_WHOLE_RUN_H
 #define STICKSLIP_WHOLE_RUN_H
 
-#include "../fmi/instance.h"
-
-#if defined(_WIN32)
-#define WHOLE_RUN_EXPORT __declspec(dllexport)
-#elif defined(__GNUC__)
-#define WHOLE_RUN_EXPORT __attribute__((visibility("default")))
-#else
-#define WHOLE_RUN_EXPORT
-#endif
-
-enum { WHOLE_RUN_DONE = 0, WHOLE_RUN_MORE = 1, WHOLE_RUN_ERROR = 2 };
-
-/* changes with what whole_run.h, sensitivity_run.h and their functions offer */
-enum { WHOLE_RUN_VERSION = 5 };
+#include "restart.h"
 
 typedef struct {
     /* what to record: value references, ascending times, and values[row * n_values + column] */
@@ -48,7 +35,6 @@ typedef struct {
     int64_t steps, n_changes, evaluations;
 } WholeRun;
 
-WHOLE_RUN_EXPORT int stickslip_native_version(void);
 WHOLE_RUN_EXPORT int stickslip_simulate(void *instance, WholeRun *run);
 
 /* the parts that a run with derivatives has too */

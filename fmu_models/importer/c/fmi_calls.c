@@ -1,5 +1,6 @@
 #include "fmi_calls.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -38,6 +39,9 @@ EXPORT void master_log3(void *environment, int status, const char *category, con
     log->count += status >= FMI_WARNING;
 }
 
+/* a bool of FMI 3 as a library may leave it: a byte of any value, where C takes 0 and 1 alone */
+typedef unsigned char Flag;
+
 int fmi_plain(const FmuInstance *fmu, Function function)
 {
     /* fmi2Reset and its like have one signature in both versions */
@@ -65,10 +69,10 @@ int fmi_update(const FmuInstance *fmu, Update *update)
                            info.nextEventTimeDefined ? info.nextEventTime : INFINITY};
         return status;
     }
-    bool again = false, terminate = false, nominals = false, states = false, defined = false;
+    Flag again = 0, terminate = 0, nominals = 0, states = 0, defined = 0;
     double time = 0.0;
-    const int status = (int)CALL3(UpdateDiscreteStates, F_UPDATE)(fmu->instance, &again, &terminate, &nominals, &states,
-                                                                  &defined, &time);
+    const int status = (int)CALL3(UpdateDiscreteStates, F_UPDATE)(
+        fmu->instance, (void *)&again, (void *)&terminate, (void *)&nominals, (void *)&states, (void *)&defined, &time);
     *update = (Update){again, terminate, nominals, states, defined ? time : INFINITY};
     return status;
 }
@@ -78,8 +82,9 @@ int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate)
     if (fmu->fmi == 2) {
         return (int)CALL2(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, 1, enter_event, terminate);
     }
-    bool enter = false, ends = false;
-    const int status = (int)CALL3(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, true, &enter, &ends);
+    Flag enter = 0, ends = 0;
+    const int status =
+        (int)CALL3(CompletedIntegratorStep, F_COMPLETED)(fmu->instance, true, (void *)&enter, (void *)&ends);
     *enter_event = enter;
     *terminate = ends;
     return status;
@@ -132,24 +137,24 @@ int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
                                                                fmu->state_references, n, seed, width, dx, width);
 }
 
-/* the types of FMI 3 other than double, and what C and the functions call them */
+/* the types of FMI 3 other than double, what C and the functions call them, and their range */
 #define NARROWER(ONE)                                                                                                  \
-    ONE(T_INT32, int32_t, Int32)                                                                                       \
-    ONE(T_BOOLEAN, bool, Boolean)                                                                                      \
-    ONE(T_FLOAT32, float, Float32)                                                                                     \
-    ONE(T_INT8, int8_t, Int8)                                                                                          \
-    ONE(T_UINT8, uint8_t, UInt8)                                                                                       \
-    ONE(T_INT16, int16_t, Int16)                                                                                       \
-    ONE(T_UINT16, uint16_t, UInt16)                                                                                    \
-    ONE(T_UINT32, uint32_t, UInt32)                                                                                    \
-    ONE(T_INT64, int64_t, Int64)                                                                                       \
-    ONE(T_UINT64, uint64_t, UInt64)
+    ONE(T_INT32, int32_t, Int32, INT32_MIN, INT32_MAX)                                                                 \
+    ONE(T_BOOLEAN, Flag, Boolean, 0, 1)                                                                                \
+    ONE(T_FLOAT32, float, Float32, -INFINITY, INFINITY)                                                                \
+    ONE(T_INT8, int8_t, Int8, INT8_MIN, INT8_MAX)                                                                      \
+    ONE(T_UINT8, uint8_t, UInt8, 0, UINT8_MAX)                                                                         \
+    ONE(T_INT16, int16_t, Int16, INT16_MIN, INT16_MAX)                                                                 \
+    ONE(T_UINT16, uint16_t, UInt16, 0, UINT16_MAX)                                                                     \
+    ONE(T_UINT32, uint32_t, UInt32, 0, UINT32_MAX)                                                                     \
+    ONE(T_INT64, int64_t, Int64, INT64_MIN, INT64_MAX)                                                                 \
+    ONE(T_UINT64, uint64_t, UInt64, 0, UINT64_MAX)
 
 /* one value of such a type */
-#define ONE(TAG, CTYPE, NAME)                                                                                          \
+#define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \
     case TAG: {                                                                                                        \
         CTYPE one = (CTYPE)0;                                                                                          \
-        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                         \
+        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, (void *)&one, 1);                 \
         *value = (double)one;                                                                                          \
         break;                                                                                                         \
     }
@@ -172,15 +177,24 @@ static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference
 }
 #undef ONE
 
-#define ONE(TAG, CTYPE, NAME)                                                                                          \
+/* the conversion of a number beyond the type, or of none, is not defined */
+static int fits(double value, double least, double most) { return value > least - 1.0 && value < most + 1.0; }
+
+#define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \
     case TAG: {                                                                                                        \
+        if (TAG != T_FLOAT32 && !fits(value, (double)LEAST, (double)MOST)) {                                           \
+            return FMI_ERROR;                                                                                          \
+        }                                                                                                              \
         const CTYPE one = (CTYPE)value;                                                                                \
-        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, &one, 1);                           \
+        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, (const void *)&one, 1);             \
     }
 
 static int write_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double value)
 {
     if (fmu->fmi == 2) {
+        if (!fits(value, INT_MIN, INT_MAX)) {
+            return FMI_ERROR;
+        }
         const int one = (int)value;
         return (int)CALL2(SetInteger, F_SETTERS + type)(fmu->instance, reference, 1, &one);
     }
@@ -251,9 +265,9 @@ int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *steppe
         }
         return status;
     }
-    bool event = false, terminate = false, early = false;
-    const int status =
-        (int)CALL3(DoStep, F_DO_STEP)(fmu->instance, t, length, true, &event, &terminate, &early, &stepped->reached);
+    Flag event = 0, terminate = 0, early = 0;
+    const int status = (int)CALL3(DoStep, F_DO_STEP)(fmu->instance, t, length, true, (void *)&event, (void *)&terminate,
+                                                     (void *)&early, &stepped->reached);
     stepped->event = event;
     stepped->terminate = terminate;
     stepped->early = early;

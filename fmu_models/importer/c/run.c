@@ -361,8 +361,7 @@ static Outcome advance(Master *m)
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
     m->step_error = error;
-    step_choose(m);
-    const int stiff = m->stiff;
+    const int change = step_choose(m);
     outcome = events_locate(m, limit, &theta);
     const double t1 = theta > 0.0 ? fmin(m->t + theta * m->length, end) : length >= limit ? end : m->t + length;
     outcome = outcome == FINE ? record_within(m, t1) : outcome;
@@ -372,13 +371,17 @@ static Outcome advance(Master *m)
     if (outcome != FINE) {
         return outcome;
     }
-    if (stiff && theta < 0.0) {
+    if (m->stiff && theta < 0.0) {
         outcome = method_dense(m);
         m->previous_ready = 1;
         m->last_length = length;
         m->last_error = error;
         m->jacobian_fresh = 0;
         m->jacobian_ready = m->jacobian_ready && !m->newton_poor;
+    }
+    /* only now: the polynomial of the step is that of the method which made it */
+    if (change) {
+        step_change_method(m);
     }
     return outcome == FINE ? arrive(m, t1, theta) : outcome;
 }

@@ -117,14 +117,13 @@ Outcome step_make(Master *m, double limit, double *error)
     }
 }
 
-/* automatic choice, after an accepted step */
-void step_choose(Master *m)
+/* automatic choice, after an accepted step: 1 if the other method is to make the next one */
+int step_choose(Master *m)
 {
-    Run *r = m->run;
-    if (r->method != METHOD_AUTO) {
-        return;
-    }
     int change = 0;
+    if (m->run->method != METHOD_AUTO) {
+        return 0;
+    }
     if (!m->stiff) {
         change = explicit_is_stiff(m);
     } else if (m->jacobian_fresh || m->calm_hits > 0) {
@@ -132,13 +131,17 @@ void step_choose(Master *m)
         change = m->calm_hits >= m->calm_needed;
         m->calm_needed *= change ? 2 : 1;
     }
-    if (change) {
-        m->stiff = !m->stiff;
-        m->stiff_hits = m->stiff_misses = m->calm_hits = 0;
-        m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
-        m->last_error = 0.0;
-        if (r->n_switches++ == 0) {
-            r->switch_time = m->t + m->length;
-        }
+    return change;
+}
+
+void step_change_method(Master *m)
+{
+    Run *r = m->run;
+    m->stiff = !m->stiff;
+    m->stiff_hits = m->stiff_misses = m->calm_hits = 0;
+    m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
+    m->last_error = 0.0;
+    if (r->n_switches++ == 0) {
+        r->switch_time = m->t + m->length;
     }
 }

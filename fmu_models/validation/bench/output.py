@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 CAPTION = (
     "Error: largest difference of a state at the end, in its nominal value; '<' where it is no larger than three times "
     "what the reference itself may be wrong, so that it does not rank. "
-    "Missed, extra: events of the reference without counterpart, events without one there. Time: median and distance "
-    "of quartiles of runs in turn; 'of ours': median of the ratios of pairs. Memory: peak of Python's allocations."
+    "Missed, extra: events of the reference without counterpart, events without one there. Time: of the whole call its "
+    "user makes, without what a first call does once; median and distance of quartiles of calls in turn; 'of ours': "
+    "median of the ratios of pairs. Memory: peak of Python's allocations."
 )
 
 

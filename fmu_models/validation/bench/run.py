@@ -1,9 +1,10 @@
 """Every method at every tolerance on one problem: error, events, cost.
 
-Times are medians over rounds. In a round every row is run once, each right after a run of the first method, so that
-what disturbs the machine disturbs both: their ratio is the median of the ratios of the pairs. What a method does once
-(opening, compiling) is outside the times. Memory is the peak of what Python's allocator, numpy's arrays included, hands
-out in one further run; compiled code that allocates for itself is not seen.
+Times are those of the call that a user of a method makes, medians over rounds. In a round every row is run once, each
+right after a run of the first method, so that what disturbs the machine disturbs both: their ratio is the median of the
+ratios of the pairs. What a method does once (opening, compiling) is outside the times. Memory is the peak of what
+Python's allocator, numpy's arrays included, hands out in one further run; compiled code that allocates for itself is
+not seen.
 """
 
 from __future__ import annotations

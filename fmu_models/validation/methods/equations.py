@@ -38,7 +38,7 @@ class Equations:
     """
 
     def __init__(self, system: HybridSystem, pull: float = 0.0) -> None:
-        self.system = system
+        self.system = system.written_out()
         self.pull = pull
         self.contacts = system.contacts
         self.n = len(system.states)

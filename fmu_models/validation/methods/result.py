@@ -25,6 +25,10 @@ class NotTreated(StickslipError):
     """A method cannot treat a model; the message says why, and which one can."""
 
 
+class TooLong(NotTreated):
+    """A run would take more than its method is given."""
+
+
 class NotInstalled(StickslipError):
     """A peer is not there."""
 
@@ -83,7 +87,8 @@ class MethodRun:
         end: (n_states,) at the end of the run, SI.
         switches: those that the method reports, in order; None if it knows of none.
         evaluations: right-hand sides; of a Taylor method orders of series; None if the method does not say.
-        seconds: wall time of the run itself: instances, compilation and start-up are outside.
+        seconds: wall time of the call that its user makes, from arguments to result. What the first call of a program
+            does once (opening, compiling, making an instance that is kept) is outside.
     """
 
     end: NDArray[np.float64]

@@ -16,7 +16,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmu_models.validation.methods.equations import Equations, Mode
-from fmu_models.validation.methods.result import MethodRun, NotTreated, Problem, needs_steady_inputs, repeatable
+from fmu_models.validation.methods.result import (
+    MethodRun,
+    NotTreated,
+    Problem,
+    TooLong,
+    needs_steady_inputs,
+    repeatable,
+)
 from fmu_models.validation.methods.switching import Run
 
 FINEST = 2.3e-14  # scipy's smallest relative tolerance
@@ -25,10 +32,11 @@ FINEST = 2.3e-14  # scipy's smallest relative tolerance
 @final
 @dataclass(frozen=True)
 class ScipyEvents:
-    """``solver`` of solve_ivp; ``longest`` step in parts of the run, 1 for no bound."""
+    """``solver`` of solve_ivp; ``longest`` step in parts of the run, 1 for no bound; ``most`` right-hand sides."""
 
     solver: Literal["DOP853", "RK45", "Radau", "LSODA"] = "DOP853"
     longest: float = 1.0
+    most: float = np.inf
     tolerances: tuple[float, ...] = (1e-6, 1e-8, 1e-10, 1e-12)
     family: Literal["event-driven"] = "event-driven"
 
@@ -42,7 +50,7 @@ class ScipyEvents:
         needs_steady_inputs(problem, self.name)
         equations = Equations(problem.system)
         run = Run(equations)
-        stepper = _Stepper(run, self.solver, problem, self.longest)
+        stepper = _Stepper(run, self.solver, problem, self.longest, self.most)
 
         def once(tolerance: float) -> tuple[Any, tuple, int]:
             stepper.begin(tolerance)
@@ -53,14 +61,14 @@ class ScipyEvents:
 
 
 class _Stepper:
-    def __init__(self, run: Run, solver: str, problem: Problem, longest: float) -> None:
-        self.run, self.solver, self.problem = run, solver, problem
+    def __init__(self, run: Run, solver: str, problem: Problem, longest: float, most: float) -> None:
+        self.run, self.solver, self.problem, self.most = run, solver, problem, most
         self.longest = longest * problem.stop_time if longest < 1.0 else np.inf
-        self.evaluations = 0
+        self.evaluations = self.called = 0
         self._kept: dict[Mode, tuple[Any, list[Any]]] = {}
 
     def begin(self, tolerance: float) -> None:
-        self.evaluations = 0
+        self.evaluations = self.called = 0
         self.rtol = max(tolerance, FINEST)
         extended = len(self.run.equations.symbols) - self.problem.start.size
         self.atol = np.concatenate([tolerance * self.problem.nominal, np.ones(extended)])
@@ -77,8 +85,20 @@ class _Stepper:
                 event.terminal, event.direction = True, -1  # pyright: ignore[reportFunctionMemberAccess]
                 events.append(event)
             field = self.run.equations.field(mode)
-            self._kept[mode] = (lambda t, z: field(t, z.tolist())), events
+            made = self._counted(field) if self.most < np.inf else lambda t, z: field(t, z.tolist())
+            self._kept[mode] = made, events
         return self._kept[mode]
+
+    def _counted(self, field: Any) -> Any:
+        """A right-hand side that gives up."""
+
+        def counted(t: float, z: Any) -> Any:
+            self.called += 1
+            if self.called > self.most:
+                raise TooLong(f"{self.solver} takes more than {self.most:g} right-hand sides. Choose a shorter run.")
+            return field(t, z.tolist())
+
+        return counted
 
     def advance(self, mode: Mode, t: float, z: Any, stop: float) -> tuple[float, Any, int | None]:
         """Until an event or the end."""

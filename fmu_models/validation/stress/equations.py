@@ -67,16 +67,16 @@ class Equations:
         ]
         self._rates = [self._compiled(_terms(a)) for a in self._sides(model)]
         self._mass = self._compiled(mass_matrix(model).flat()) if isinstance(model, Mechanism) else None
-        self._W = self._compiled(system.W.flat())
+        self._W = None if self._mass else self._compiled(system.W.flat())
         energy = sum((o.expression for o in system.outputs if o.name == "energy"), sympy.S.Zero)
         self._energy = self._compiled(_terms(energy))
         self._slopes = [self._compiled([sympy.diff(c.slip, state) for state in system.driven]) for c in system.contacts]
-        self._G = [self._compiled([system.G[i, i]]) for i in range(len(system.contacts))]
+        self._G = None if self._mass else self._compiled([system.G[i, i] for i in range(len(system.contacts))])
         self._contacts = [self._compile_contact(c) for c in system.contacts]
 
     def _sides(self, model: Model) -> list[sympy.Expr]:
         """Forces of a mechanism, rates of an automaton, without those of contacts."""
-        return generalised_forces(model).flat() if isinstance(model, Mechanism) else list(self.system.acceleration)
+        return generalised_forces(model) if isinstance(model, Mechanism) else list(self.system.acceleration)
 
     def _compiled(self, expressions: list[Any]) -> Callable[..., list[Any]]:
         return sympy.lambdify(self._symbols, expressions, modules="numpy", cse=True)
@@ -143,20 +143,34 @@ class Equations:
         values = self.environment(columns, parameters)
         forces = self.forces(columns, values)
         shape = columns["time"].shape
-        n = len(self.driven)
-        W = np.array([np.broadcast_to(w, shape) for w in self._W(*values)]).reshape(n, len(forces), *shape)
         sides = [[np.broadcast_to(term, shape) for term in compiled(*values)] for compiled in self._rates]
         total = np.array([sum(terms, np.zeros(shape)) for terms in sides])
         size = np.array([sum((np.abs(term) for term in terms), np.zeros(shape)) for terms in sides])
-        if self._mass is not None:
-            mass = np.array([np.broadcast_to(m, shape) for m in self._mass(*values)]).reshape(n, n, *shape)
-            inverse = np.linalg.inv(np.moveaxis(mass, -1, 0))
+        inverse = self._compliance(values, shape)
+        if inverse is not None:
             total = np.einsum("kij,jk->ik", inverse, total)
             size = np.einsum("kij,jk->ik", np.abs(inverse), size)
+        W = self._effects(values, inverse, shape)
         for j, force in enumerate(forces):
             total = total + W[:, j] * force
             size = size + np.abs(W[:, j] * force)
         return total, size
+
+    def _compliance(self, values: list[Any], shape: tuple[int, ...]) -> NDArray | None:
+        """Inverse mass matrices, (n, n_driven, n_driven); None of an automaton."""
+        if self._mass is None:
+            return None
+        n = len(self.driven)
+        mass = np.array([np.broadcast_to(m, shape) for m in self._mass(*values)]).reshape(n, n, *shape)
+        return np.linalg.inv(np.moveaxis(mass, -1, 0))
+
+    def _effects(self, values: list[Any], inverse: NDArray | None, shape: tuple[int, ...]) -> NDArray:
+        """Rates of the driven states per contact force, (n_driven, n_contacts, n)."""
+        size = (len(self.driven), len(self._slopes), *shape)
+        if self._W is not None:
+            return np.array([np.broadcast_to(w, shape) for w in self._W(*values)]).reshape(size)
+        levers = [[np.broadcast_to(lever, shape) for lever in slopes(*values)] for slopes in self._slopes]
+        return np.einsum("kij,cjk->ick", inverse, np.array(levers).reshape(len(levers), size[0], *shape))
 
     def gross(self, columns: Columns, parameters: Mapping[str, float]) -> list[tuple[float, float]]:
         """Per contact the slip speed and the force whose rounding is that of the run.
@@ -167,14 +181,25 @@ class Equations:
         values = self.environment(columns, parameters)
         _, size = self.rates(columns, parameters)
         span = float(columns["time"][-1] - columns["time"][0])
+        effects = self._own_effects(values, columns["time"].shape)
         found = []
         for i, slopes in enumerate(self._slopes):
             along = [np.abs(slope) for slope in slopes(*values)]
             rate = sum((a * size[k] for k, a in enumerate(along)), np.zeros(size.shape[1:]))
             rate = float(np.nanmax(rate)) if rate.size else 0.0
-            G = np.nanmin(np.abs(self._G[i](*values)[0])) if rate > 0 else 1.0
+            G = np.nanmin(np.abs(effects[i])) if rate > 0 else 1.0
             found.append((rate * span, rate / float(G) if G > 0 else rate))
         return found
+
+    def _own_effects(self, values: list[Any], shape: tuple[int, ...]) -> list[Any]:
+        """Rate of y of every contact per force of its own."""
+        if self._G is not None:
+            return self._G(*values)
+        W = self._effects(values, self._compliance(values, shape), shape)
+        return [
+            sum((lever * W[k, c] for k, lever in enumerate(slopes(*values))), np.zeros(shape))
+            for c, slopes in enumerate(self._slopes)
+        ]
 
     def energy_size(self, columns: Columns, parameters: Mapping[str, float]) -> float:
         """Largest sum of the magnitudes of the terms of the energy."""

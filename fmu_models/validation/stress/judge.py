@@ -20,6 +20,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,8 +112,26 @@ def judge(case: Case, subject: Subject) -> Cell:
     except StickslipError as error:
         return cell("refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
     reached = trial.duration / case.duration
+    worst, check, count, notes = _worst(_checks(trial, base, subject))
+    verdict = "accurate" if worst.error <= ACCURATE else "degraded" if worst.error <= FAILED else "failed"
+    message = worst.what if verdict != "accurate" else "; ".join(notes)
+    return cell(verdict, worst.error, check, message, reached, count)
+
+
+def against_declaration(trial: Trial, base: Trajectory, subject: Subject) -> tuple[Findings, str, int]:
+    """What a run contradicts most in its declaration, by which check, and the number of checks: those that need no
+    other motion to compare with."""
+    worst, check, count, _ = _worst(_declared(trial, base, _detail(trial, base), subject))
+    return worst, check, count
+
+
+Checks = Iterator[tuple[str, Callable[[], Findings | None]]]
+
+
+def _worst(checks: Checks) -> tuple[Findings, str, int, list[str]]:
+    """The largest finding and its check, the number of checks that could be made, and why others could not."""
     worst, check, count, notes = Findings(0.0, ""), "", 0, []
-    for name, find in _checks(trial, base, subject):
+    for name, find in checks:
         try:
             found = find()
         except StickslipError as error:
@@ -125,37 +144,43 @@ def judge(case: Case, subject: Subject) -> Cell:
         count += 1
         if not found.error <= worst.error:
             worst, check = found, name
-    verdict = "accurate" if worst.error <= ACCURATE else "degraded" if worst.error <= FAILED else "failed"
-    message = worst.what if verdict != "accurate" else "; ".join(notes)
-    return cell(verdict, worst.error, check, message, reached, count)
+    return worst, check, count, notes
 
 
-def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Iterator[tuple[str, Callable[[], Findings | None]]]:
+def _detail(trial: Trial, base: Trajectory) -> Trajectory | None:
+    """The run once more with times around its events and at the nodes of its pieces; None if it is refused so."""
+    groups, pieces = chosen(base), balance.stretches(base)
+    closer = [around(base, groups)] if groups else []
+    closer += [balance.nodes(pieces)] if pieces else []
+    try:
+        return trial.run(times=np.unique(np.concatenate([base.time, *closer])))
+    except (StickslipError, AllowanceSpentError):
+        return None
+
+
+def _declared(trial: Trial, base: Trajectory, detail: Trajectory | None, subject: Subject) -> Checks:
+    """The checks against the declaration, of the run and of its details."""
+    parameters, equations = trial.case.parameters, subject.equations
+    for run in (base, detail):
+        if run is not None:
+            columns = _columns(run)
+            yield "equations", partial(equations.residual, columns, parameters)
+            yield "states", partial(contradictions, equations, columns, parameters)
+    if detail is not None:
+        yield "events", lambda: jumps(equations, detail, chosen(base), parameters)
+
+
+def _checks(trial: Trial, base: Trajectory, subject: Subject) -> Checks:
     """The checks of a run by name, each to be called once."""
     case, equations, promised = trial.case, subject.equations, subject.promised
-    parameters = case.parameters
     yield "finite", lambda: _finite(base)
     if case.scale:
         yield "units", lambda: Findings(_largest(_difference(base, Trial(trial.fmu, case, trial.duration).run())), "")
         return
-    yield "equations", lambda: equations.residual(_columns(base), parameters)
-    yield "states", lambda: contradictions(equations, _columns(base), parameters)
+    detail = None if case.bounded else _detail(trial, base)
+    yield from _declared(trial, base, detail, subject)
     if case.bounded:
         return
-    groups = chosen(base)
-    pieces = balance.stretches(base)
-    closer = [around(base, groups)] if groups else []
-    closer += [balance.nodes(pieces)] if pieces else []
-    times = np.unique(np.concatenate([base.time, *closer]))
-    try:
-        detail = trial.run(times=times)
-    except (StickslipError, AllowanceSpentError):
-        detail = None
-    if detail is not None:
-        columns = _columns(detail)
-        yield "equations", lambda: equations.residual(columns, parameters)
-        yield "states", lambda: contradictions(equations, columns, parameters)
-        yield "events", lambda: jumps(equations, detail, groups, parameters)
     if equations.has_energy:
         yield "energy", lambda: _energy(trial, base, equations)
     sensitivity = _Sensitivity(trial, base)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.table import Table, number, table
 from fmu_models.base.terminal_table import terminal
 from fmu_models.validation.stress.judge import ACCURATE, VERDICTS, Cell
+from fmu_models.validation.stress.random_cases import RANDOM, command_line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,6 +35,7 @@ def content(cells: Sequence[Cell], asked: int) -> dict[str, Any]:
             "error": cell.error if cell.error is not None and math.isfinite(cell.error) else None,
             "check": cell.check,
             "message": cell.message,
+            **({"again": command_line(cell.case)} if cell.case.of == RANDOM else {}),
             "checks": cell.checks,
             "reached": cell.reached,
             "seconds": cell.seconds,
@@ -66,6 +68,8 @@ def print_report(cells: Sequence[Cell], asked: int, out: Console, *, every: bool
         for cell in own:
             if every or cell.verdict != "accurate":
                 out.print(f"  {sentence(cell)}", markup=False)
+                if cell.case.of == RANDOM:
+                    out.print(f"    again: {command_line(cell.case)}", markup=False, soft_wrap=True)
         out.print()
     totals = Counter(cell.verdict for cell in cells)
     out.print(f"{len(cells)} of {asked} cells: " + ", ".join(f"{totals[verdict]} {verdict}" for verdict in VERDICTS))

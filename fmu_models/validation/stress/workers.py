@@ -10,12 +10,14 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 
 from fmu_models import oscillators
-from fmu_models.base.processes import IsolatedFailure, Limits, in_processes
+from fmu_models.base.processes import IsolatedFailure, Limits, Pool
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.validation.stress.cases import Case, grid
+from fmu_models.validation.stress.cross_check import SecondPath, cross_check
 from fmu_models.validation.stress.equations import Equations
 from fmu_models.validation.stress.judge import Cell, Subject, judge
+from fmu_models.validation.stress.random_cases import RANDOM, random_cases
 
 # a cell that has not answered by then hangs, s: its allowances of steps are some seconds of work on a slow machine
 PATIENCE = 60.0
@@ -27,33 +29,31 @@ def cases_of(name: str, until: float | None = None) -> list[Case]:
     return grid(name, model, Equations(model), until=until)
 
 
-def judged(
-    cases: Sequence[Case],
-    progress: Callable[[float], None],
-    *,
-    processes: int | None = None,
-    patience: float = PATIENCE,
-) -> Iterator[Cell]:
-    """The cells of the cases as they are finished; ``progress`` is told the fraction done."""
-    outcomes = in_processes(
-        _Judge().judged,
-        [(case,) for case in cases],
-        processes=processes or os.cpu_count() or 1,
-        limits=Limits(patience),
-        threads=1,
-        group=operator.attrgetter("model"),
-    )
+def drawn(name: str, count: int, seed: int, until: float | None = None) -> list[Case]:
+    """Random cases of an oscillator."""
+    model = oscillators.load(name)
+    return random_cases(name, model, Fmu.open(built(name)), Equations(model), count, seed, until=until)
+
+
+def judges(processes: int | None = None, patience: float = PATIENCE) -> Pool[Cell]:
+    """Children for ``judged``, one per core if no number is given; they start now."""
+    return Pool(_Judge().judged, processes=processes or os.cpu_count() or 1, limits=Limits(patience), threads=1)
+
+
+def judged(cases: Sequence[Case], progress: Callable[[float], None], pool: Pool[Cell]) -> Iterator[Cell]:
+    """The cells of the cases as they are finished by ``judges``; ``progress`` is told the fraction done."""
+    outcomes = pool.run([(case,) for case in cases], group=operator.attrgetter("model"))
     for done, (number, outcome) in enumerate(outcomes, 1):
         progress(done / len(cases))
         if isinstance(outcome, IsolatedFailure):
-            yield _failed(cases[number], outcome, patience)
+            yield _failed(cases[number], outcome, pool.limits.time)
         elif isinstance(outcome, Exception):
             raise outcome
         else:
             yield outcome
 
 
-def _failed(case: Case, failure: IsolatedFailure, patience: float) -> Cell:
+def _failed(case: Case, failure: IsolatedFailure, patience: float | None) -> Cell:
     late = failure.cause == "time"
     said = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
     return Cell(case, "failed", None, "process", said, seconds=failure.seconds)
@@ -63,14 +63,15 @@ class _Judge:
     """What a child works with: it keeps the model of its last case."""
 
     def __init__(self) -> None:
-        self.name, self.subject = "", None
+        self.name = ""
+        self.second: SecondPath | None = None
 
     def judged(self, case: Case) -> Cell:
         """The cell of a case."""
         try:
-            if self.subject is None or case.model != self.name:
-                self.subject = Subject.of(oscillators.load(case.model), Fmu.open(built(case.model)))
+            if self.second is None or case.model != self.name:
+                self.second = SecondPath(Subject.of(oscillators.load(case.model), Fmu.open(built(case.model))))
                 self.name = case.model
-            return judge(case, self.subject)
+            return cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
         except Exception as error:  # a fault of the judge is a failed cell, not the end of the grid
             return Cell(case, "failed", None, "program", f"{type(error).__name__}: {error}")

@@ -25,6 +25,7 @@ from fmu_models.validation.methods.result import (
     NotInstalled,
     NotTreated,
     Problem,
+    TooLong,
     needs_steady_inputs,
     timed,
 )
@@ -36,9 +37,10 @@ AGAIN = 1e-9  # of the run: a slip that ends so soon after it began has not begu
 @final
 @dataclass(frozen=True)
 class HeyokaTaylor:
-    """``extended``: in the 80 bits of a long double, for references, where the machine has them."""
+    """``extended``: in the 80 bits of a long double, for references, where the machine has them; ``most`` steps."""
 
     extended: bool = False
+    most: int = 0  # no bound, as heyoka has it
     tolerances: tuple[float, ...] = (1e-6, 1e-9, 1e-12, 1e-15)
     family: Literal["event-driven"] = "event-driven"
 
@@ -73,9 +75,9 @@ class HeyokaTaylor:
 
             stop: Any = np.longdouble(problem.stop_time) if self.extended else problem.stop_time
             if tolerance not in steppers:
-                steppers[tolerance] = _Stepper(heyoka, run, tolerance, self.extended)
+                steppers[tolerance] = _Stepper(heyoka, run, tolerance, self.extended, self.most)
                 once()
-            steppers[tolerance].evaluations = 0
+            steppers[tolerance].evaluations = steppers[tolerance].steps = 0
             return timed(once, equations.n)
 
         return make
@@ -96,9 +98,9 @@ def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
 
 
 class _Stepper:
-    def __init__(self, heyoka: Any, run: Run, tolerance: float, extended: bool) -> None:
-        self.heyoka, self.run, self.tolerance, self.extended = heyoka, run, tolerance, extended
-        self.evaluations = 0
+    def __init__(self, heyoka: Any, run: Run, tolerance: float, extended: bool, most: int) -> None:
+        self.heyoka, self.run, self.tolerance, self.extended, self.most = heyoka, run, tolerance, extended, most
+        self.evaluations = self.steps = 0
         self._kept: dict[Mode, Any] = {}
 
     def _integrator(self, mode: Mode, n: int) -> Any:
@@ -138,7 +140,11 @@ class _Stepper:
             integrator.reset_cooldowns()
         watched = self.run.watches(mode)
         while True:
-            outcome, _, _, steps, _, _ = integrator.propagate_until(stop)
+            left = max(1, self.most - self.steps) if self.most else 0
+            outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=left)
+            if outcome == self.heyoka.taylor_outcome.step_limit:
+                raise TooLong(f"heyoka.py takes more than {self.most} steps. Choose a shorter run.")
+            self.steps += steps
             self.evaluations += steps * (integrator.order + 1)
             code = int(outcome)
             # a slip that has just been released starts at zero without acceleration: there rounding decides its sign

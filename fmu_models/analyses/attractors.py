@@ -1,0 +1,203 @@
+"""What runs have come to: periodic motions, claimed by Newton's method alone, and where they attract.
+
+A motion that repeats itself is brought to rounding; its multipliers say whether it attracts at all. About each of its
+points the quadratic form V = sum over all steps ahead of |difference|^2 falls with every step of a small difference, by
+the exact derivatives; how far out it still falls is tried on steps of the system itself, shell by shell. A motion that
+has come inside stays inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_lyapunov
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.jobs import Rows, Targets
+from fmu_models.analyses.periodic import PeriodicMotion, corrected_cycles, least_period, motions_at, solved_cycles
+from fmu_models.analyses.section_system import SectionSystem
+
+Vector = NDArray[np.float64]
+
+NEAR = 1e-3  # of the size of a state: by so much Newton's method may move a point of a motion that repeats itself
+ALIKE = 1e-5  # two points of a run that are nearer may be those of a motion that repeats itself
+SAME = 1e-6  # two motions whose points are nearer are one
+CLAIMED = 1e-11  # by which a step may miss the next point
+SHELLS, RAYS = 40, 48  # tried about each point of an attractor
+LARGEST = 8.0  # sizes of the states: radius of the outermost shell
+FALLS = 1e-3  # of the form: less than its fall by so much is none
+
+
+@dataclass(frozen=True, eq=False)
+class Claims:
+    """Per run the motion that it has come to; None where it repeats itself after no period that was looked for."""
+
+    motions: Sequence[PeriodicMotion | None]
+
+    @property
+    def periods(self) -> NDArray[np.int64]:
+        """(m,) 0 where there is none."""
+        return np.array([0 if one is None else one.period for one in self.motions], np.int64)
+
+
+def claimed(
+    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector] | None = None, *, longest: int = 24
+) -> Claims:
+    """The stable periodic motions that runs have come to, solved to rounding.
+
+    Args:
+        rows: of runs; more of them than the longest period, at least.
+        varied: values (m,) of parameters that differ from run to run.
+        longest: period.
+    """
+    varied = varied or {}
+    periods = np.where(rows.outcomes <= families.ABSORBED, rows.periods, 0)
+    for i in np.flatnonzero((rows.outcomes == families.FINISHED) & (rows.filled > 1)):
+        periods[i] = _alike(system, rows.points[i, : rows.filled[i]], longest)
+    motions: list[PeriodicMotion | None] = [None] * len(periods)
+    # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
+    shorter = np.array([_shorter(system, rows, i, period) for i, period in enumerate(periods)])
+    for tried in (shorter, np.where(shorter < periods, periods, 0)):
+        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1])]):
+            which = np.flatnonzero((tried == period) & np.array([one is None for one in motions]))
+            for i, motion in zip(which, _solved(system, rows, varied, which, int(period)), strict=True):
+                motions[i] = motion
+    return Claims(motions)
+
+
+def _solved(
+    system: SectionSystem, rows: Rows, varied: Mapping[str, Vector], which: NDArray[np.int64], period: int
+) -> list[PeriodicMotion | None]:
+    """The motions of a period near the last points of some runs; None where there is no stable one."""
+    if not which.size:
+        return []
+    guesses = np.stack([rows.points[i, max(0, rows.filled[i] - period) : rows.filled[i]] for i in which])
+    values = {name: v[which] for name, v in varied.items()}
+    found = [
+        motion if motion is not None and _is_it(system, motion, guess) else None
+        for motion, guess in zip(corrected_cycles(system, guesses, values), guesses, strict=True)
+    ]
+    # what only looks alike needs all of Newton's method
+    left = np.array([i for i in range(which.size) if found[i] is None and rows.periods[which[i]] == 0], np.int64)
+    if left.size:
+        values = {name: v[left] for name, v in values.items()}
+        cycles, numbers = solved_cycles(system, guesses[left], values)
+        solved = motions_at(system, cycles, {name: v[numbers] for name, v in values.items()})
+        for k, motion in zip(left[numbers], solved, strict=True):
+            found[k] = motion if motion is not None and _is_it(system, motion, guesses[k]) else None
+    return found
+
+
+def _shorter(system: SectionSystem, rows: Rows, i: int, period: int) -> int:
+    """The least part of a period after which the last points of a run look alike."""
+    if not period or period > rows.filled[i]:
+        return int(period)
+    points = rows.points[i, rows.filled[i] - period : rows.filled[i]]
+    for part in range(1, period):
+        apart = system.difference(points - np.roll(points, part, axis=0))
+        if period % part == 0 and (np.abs(apart) <= ALIKE * system.sizes()).all():
+            return part
+    return int(period)
+
+
+def _is_it(system: SectionSystem, motion: PeriodicMotion, guess: Vector) -> bool:
+    """Whether a motion is stable, solved, of that least period, and the one of the run."""
+    apart = np.abs(system.difference(motion.points - guess)) / system.sizes()
+    size = 1.0 + float(np.abs(motion.points).max())
+    return bool(
+        apart.max() <= NEAR
+        and motion.residual <= 100.0 * CLAIMED * size
+        and motion.stability.stable
+        and least_period(system, motion.points, system.sizes()) == motion.period
+    )
+
+
+def _alike(system: SectionSystem, points: Vector, longest: int) -> int:
+    """The least number of points after which the last ones look alike; 0 if there is none."""
+    for n in range(1, min(longest, len(points) // 2) + 1):
+        if (np.abs(system.difference(points[-n:] - points[-2 * n : -n])) <= ALIKE * system.sizes()).all():
+            return n
+    return 0
+
+
+def same_motion(system: SectionSystem, one: PeriodicMotion, other: PeriodicMotion) -> bool:
+    """Whether two motions pass through the same points."""
+    if one.period != other.period:
+        return False
+    return any(
+        (np.abs(system.difference(one.points - np.roll(other.points, k, axis=0))) <= SAME * system.sizes()).all()
+        for k in range(one.period)
+    )
+
+
+def index_of(system: SectionSystem, motion: PeriodicMotion, known: Sequence[PeriodicMotion]) -> int:
+    """Which of the known motions it is; -1 if none."""
+    return next((i for i, other in enumerate(known) if same_motion(system, motion, other)), -1)
+
+
+def targets_of(system: SectionSystem, motions: Sequence[PeriodicMotion]) -> Targets | None:
+    """Where runs may end on the way to these stable motions; None if there are no motions."""
+    if not motions:
+        return None
+    points, forms, after, orbits, passes = [], [], [], [], []
+    for number, motion in enumerate(motions):
+        first = len(points)
+        shapes = _forms(system, motion)
+        radius = _radius(system, motion, shapes)
+        for i, (point, form) in enumerate(zip(motion.points, shapes, strict=True)):
+            points.append(point)
+            forms.append(form / radius**2)
+            after.append(first + (i + 1) % motion.period)
+            orbits.append(number)
+            passes.append(2 * motion.period)
+    return Targets(np.array(points), np.array(forms), *(np.array(one, np.int64) for one in (after, orbits, passes)))
+
+
+def _forms(system: SectionSystem, motion: PeriodicMotion) -> list[Vector]:
+    """A form about each point, which falls with every step by the squares of the differences there."""
+    n = motion.points.shape[1]
+    steps = system.step(motion.points).derivatives
+    weight = np.diag(1.0 / system.sizes() ** 2)
+    forms = []
+    for i in range(motion.period):
+        whole, sums = np.eye(n), np.zeros((n, n))
+        for k in range(motion.period):
+            sums += whole.T @ weight @ whole
+            whole = steps[(i + k) % motion.period] @ whole
+        forms.append(np.asarray(solve_discrete_lyapunov(whole.T, sums)))
+    return forms
+
+
+def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vector]) -> float:
+    """Root of the largest value of the forms inside which each step of the system makes them fall."""
+    n, period = motion.points.shape[1], motion.period
+    rays = np.random.default_rng(0).normal(size=(RAYS, n))
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    factors = [np.linalg.cholesky(form + 1e-14 * np.trace(form) * np.eye(n)) for form in forms]
+    # on the shell of radius r about point i: V_i = r^2
+    shells = [np.linalg.solve(factor.T, rays.T).T for factor in factors]
+    radii = np.concatenate([np.geomspace(LARGEST, 1e-4, SHELLS)])
+    starts = np.stack([motion.points[i] + r * shells[i] for r in radii for i in range(period)])
+    made = system.step(starts.reshape(-1, n), derivative=False).points.reshape(len(radii), period, RAYS, n)
+    falls = np.ones(len(radii), bool)
+    for i in range(period):
+        k = (i + 1) % period
+        apart = system.difference(made[:, i] - motion.points[k])
+        with np.errstate(invalid="ignore"):
+            values = np.einsum("rsi,ij,rsj->rs", apart, forms[k], apart)
+            falls &= (values <= (1.0 - FALLS * min(1.0, _least_fall(forms[i], system))) * radii[:, None] ** 2).all(
+                axis=1
+            )
+    inside = np.flatnonzero(~falls)
+    return float(
+        radii[inside[-1] + 1] if inside.size and inside[-1] + 1 < len(radii) else radii[0] if not inside.size else 1e-6
+    )
+
+
+def _least_fall(form: Vector, system: SectionSystem) -> float:
+    """The least share by which the form falls in a step of a small difference."""
+    weight = np.diag(1.0 / system.sizes() ** 2)
+    return float(1.0 / np.linalg.eigvals(np.linalg.solve(weight, form)).real.max())

@@ -1,0 +1,298 @@
+"""Basins of attraction on a grid of starts.
+
+    find   a few starts, in fixed order, run until they repeat themselves: stable periodic motions, solved to rounding
+    map    all starts run until they come to where a known attractor surely attracts, or repeat themselves; what repeats
+           itself without being known is solved and becomes an attractor too
+    rest   motions that never repeat themselves are chaotic if two halves of a long run from one of them fill the same
+           cells; a start belongs to the chaotic attractor whose cells hold its last points. What is left is undecided
+
+Every start is run by itself, so that the result does not depend on who makes which run; unstable motions are no
+attractors.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.attractors import claimed, index_of, targets_of
+from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.periodic import PeriodicMotion
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured, Shown
+
+Vector = NDArray[np.float64]
+
+UNDECIDED, INFINITE, FAILED = -1, -2, -3
+COARSE = 64  # starts that look for attractors first
+SETTLED = 1e-10
+CLOUD = 4096  # points of a chaotic attractor
+CELLS = 40  # cells across it
+FILLED = 0.8  # share of the cells of one half that the other half must fill
+HELD = 0.9  # share of the last points of a run that must lie in the cells of an attractor
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud(Shown):
+    """A chaotic attractor.
+
+    Attributes:
+        points: (k, n) on it.
+        cells: of how many sizes, and which: those that the points lie in and their neighbours.
+    """
+
+    points: Vector
+    size: Vector
+    cells: frozenset[tuple[int, ...]]
+
+    @property
+    def period(self) -> int:
+        """0: it has none."""
+        return 0
+
+    def share(self, points: Vector) -> float:
+        """Of points (k, n), those that lie in its cells."""
+        found = np.floor(points / self.size).astype(int).tolist()
+        return sum(tuple(one) in self.cells for one in found) / len(found)
+
+
+Attractor = PeriodicMotion | Cloud
+
+
+@dataclass(frozen=True, eq=False)
+class Basins(Pictured):
+    """Which start comes to which attractor.
+
+    Attributes:
+        model, states: its name, and those of the numbers of a point.
+        axes: values of the start along each direction of the grid.
+        labels: one per start, in the shape of the grid: an index into ``attractors``; -1 undecided, -2 to infinity, -3
+            could not be run.
+        attractors: stable periodic motions, the shortest first, then chaotic ones.
+        steps: of the section until a start was decided.
+        failures: why a start could not be run, by its place in the grid.
+    """
+
+    model: str
+    states: tuple[str, ...]
+    axes: Mapping[str, Vector]
+    labels: NDArray[np.int64]
+    attractors: tuple[Attractor, ...]
+    steps: NDArray[np.int64]
+    failures: Mapping[tuple[int, ...], str]
+
+    @property
+    def undecided(self) -> int:
+        """Starts whose attractor is not known."""
+        return int((self.labels == UNDECIDED).sum())
+
+    @property
+    def shares(self) -> Vector:
+        """(attractors,) of the starts."""
+        return np.array([(self.labels == i).mean() for i in range(len(self.attractors))])
+
+    @property
+    def share_errors(self) -> Vector:
+        """(attractors,) binomial standard errors, as of starts chosen by chance."""
+        return np.sqrt(self.shares * (1.0 - self.shares) / self.labels.size)
+
+    @property
+    def boundary(self) -> float:
+        """Share of the starts beside which another one comes to another attractor."""
+        beside = np.zeros(self.labels.shape, bool)
+        for axis in range(self.labels.ndim):
+            differs = np.diff(self.labels, axis=axis) != 0
+            edge = [(0, 0)] * self.labels.ndim
+            for side in ((0, 1), (1, 0)):
+                edge[axis] = side
+                beside |= np.pad(differs, edge)
+        return float(beside.mean())
+
+    def entropy(self, box: int = 5) -> float:
+        """Basin entropy: mean over boxes of so many starts a side of -sum p ln p (Daza and others, 2016)."""
+        tops = [range(0, size - box + 1, box) for size in self.labels.shape]
+        found = []
+        for corner in itertools.product(*tops):
+            part = self.labels[tuple(slice(c, c + box) for c in corner)]
+            p = np.unique(part, return_counts=True)[1] / part.size
+            found.append(float(-(p * np.log(p)).sum()))
+        return float(np.mean(found)) if found else math.nan
+
+    @property
+    def frame(self) -> Any:
+        """One row per start."""
+        import pandas
+
+        grid = np.meshgrid(*self.axes.values(), indexing="ij")
+        columns = {name: one.ravel() for name, one in zip(self.axes, grid, strict=True)}
+        return pandas.DataFrame({**columns, "attractor": self.labels.ravel(), "steps": self.steps.ravel()})
+
+    def to_xarray(self) -> Any:
+        """The grid with its axes."""
+        import xarray
+
+        names = list(self.axes)
+        data = {"attractor": (names, self.labels), "steps": (names, self.steps)}
+        return xarray.Dataset(data, dict(self.axes), {"model": self.model})
+
+    def _heading(self) -> str:
+        shape = " x ".join(f"{len(values)} {name}" for name, values in self.axes.items())
+        return f"Basins of {self.model}: {shape}, {len(self.attractors)} attractors"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+
+
+def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
+    """The values along each axis, and all starts (m, n) in the order of rows.
+
+    Raises:
+        StickslipError: no axis, an unknown state, values that are no list of finite numbers or out of their range.
+    """
+    if not axes:
+        raise StickslipError(f"Name the states of {system.name} that the grid is over, as x=[...]: {system.states}.")
+    values = {name: np.atleast_1d(np.asarray(one, dtype=float)) for name, one in axes.items()}
+    for name, one in values.items():
+        if one.ndim != 1 or not one.size or not np.isfinite(one).all():
+            raise StickslipError(f"The values of '{name}' must be a list of finite numbers, found shape {one.shape}.")
+    base = system.start({name: float(one[0]) for name, one in values.items()} | dict(start or {}))
+    for name, one in values.items():
+        for extreme in (one.min(), one.max()):
+            system.start({name: float(extreme)})
+    grid = np.meshgrid(*values.values(), indexing="ij")
+    starts = np.tile(base, (grid[0].size, 1))
+    for name, one in zip(values, grid, strict=True):
+        starts[:, list(system.states).index(name)] = one.ravel()
+    return values, starts
+
+
+def basins(
+    system: SectionSystem,
+    *,
+    start: Mapping[str, float] | None = None,
+    most: int = 3000,
+    longest: int = 64,
+    workers: int | None = None,
+    progress: Callable[[float], Any] = lambda fraction: None,
+    **axes: ArrayLike,
+) -> Basins:
+    """Which attractor each start of a grid comes to.
+
+    Args:
+        system: a map, or an oscillator at a section.
+        start: what the axes do not say.
+        most: steps after which a motion that has not repeated itself is taken to stay as it is.
+        longest: period that is looked for.
+        workers: threads.
+        progress: called with the fraction done.
+        axes: values of a state by its name; the first is the rows.
+
+    Raises:
+        StickslipError: unknown states, or values out of their range.
+    """
+    values, starts = grid_of(system, axes, start)
+    rows = 2 * longest
+    jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
+    few = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
+    known: list[Attractor] = []
+    if len(few):
+        _decide(system, system.make(few, workers=workers), known, longest)
+    periodic = [one for one in known if isinstance(one, PeriodicMotion)]
+    targets = targets_of(system, periodic)
+    mapped = system.make(
+        Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets),
+        workers=workers,
+        progress=progress,
+    )
+    labels = np.full(len(starts), UNDECIDED)
+    labels[mapped.orbits >= 0] = [known.index(periodic[i]) for i in mapped.orbits[mapped.orbits >= 0]]
+    labels[mapped.outcomes == families.ESCAPED] = INFINITE
+    labels[(mapped.outcomes == families.BROKEN) | (mapped.outcomes == families.LOST)] = FAILED
+    if (left := np.flatnonzero((labels == UNDECIDED) & (mapped.filled > 0))).size:
+        rest = system.make(Jobs(mapped.ends[left], rows=rows, longest=longest, settled=SETTLED), workers=workers)
+        labels[left] = _decide(system, rest, known, longest)
+        labels[left] = _assign_chaos(system, rest, labels[left], known, workers)
+    order = sorted(range(len(known)), key=lambda i: (known[i].period == 0, known[i].period, *known[i].points[0]))
+    place = {old: new for new, old in enumerate(order)}
+    labels = np.array([place.get(int(one), int(one)) for one in labels])
+    shape = tuple(len(one) for one in values.values())
+    failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in mapped.messages.items()}
+    ordered = tuple(known[i] for i in order)
+    return Basins(
+        system.name, tuple(system.states), values, labels.reshape(shape), ordered, mapped.steps.reshape(shape), failures
+    )
+
+
+def _every(jobs: Jobs, stride: int) -> Jobs:
+    return Jobs(
+        jobs.starts[stride // 2 :: stride],
+        transient=jobs.transient,
+        rows=jobs.rows,
+        longest=jobs.longest,
+        settled=jobs.settled,
+    )
+
+
+def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: int) -> NDArray[np.int64]:
+    """Labels of the runs that repeat themselves; motions that are not known yet are added."""
+    labels = np.full(len(made.outcomes), UNDECIDED)
+    labels[made.outcomes == families.ESCAPED] = INFINITE
+    labels[(made.outcomes == families.BROKEN) | (made.outcomes == families.LOST)] = FAILED
+    which = np.flatnonzero((made.outcomes == families.SETTLED) | (made.outcomes == families.FINISHED))
+    if not which.size:
+        return labels
+    for i, motion in zip(which, claimed(system, made.only(which), longest=longest).motions, strict=True):
+        if motion is None:
+            continue
+        periodic = [one for one in known if isinstance(one, PeriodicMotion)]
+        found = index_of(system, motion, periodic)
+        if found < 0:
+            known.append(motion)
+            labels[i] = len(known) - 1
+        else:
+            labels[i] = known.index(periodic[found])
+    return labels
+
+
+def _assign_chaos(
+    system: SectionSystem, made: Rows, labels: NDArray[np.int64], known: list[Attractor], workers: int | None
+) -> NDArray[np.int64]:
+    """Labels of the runs that never repeat themselves, by the cells of chaotic attractors."""
+    left = np.flatnonzero((labels == UNDECIDED) & (made.outcomes == families.FINISHED))
+    clouds = [(i, one) for i, one in enumerate(known) if isinstance(one, Cloud)]
+    for i in left:
+        points = made.points[i, : made.filled[i]]
+        found = next((k for k, cloud in clouds if cloud.share(points) >= HELD), UNDECIDED)
+        if found == UNDECIDED:
+            cloud = _cloud(system, points[-1], workers)
+            if cloud is not None and cloud.share(points) >= HELD:
+                known.append(cloud)
+                clouds.append((len(known) - 1, cloud))
+                found = len(known) - 1
+        labels[i] = found
+    return labels
+
+
+def _cloud(system: SectionSystem, start: Vector, workers: int | None) -> Cloud | None:
+    """The set that a long run fills twice; None where its halves differ."""
+    made = system.make(Jobs(start[None], rows=CLOUD), workers=workers)
+    if made.filled[0] < CLOUD:
+        return None
+    points = made.points[0]
+    width = np.ptp(points, axis=0)
+    size = np.where(width > 0, width, 1.0) / CELLS
+    halves = [{tuple(one) for one in np.floor(part / size).astype(int).tolist()} for part in np.array_split(points, 2)]
+    both = halves[0] & halves[1]
+    if min(len(both) / len(half) for half in halves) < FILLED:
+        return None
+    steps = list(itertools.product((-1, 0, 1), repeat=points.shape[1]))
+    cells = {tuple(a + b for a, b in zip(cell, step, strict=True)) for cell in halves[0] | halves[1] for step in steps}
+    return Cloud(points, size, frozenset(cells))

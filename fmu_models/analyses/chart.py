@@ -1,0 +1,256 @@
+"""Charts: what a motion becomes, over two parameters.
+
+    period      steps of the section after which it repeats itself; 0 if it does not
+    impacts     n-p-q: the period, and how often each contact begins in it
+    stick       the contacts that are held at the end: stick, or touch
+    exponent    sign of the largest Lyapunov exponent
+    attractor   which of the motions found it is, by its period and its events
+
+With ``refine`` the chart is made on a coarse grid first; a square is divided where its corners, or those of one beside
+it, differ, and what is left between equal corners has their class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured
+
+Vector = NDArray[np.float64]
+
+WHAT = ("period", "impacts", "stick", "exponent", "attractor")
+UNKNOWN = -1
+SETTLED = 1e-11
+POSITIVE = 1e-3  # per step: an exponent below it in size counts as zero
+ALIKE = 1e-7  # two points nearer than that are one where Newton's method finds no stable motion
+TANGENT_STEPS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Chart(Pictured):
+    """A class per cell.
+
+    Attributes:
+        model, what: name of the model, and what the classes are of.
+        axes: values of the two parameters, by name; the first is the rows.
+        classes: what the numbers of ``labels`` mean, in order.
+        labels: (rows, columns) an index into ``classes``; -1 where the run failed.
+        values: (rows, columns) numbers behind them: the period, or the exponent; nan where there is none.
+        made: (rows, columns) whether the cell was run; the others lie between equal ones.
+        failures: why, by row and column.
+        runs: how many were made.
+    """
+
+    model: str
+    what: str
+    axes: Mapping[str, Vector]
+    classes: tuple[str, ...]
+    labels: NDArray[np.int64]
+    values: Vector
+    made: NDArray[np.bool_]
+    failures: Mapping[tuple[int, int], str]
+
+    @property
+    def runs(self) -> int:
+        """See the class."""
+        return int(self.made.sum())
+
+    @property
+    def frame(self) -> Any:
+        """One row per cell."""
+        import pandas
+
+        grid = np.meshgrid(*self.axes.values(), indexing="ij")
+        columns = {name: one.ravel() for name, one in zip(self.axes, grid, strict=True)}
+        names = np.array([*self.classes, ""], dtype=object)
+        return pandas.DataFrame({**columns, self.what: names[self.labels.ravel()], "value": self.values.ravel()})
+
+    def to_xarray(self) -> Any:
+        """The grid with its axes."""
+        import xarray
+
+        names = list(self.axes)
+        data = {"label": (names, self.labels), "value": (names, self.values), "made": (names, self.made)}
+        return xarray.Dataset(data, dict(self.axes), {"model": self.model, "classes": list(self.classes)})
+
+    def _heading(self) -> str:
+        return f"Chart of {self.model}: {self.what} over {' and '.join(self.axes)}, {self.runs} runs"
+
+    def _contents(self) -> Mapping[str, Any]:
+        counts = {name: int((self.labels == i).sum()) for i, name in enumerate(self.classes)}
+        return {**{name: values for name, values in self.axes.items()}, "cells": counts, "failed": len(self.failures)}
+
+
+def chart(
+    system: SectionSystem,
+    *,
+    what: str = "period",
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    transient: int = 3000,
+    points: int = 48,
+    longest: int = 24,
+    refine: int = 1,
+    workers: int | None = None,
+    progress: Callable[[float], Any] = lambda fraction: None,
+    **axes: ArrayLike,
+) -> Chart:
+    """What motions from one start become over two parameters.
+
+    Args:
+        system: a map, or an oscillator at a section.
+        what: one of WHAT.
+        start: of every run.
+        transient: steps before a motion is classified; fewer where it repeats itself before.
+        points: steps over which it is then looked at.
+        longest: period that is looked for.
+        refine: cells a side of the coarse grid, a power of two; 1: all cells are run.
+        workers: threads.
+        progress: called with the fraction done, of each round of refinement.
+        axes: values (m,) and (n,) of two parameters.
+
+    Raises:
+        StickslipError: not two parameters, unknown names, values out of their range, no such class.
+    """
+    if what not in WHAT:
+        raise StickslipError(f"A chart shows one of {', '.join(WHAT)}, found '{what}'.")
+    values = {name: np.asarray(one, dtype=float) for name, one in axes.items()}
+    if len(values) != 2 or any(one.ndim != 1 or not one.size or not np.isfinite(one).all() for one in values.values()):
+        raise StickslipError(f"A chart is over two parameters, each with a list of finite values, found {list(axes)}.")
+    if refine < 1 or refine & (refine - 1):
+        raise StickslipError(f"The coarse grid is a power of two cells apart, found {refine}.")
+    for name, one in values.items():
+        system.check(name, one)
+    begin = system.start(start)
+    shape = tuple(one.size for one in values.values())
+    kept: dict[tuple[int, int], tuple[str, float]] = {}
+    failures: dict[tuple[int, int], str] = {}
+
+    def run(cells: list[tuple[int, int]]) -> None:
+        varied = {name: one[[cell[k] for cell in cells]] for k, (name, one) in enumerate(values.items())}
+        jobs = Jobs(
+            np.tile(begin, (len(cells), 1)),
+            varied,
+            transient=transient,
+            rows=max(points, 2 * longest) if what != "exponent" else 1,
+            longest=0 if what in ("stick", "exponent") else longest,
+            settled=SETTLED,
+            tangents=int(what == "exponent"),
+            batch=TANGENT_STEPS if what == "exponent" else 1,
+        )
+        made = system.make(jobs, workers=workers, progress=progress)
+        for i, (cell, found) in enumerate(zip(cells, _classes(system, made, varied, what, longest), strict=True)):
+            kept[cell] = found
+            if made.outcomes[i] > families.ABSORBED:
+                failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
+
+    labels = _filled(shape, refine, kept, run)
+    classes = tuple(sorted({label for label in labels.ravel() if label}, key=_in_order))
+    number = {label: i for i, label in enumerate(classes)}
+    numbers = np.full(shape, np.nan)
+    made = np.zeros(shape, bool)
+    for cell, (_, value) in kept.items():
+        numbers[cell], made[cell] = value, True
+    indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
+    return Chart(system.name, what, values, classes, indices, numbers, made, failures)
+
+
+def _in_order(label: str) -> tuple[Any, ...]:
+    return tuple((0, int(part), "") if part.isdigit() else (1, 0, part) for part in label.split("-"))
+
+
+def _filled(
+    shape: tuple[int, ...],
+    refine: int,
+    kept: Mapping[tuple[int, int], tuple[str, float]],
+    run: Callable[[list[tuple[int, int]]], None],
+) -> NDArray[np.object_]:
+    """A label per cell, from runs of as few of them as tell where the classes meet."""
+    ticks = [sorted({*range(0, size, refine), size - 1}) for size in shape]
+    run([(i, j) for i in ticks[0] for j in ticks[1]])
+    squares = [(a, b, c, d) for a, b in _pairs(ticks[0]) for c, d in _pairs(ticks[1])]
+    while refine > 1:
+        refine //= 2
+        mixed = _mixed(squares, kept)
+        parts: list[tuple[int, int, int, int]] = []
+        for square in squares:
+            a, b, c, d = square
+            if square not in mixed:
+                parts.append(square)
+                continue
+            rows, columns = sorted({a, (a + b) // 2, b}), sorted({c, (c + d) // 2, d})
+            parts += [(p, q, r, s) for p, q in _pairs(rows) for r, s in _pairs(columns)]
+        fresh = sorted({(i, j) for a, b, c, d in parts for i in (a, b) for j in (c, d)} - set(kept))
+        if fresh:
+            run(fresh)
+        squares = parts
+    labels = np.full(shape, "", dtype=object)
+    for a, b, c, d in squares:
+        labels[a : b + 1, c : d + 1] = kept[a, c][0]
+    for cell, (label, _) in kept.items():
+        labels[cell] = label
+    return labels
+
+
+def _pairs(ticks: Sequence[int]) -> list[tuple[int, int]]:
+    """Neighbours; of one tick with itself."""
+    return list(pairwise(ticks)) or [(ticks[0], ticks[0])]
+
+
+def _mixed(
+    squares: Sequence[tuple[int, int, int, int]], kept: Mapping[tuple[int, int], tuple[str, float]]
+) -> set[tuple[int, int, int, int]]:
+    """Squares more than a cell wide whose corners differ, or those of a neighbour at a corner."""
+
+    def corners(square: tuple[int, int, int, int]) -> list[tuple[int, int]]:
+        a, b, c, d = square
+        return [(i, j) for i in (a, b) for j in (c, d)]
+
+    differ = {square for square in squares if len({kept[cell][0] for cell in corners(square)}) > 1}
+    touched = {cell for square in differ for cell in corners(square)}
+    wide = (one for one in squares if one[1] - one[0] > 1 or one[3] - one[2] > 1)
+    return {square for square in wide if square in differ or any(cell in touched for cell in corners(square))}
+
+
+def _classes(
+    system: SectionSystem, made: Rows, varied: Mapping[str, Vector], what: str, longest: int
+) -> list[tuple[str, float]]:
+    """Label and number of each run; no label where it failed."""
+    sound = made.outcomes <= families.ABSORBED
+    if what == "exponent":
+        growth = made.growth[:, 0, 0] / TANGENT_STEPS
+        signs = np.where(growth > POSITIVE, "positive", np.where(growth < -POSITIVE, "negative", "zero"))
+        return [(str(s) if good else "", float(g)) for s, g, good in zip(signs, growth, sound, strict=True)]
+    if what == "stick":
+        held = made.held.sum(axis=1) > 0.0
+        names = [", ".join(n for n, one in zip(system.contacts, row, strict=True) if one) or "none" for row in held]
+        return [(name if good else "", float(row.sum())) for name, row, good in zip(names, held, sound, strict=True)]
+    motions = claimed(system, made, varied, longest=longest).motions
+    found: list[tuple[str, float]] = []
+    for i, motion in enumerate(motions):
+        if not sound[i]:
+            found.append(("", np.nan))
+            continue
+        period, began = (motion.period, motion.began) if motion else _alike(system, made, i, longest)
+        word = "-".join(map(str, (period, *began))) if period else "0"
+        found.append((str(period) if what == "period" else word, float(period)))
+    return found
+
+
+def _alike(system: SectionSystem, made: Rows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
+    """Period and events of a run whose last points repeat themselves, though no stable motion was solved for."""
+    points = made.points[i, : made.filled[i]]
+    for n in range(1, min(longest, len(points) - 1) + 1):
+        if (np.abs(system.difference(points[n:] - points[:-n])) <= ALIKE * system.sizes()).all():
+            return n, tuple(made.began[i, made.filled[i] - n : made.filled[i]].sum(axis=0).tolist())
+    return 0, ()

@@ -1,0 +1,197 @@
+"""Orbit diagrams: where motions stay at the section, over a parameter, up and down.
+
+A sweep goes on from where the motion of the value before ended, and starts anew where that failed. A period is claimed
+where Newton's method solves for it; what repeats itself after no period that was looked for is 0: chaos, or a motion
+of two frequencies, or one that is not there yet, which the sign of the largest exponent tells apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured
+
+Vector = NDArray[np.float64]
+
+DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
+SETTLED = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Diagram(Pictured):
+    """Of d directions, m values, r points at most, n states.
+
+    Attributes:
+        model, over: names of the model and of the parameter.
+        states, contacts: names.
+        values: (m,) of the parameter.
+        directions: of the sweeps.
+        points: (d, m, r, n); nan beyond the period of a motion that has one, and where a run failed.
+        periods: (d, m) in steps of the section; 0 where none was claimed.
+        began: (d, m, contacts) how often each contact or stick begins in a period.
+        exponents: (d, m) largest one per step, of the logarithm of the largest multiplier where a period is claimed;
+            nan where it was not asked for.
+        failures: why a run ended early, by direction and value.
+        steps: of the section, all runs together.
+    """
+
+    model: str
+    over: str
+    states: tuple[str, ...]
+    contacts: tuple[str, ...]
+    values: Vector
+    directions: tuple[str, ...]
+    points: Vector
+    periods: NDArray[np.int64]
+    began: NDArray[np.int64]
+    exponents: Vector
+    failures: Mapping[tuple[str, float], str]
+    steps: int
+
+    def word(self, direction: int, value: int) -> str:
+        """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
+        period = self.periods[direction, value]
+        return "-".join(map(str, (period, *self.began[direction, value]))) if period else ""
+
+    @property
+    def frame(self) -> Any:
+        """One row per point."""
+        import pandas
+
+        d, m, r = np.nonzero(np.isfinite(self.points[..., 0]))
+        columns = {"direction": np.array(self.directions)[d], self.over: self.values[m], "period": self.periods[d, m]}
+        columns |= {name: self.points[d, m, r, i] for i, name in enumerate(self.states)}
+        return pandas.DataFrame(columns)
+
+    def to_xarray(self) -> Any:
+        """The arrays with their dimensions."""
+        import xarray
+
+        cells, index = ("direction", self.over), {"direction": list(self.directions), self.over: self.values}
+        data: dict[str, Any] = {n: ((*cells, "point"), self.points[..., i]) for i, n in enumerate(self.states)}
+        data |= {"period": (cells, self.periods), "exponent": (cells, self.exponents)}
+        data |= {f"{name}_began": (cells, self.began[..., i]) for i, name in enumerate(self.contacts)}
+        return xarray.Dataset(data, index, {"model": self.model})
+
+    def _heading(self) -> str:
+        return f"Diagram of {self.model} over {self.over}: {len(self.values)} values, {', '.join(self.directions)}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {self.over: self.values, "periods": np.unique(self.periods), "failures": len(self.failures)}
+
+
+def orbit_diagram(
+    system: SectionSystem,
+    over: str,
+    values: Sequence[float] | Vector,
+    *,
+    direction: str = "up",
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    transient: int = 250,
+    points: int = 50,
+    longest: int = 24,
+    exponents: bool = False,
+    workers: int | None = None,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Diagram:
+    """Where motions stay, over a parameter.
+
+    Args:
+        system: a map, or an oscillator at a section.
+        over, values: name of a parameter and its values (m,), ascending.
+        direction: "up", "down" or "both".
+        start: of each sweep, and anew where a run failed.
+        transient: steps at each value before those that are kept.
+        points: that are kept where a motion does not repeat itself.
+        longest: period that is looked for.
+        exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
+        workers: threads; a sweep is made by one.
+        progress: called with the fraction done.
+
+    Raises:
+        StickslipError: an unknown name, values out of their range or not ascending, a direction that is none.
+    """
+    swept = np.asarray(values, dtype=float)
+    if direction not in DIRECTIONS:
+        raise StickslipError(f"The direction of a sweep is one of {', '.join(DIRECTIONS)}, found '{direction}'.")
+    if swept.ndim != 1 or swept.size < 1 or not np.isfinite(swept).all() or (np.diff(swept) <= 0).any():
+        raise StickslipError(f"The values of '{over}' must be finite and ascending, found shape {swept.shape}.")
+    if points < 1 or transient < 0 or longest < 0:
+        raise StickslipError(
+            f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
+        )
+    ways, m = DIRECTIONS[direction], swept.size
+    order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
+    varied = {over: swept[order]}
+    starts = np.tile(system.start(start), (order.size, 1))
+    rows_kept = max(points, 2 * longest)
+    jobs = Jobs(starts, varied, transient=transient, rows=rows_kept, chain=m, longest=longest, settled=SETTLED)
+    made = system.make(jobs, workers=workers, progress=progress)
+    claims = claimed(system, made, varied, longest=longest)
+    kept = made.points[:, :points].copy()
+    began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
+    for i, motion in enumerate(claims.motions):
+        if motion is not None:
+            kept[i] = np.nan
+            kept[i, : motion.period] = motion.points[:points]
+            began[i] = motion.began
+            with np.errstate(divide="ignore"):
+                growth[i] = np.log(np.abs(motion.stability.eigenvalues[0])) / motion.period
+    if exponents:
+        _fill_exponents(system, made, varied, claims.periods, growth, workers)
+    back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
+
+    def shaped(one: NDArray[Any]) -> NDArray[Any]:
+        return one[back].reshape(len(ways), m, *one.shape[1:])
+
+    return Diagram(
+        system.name,
+        over,
+        tuple(system.states),
+        tuple(system.contacts),
+        swept,
+        ways,
+        shaped(kept),
+        shaped(claims.periods),
+        shaped(began),
+        shaped(growth),
+        failures=_failures(made, order, swept, ways),
+        steps=int(made.steps.sum()),
+    )
+
+
+def _fill_exponents(
+    system: SectionSystem,
+    made: Rows,
+    varied: Mapping[str, Vector],
+    periods: NDArray[np.int64],
+    growth: Vector,
+    workers: int | None,
+) -> None:
+    """The largest exponent where no period is claimed, from 400 steps."""
+    which = np.flatnonzero((periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
+    if not which.size:
+        return
+    jobs = Jobs(
+        made.ends[which], {name: v[which] for name, v in varied.items()}, transient=20, rows=1, batch=400, tangents=1
+    )
+    found = system.make(jobs, workers=workers)
+    growth[which] = found.growth[:, 0, 0] / jobs.batch
+
+
+def _failures(
+    made: Rows, order: NDArray[np.int64], values: Vector, ways: Sequence[str]
+) -> dict[tuple[str, float], str]:
+    bad = np.flatnonzero(made.outcomes > families.ABSORBED)
+    said = (made.messages.get(int(i)) or families.OUTCOMES[int(made.outcomes[i])] for i in bad)
+    return {(ways[int(i) // len(values)], float(values[order[i]])): text for i, text in zip(bad, said, strict=True)}

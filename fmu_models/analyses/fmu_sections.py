@@ -1,0 +1,375 @@
+"""Oscillators at a section, through the engine in their FMU: once per period, at a level of a state, at a contact.
+
+    Strobe      the states after each period of the forcing
+    Crossing    the states where one of them crosses a level
+    Impacts     the states right after a contact begins (an impact, the touch of a stop, the begin of stick), or ends
+
+A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one
+of time, the phase of the forcing in turns. What nothing forces has no phase. Derivatives are exact, events on the way
+included; at a section that a neighbour meets earlier or later they are those on the section.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.section_system import SectionSystem, named_point
+from fmu_models.analyses.stepwise import Step
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
+from fmu_models.simulation.run import check_names, check_value
+from fmu_models.simulation.sections import Section
+
+Vector = NDArray[np.float64]
+
+# periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
+PATIENCE = 1000.0
+
+
+class FmuSection(SectionSystem):
+    """What the sections of an FMU share.
+
+    Args:
+        fmu: of this suite.
+        forcing: the parameter that is the frequency of the forcing, in rad/s where its unit says so, else in cycles.
+        period: s, of the forcing, where no parameter says it.
+        parameters: parameters and constant inputs that are not at their default.
+        tolerance: relative local error of a step of the engine.
+
+    Raises:
+        StickslipError: unknown names, values out of their range, a forcing without period, an FMU of somebody else.
+    """
+
+    together = 1
+
+    def __init__(
+        self,
+        fmu: Fmu,
+        *,
+        forcing: str | None = None,
+        period: float | None = None,
+        parameters: Mapping[str, float] | None = None,
+        tolerance: float = 1e-14,
+    ) -> None:
+        self.fmu, self.forcing, self.period, self.tolerance = fmu, forcing, period, tolerance
+        self.values = _checked(fmu, parameters, forcing, period)
+        self._engine = engine_of(fmu)
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return str(self.fmu.description.modelName)
+
+    @cached_property
+    def _columns(self) -> list[tuple[str, int]]:
+        """Each number of a point and its place in a row of the engine: states, memories of all contacts, time."""
+        n, contacts = len(self.fmu.states), self.fmu.contacts
+        memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self._memories]
+        return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
+
+    def _phase(self, place: int) -> list[tuple[str, int]]:
+        return [("phase", place)] if self.forced else []
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self._columns)
+
+    @cached_property
+    def _contacts(self) -> tuple[str, ...]:
+        return tuple(self.fmu.contacts)
+
+    @cached_property
+    def _parameters(self) -> list[str]:
+        return [*self.fmu.parameters, *self.fmu.inputs]
+
+    @cached_property
+    def _memories(self) -> list[str]:
+        return self.fmu.memories
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the numbers of a point."""
+        return self._names
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return self._contacts
+
+    @property
+    def forced(self) -> bool:
+        """Whether something forces the motion."""
+        return self.forcing is not None or self.period is not None
+
+    @property
+    def dimension(self) -> int:
+        """A level that nothing forces binds one of the states; memories follow from the way."""
+        return len(self.fmu.states)
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        """Parameters and inputs."""
+        return self._parameters
+
+    def at(self, **values: float) -> Self:
+        """With other values of parameters or inputs."""
+        for name, value in values.items():
+            self.check(name, np.array([value], dtype=float))
+        other = copy.copy(self)
+        other.values = {**self.values, **{n: float(v) for n, v in values.items()}}
+        return other
+
+    def check(self, name: str, values: Vector) -> None:
+        """Raises StickslipError: no such parameter or input, or a value out of its range."""
+        if name not in self.parameters:
+            raise StickslipError(f"'{self.name}' has no parameter '{name}'.{nearest(name, self.parameters)}")
+        for value in (np.min(values), np.max(values)):
+            check_value(self.fmu, name, float(value))
+        if name == self.forcing and not (np.asarray(values) > 0).all():
+            raise StickslipError(
+                f"'{name}' is the frequency of the forcing and must be positive, found {min(values):g}."
+            )
+
+    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+        """(n,) states by name, in SI units; what is not given has the default of the FMU."""
+        starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
+        point = named_point(self.name, self.states, np.array([float(one or 0.0) for one in starts]), given)
+        for name, value in zip(self.states, point.tolist(), strict=True):
+            if name in self.fmu.variables:
+                check_value(self.fmu, name, value)
+        return point
+
+    def sizes(self) -> Vector:
+        """(n,) nominal values."""
+        known = [self.fmu.variables.get(name) for name in self.states]
+        return np.array([float(getattr(one, "nominal", None) or 1.0) for one in known])
+
+    def wrapped(self, points: Vector) -> Vector:
+        """The phase between 0 and 1."""
+        if self.states[-1:] != ("phase",):
+            return points
+        return np.concatenate([points[..., :-1], np.mod(points[..., -1:], 1.0)], axis=-1)
+
+    def difference(self, points: Vector) -> Vector:
+        """The phase between -1/2 and 1/2."""
+        if self.states[-1:] != ("phase",):
+            return points
+        return np.concatenate([points[..., :-1], points[..., -1:] - np.round(points[..., -1:])], axis=-1)
+
+    def periods(self, varied: Mapping[str, Vector], m: int) -> Vector:
+        """(m,) periods of the forcing, s; 0 where nothing forces the motion."""
+        if self.forcing is None:
+            return np.full(m, self.period or 0.0)
+        variable = self.fmu.variables[self.forcing]
+        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, float(variable.start or 0.0))))
+        return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
+
+    def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
+        """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
+        found = dict(zip(self.states, point.tolist(), strict=True))
+        given: dict[str, dict[str, float]] = {
+            kind: {name: value for name, value in self.values.items() if name in known}
+            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+        }
+        states = {name: value for name, value in found.items() if name in self.fmu.states}
+        return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
+
+    def _where(self) -> Where:
+        raise NotImplementedError
+
+    def _repeats(self, periods: Vector) -> Vector:
+        """(m,) what the engine takes for the period: that of a step of a strobe, that of the forcing of the others."""
+        return periods
+
+    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+        """One step of points (m, n), all by one instance."""
+        rows = self.run(Jobs(points, varied or {}, derivatives=derivative), np.zeros(1, np.int32))
+        lost = np.flatnonzero(rows.filled == 0)
+        said = {int(i): rows.messages.get(int(i)) or self._said(int(rows.outcomes[i])) for i in lost}
+        derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
+        return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], said)
+
+    def _said(self, outcome: int) -> str:
+        if outcome == families.LOST:
+            return f"the section is not met again within {PATIENCE:g} {'periods' if self.forced else 's'}"
+        return "the motion goes to infinity"
+
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+        """The rows of some jobs, in one call of the engine per chain."""
+        if jobs.chain > 1 and len(jobs) > jobs.chain:
+            begins = range(0, len(jobs), jobs.chain)
+            return families.joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+        places = [place for _, place in self._columns]
+        periods = self.periods(jobs.varied, len(jobs))
+        sizes = (len(self.fmu.states), len(self.contacts))
+        made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
+        points = made.points[..., places]
+        derivatives = made.jacobians
+        if jobs.derivatives:
+            derivatives = np.zeros((*points.shape, len(places)))
+            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.jacobians[:, :, places, :]
+        if self.states[-1:] == ("phase",):
+            points[..., -1] /= periods[:, None]
+            derivatives[:, :, -1:, :] /= periods[:, None, None, None]
+            derivatives[..., -1:] *= periods[:, None, None, None]
+        return Rows(
+            points,
+            made.points[..., -1],
+            made.held,
+            made.began,
+            made.growth,
+            derivatives,
+            made.rows,
+            made.steps,
+            made.outcomes,
+            made.recurs,
+            made.orbits,
+            made.messages,
+        )
+
+    def _runs(self, jobs: Jobs) -> Runs:
+        m, n = len(jobs), len(self.fmu.states)
+        variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
+        constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
+        given = self.states[: -1 if phased else None]
+        values = np.stack([*constants.values(), *jobs.starts.T[: len(given)]], axis=1)
+        periods = self.periods(jobs.varied, m)
+        weights = np.zeros(n + 1)
+        weights[:n] = 1.0 / self.sizes()[:n]
+        return Runs(
+            references=[variables[name].valueReference for name in (*constants, *given)],
+            values=values,
+            starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
+            periods=self._repeats(periods),
+            patience=PATIENCE * np.where(periods > 0, periods, 1.0),
+            transient=jobs.transient,
+            rows=jobs.rows,
+            weights=weights,
+            batch=jobs.batch,
+            follow=jobs.chain > 1,
+            longest=jobs.longest,
+            settled=jobs.settled,
+            known=self._known(jobs),
+            along=self._along(jobs) if jobs.derivatives else range(jobs.tangents),
+            flow=jobs.flow,
+            jacobians=jobs.derivatives,
+            tolerance=self.tolerance,
+        )
+
+    def _along(self, jobs: Jobs) -> list[int]:
+        """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
+        matters = [name not in self._memories or jobs.starts[:, i].any() for i, name in enumerate(self.states)]
+        return [place for (_, place), one in zip(self._columns, matters, strict=True) if one]
+
+    def _known(self, jobs: Jobs) -> Known | None:
+        """The targets by their states alone."""
+        if jobs.targets is None:
+            return None
+        t, n = jobs.targets, len(self.fmu.states)
+        return Known(t.points[:, :n], t.forms[:, :n, :n], t.after, t.orbits, t.passes)
+
+
+def _checked(
+    fmu: Fmu, given: Mapping[str, float] | None, forcing: str | None, period: float | None
+) -> dict[str, float]:
+    values = dict(given or {})
+    check_names(fmu, "parameter", values, [*fmu.parameters, *fmu.inputs])
+    for name, value in values.items():
+        check_value(fmu, name, float(value))
+    if forcing is not None:
+        check_names(fmu, "parameter", {forcing: None}, fmu.parameters)
+        frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
+        if not frequency > 0.0:
+            raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")
+    if period is not None and not (math.isfinite(period) and period > 0.0):
+        raise StickslipError(f"A period must be a positive number of seconds, found {period:g}.")
+    if forcing is not None and period is not None:
+        raise StickslipError(f"The period follows from '{forcing}'; leave out {period:g} s, or the name.")
+    return values
+
+
+class Strobe(FmuSection):
+    """The states after each period.
+
+    Args:
+        every: periods of the forcing in one step.
+        autonomous: nothing forces the motion, ``period`` is how often it is looked at.
+        others: of ``FmuSection``.
+    """
+
+    def __init__(self, fmu: Fmu, *, every: int = 1, autonomous: bool = False, **others: Any) -> None:
+        super().__init__(fmu, **others)
+        self.every, self.autonomous = every, autonomous
+        if not self.forced or every < 1:
+            raise StickslipError(
+                f"A strobe of '{self.name}' needs a period: name the parameter that is the frequency of its forcing, "
+                'as forcing="omega", or give period= in s; and it takes at least one period a step.'
+            )
+        if autonomous and self.forcing is not None:
+            raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
+
+    def _phase(self, place: int) -> list[tuple[str, int]]:
+        return []
+
+    def _repeats(self, periods: Vector) -> Vector:
+        return self.every * periods
+
+    def _where(self) -> Where:
+        return Where(KINDS.STROBE)
+
+
+class Crossing(FmuSection):
+    """The states where one of them crosses a level.
+
+    Args:
+        state, level: name of a state, and a value in its unit.
+        direction: 1 upward, -1 downward, 0 both.
+        others: of ``FmuSection``; what is forced must say so.
+    """
+
+    def __init__(self, fmu: Fmu, state: str, level: float = 0.0, direction: int = 1, **others: Any) -> None:
+        super().__init__(fmu, **others)
+        Section(state, level, direction).check(fmu)
+        self.state, self.level, self.direction = state, float(level), direction
+
+    @property
+    def dimension(self) -> int:
+        """The level binds one of the states; the phase counts instead where there is one."""
+        return len(self.fmu.states) - (not self.forced)
+
+    def _where(self) -> Where:
+        return Where(KINDS.LEVEL, self.fmu.variables[self.state].valueReference, self.level, self.direction)
+
+
+class Impacts(FmuSection):
+    """The states right after a contact begins: an impact, the touch of a stop, the begin of stick.
+
+    Args:
+        contact: its name.
+        ends: where it ends instead.
+        others: of ``FmuSection``; what is forced must say so.
+    """
+
+    def __init__(self, fmu: Fmu, contact: str, *, ends: bool = False, **others: Any) -> None:
+        super().__init__(fmu, **others)
+        check_names(fmu, "contact", {contact: None}, fmu.contacts)
+        self.contact, self.ends = contact, ends
+
+    @property
+    def dimension(self) -> int:
+        """The contact binds one of the states to the phase."""
+        return len(self.fmu.states) - (not self.forced)
+
+    def _where(self) -> Where:
+        return Where(KINDS.END if self.ends else KINDS.BEGIN, contact=self.contacts.index(self.contact))

@@ -1,0 +1,252 @@
+"""Fixed and periodic points of a system at its section, by Newton's method on all points of the motion at once.
+
+    x1 = f(x0), x2 = f(x1), ..., x0 = f(x(n-1))
+
+Taken one by one the points of an unstable motion stay within the reach of Newton's method where the n-th iterate, whose
+slopes multiply, is out of it. The derivatives are exact. Motions are sought from guesses, those of a map from a grid of
+starts and, for a map of one variable, also between its jumps (``crossings``); none of this proves that there are no
+others.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.iteration import Iteration, find_iterate_crossings, iterate
+from fmu_models.analyses.newton import newton
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.stability import Stability
+from fmu_models.analyses.stepwise import Step
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Shown
+
+Vector = NDArray[np.float64]
+
+# relative size of a step, and of a miss, at which Newton's method has arrived
+SETTLED = 1e-9
+# motions nearer to each other than this share of the box are one
+SAME = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicMotion(Shown):
+    """A fixed point or a cycle of points.
+
+    Attributes:
+        points: (period, n) states, one after the other.
+        stability: eigenvalues of the derivative over the period, and what they mean.
+        time: of the period, in the unit of the system.
+        began: (contacts,) how often each contact or stick begins in a period.
+        residual: largest distance by which a step misses the next point.
+    """
+
+    points: Vector
+    stability: Stability
+    time: float = 1.0
+    began: tuple[int, ...] = ()
+    residual: float = 0.0
+
+    @property
+    def period(self) -> int:
+        """Number of points."""
+        return len(self.points)
+
+
+def find_periodic(
+    iteration: Iteration,
+    period: int = 1,
+    *,
+    box: Any = None,
+    starts: int = 5000,
+) -> tuple[PeriodicMotion, ...]:
+    """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
+
+    Args:
+        iteration: the map.
+        period: number of points, at least 1.
+        box: (n, 2) range of each state; that of the declaration if left out.
+        starts: number of starts for Newton's method, about.
+
+    Raises:
+        StickslipError: a period below one.
+    """
+    if period < 1:
+        raise StickslipError(f"A motion of period {period} is asked for. The shortest has period 1, a fixed point.")
+    bounds = iteration.box if box is None else np.asarray(box, dtype=float)
+    guesses = _guesses(iteration, period, bounds, starts)
+    if len(bounds) == 1 and not iteration.map.modulus:
+        seeds = [point.x for point in find_iterate_crossings(iteration, period, box=bounds).fixed_points]
+        if seeds:
+            cycles = iterate(iteration, np.array(seeds)[:, None], period - 1)
+            guesses = np.concatenate([np.moveaxis(cycles, 0, 1), guesses])
+    motions: list[Vector] = []
+    size = bounds[:, 1] - bounds[:, 0]
+    found = find_cycles(iteration, guesses)
+    _, distinct = np.unique(np.round(found / (10 * SAME * size)), axis=0, return_index=True)
+    for points in found[np.sort(distinct)]:
+        inside = (points >= bounds[:, 0] - SAME * size) & (points <= bounds[:, 1] + SAME * size)
+        if inside.all() and least_period(iteration, points, size) == period:
+            points = _from_least(points, size)
+            if not any(_same(iteration, points, other, size) for other in motions):
+                motions.append(points)
+    return tuple(
+        motion_at(iteration, points) for points in sorted(motions, key=lambda points: tuple(_rounded(points[0], size)))
+    )
+
+
+def motion_at(system: SectionSystem, points: Vector) -> PeriodicMotion:
+    """The motion through these points (period, n), which are taken to be a cycle.
+
+    Raises:
+        StickslipError: a step from one of them does not arrive or has no derivative; says why.
+    """
+    made = system.step(points)
+    if made.why:
+        raise StickslipError(f"{system.name} has no step from a point of that motion: {next(iter(made.why.values()))}")
+    return _motion(system, points, made)
+
+
+def _motion(system: SectionSystem, points: Vector, made: Step) -> PeriodicMotion:
+    monodromy = np.eye(points.shape[1])
+    for derivative in made.derivatives:
+        monodromy = derivative @ monodromy
+    # a number of a point that the others determine has an eigenvalue 0 of its own
+    stability = Stability(Stability.of(monodromy).eigenvalues[: system.dimension])
+    miss = np.abs(system.difference(made.points - np.roll(points, -1, axis=0))).max()
+    began = tuple(made.began.sum(axis=0).tolist())
+    return PeriodicMotion(points, stability, float(made.times.sum()), began, float(miss))
+
+
+def motions_at(
+    system: SectionSystem, cycles: Vector, varied: Mapping[str, Vector] | None = None
+) -> list[PeriodicMotion | None]:
+    """The motions through cycles (m, period, n) at values (m,) of parameters; None where a step has no derivative."""
+    m, period, n = cycles.shape
+    made = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
+    parts = [slice(i * period, (i + 1) * period) for i in range(m)]
+    lost = {i // period for i in made.why}
+    return [None if i in lost else _motion(system, cycles[i], _part(made, part)) for i, part in enumerate(parts)]
+
+
+def _part(made: Step, part: slice) -> Step:
+    return Step(made.points[part], made.derivatives[part], made.times[part], made.began[part], made.held[part], {})
+
+
+def corrected_cycles(
+    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
+) -> list[PeriodicMotion | None]:
+    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved; None where a step has
+    no derivative. Their eigenvalues are those at the guess."""
+    m, period, n = guesses.shape
+    values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
+    made = system.step(guesses.reshape(-1, n), values)
+    lost = {i // period for i in made.why}
+    miss = system.difference(made.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
+    matrix = _cycle_matrix(made.derivatives.reshape(m, period, n, n))
+    matrix[list(lost)], miss[list(lost)] = np.eye(period * n), 0.0
+    moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
+    cycles = system.wrapped(guesses - moved)
+    after = system.step(cycles.reshape(-1, n), values, derivative=False)
+    found: list[PeriodicMotion | None] = []
+    for i in range(m):
+        part = slice(i * period, (i + 1) * period)
+        failed = i in lost or any(k in after.why for k in range(part.start, part.stop))
+        ended = replace(_part(after, part), derivatives=made.derivatives[part])
+        found.append(None if failed else _motion(system, cycles[i], ended))
+    return found
+
+
+def _cycle_matrix(derivatives: Vector) -> Vector:
+    """(m, period n, period n) derivative of the misses of cycles by their points, from (m, period, n, n)."""
+    m, period, n, _ = derivatives.shape
+    matrix = np.zeros((m, period, n, period, n))
+    for i in range(period):
+        matrix[:, i, :, i, :] += derivatives[:, i]
+        matrix[:, i, :, (i + 1) % period, :] -= np.eye(n)
+    return matrix.reshape(m, period * n, period * n)
+
+
+def find_cycles(system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+    """(k, period, n) cycles that Newton's method comes to from guesses (m, period, n); those it loses are left out."""
+    return solved_cycles(system, guesses, varied)[0]
+
+
+def solved_cycles(
+    system: SectionSystem, guesses: Vector, varied: Mapping[str, Vector] | None = None
+) -> tuple[Vector, NDArray[np.int64]]:
+    """Cycles (k, period, n) from guesses (m, period, n), and the numbers (k,) of the guesses that they come from.
+
+    Args:
+        varied: values (m,) of parameters by name, one per guess.
+    """
+    m, period, n = guesses.shape
+    names = list(varied or {})
+    # a value that is held, and the number of the guess, travel with the points
+    kept = np.stack([*(np.asarray((varied or {})[name], dtype=float) for name in names), np.arange(m, dtype=float)], 1)
+    width = period * n
+
+    def equations(flat: Vector) -> tuple[Vector, Vector]:
+        points, held = flat[:, :width].reshape(-1, period, n), flat[:, width:]
+        values = {name: np.repeat(held[:, i], period) for i, name in enumerate(names)}
+        made = system.step(points.reshape(-1, n), values)
+        miss = system.difference(made.points.reshape(points.shape) - np.roll(points, -1, axis=1))
+        whole = np.zeros((len(flat), flat.shape[1], flat.shape[1]))
+        whole[:, :width, :width] = _cycle_matrix(made.derivatives.reshape(-1, period, n, n))
+        whole[:, width:, width:] = np.eye(held.shape[1])
+        return np.concatenate([miss.reshape(-1, width), np.zeros_like(held)], axis=1), whole
+
+    begin = np.concatenate([guesses.reshape(m, width), kept], axis=1)
+    found = newton(
+        equations,
+        begin,
+        accuracy=SETTLED,
+        until_settled=True,
+        scale=lambda flat: 1.0 + np.abs(flat[:, :width]).max(axis=1),
+    )
+    flat = found.points[found.converged]
+    return system.wrapped(flat[:, :width].reshape(-1, period, n)), flat[:, -1].round().astype(np.int64)
+
+
+def _guesses(iteration: Iteration, period: int, bounds: Vector, starts: int) -> Vector:
+    """(m, period, n) motions of a grid of starts, kept in the box, and points at random in it."""
+    n = len(bounds)
+    per_state = max(round((starts / 2) ** (1 / n)), 3)
+    axes = [low + (np.arange(per_state) + 0.5) * (high - low) / per_state for low, high in bounds]
+    grid = np.array(list(itertools.product(*axes)))
+    run = [grid]
+    for _ in range(period - 1):
+        after = iteration(run[-1])
+        run.append(np.clip(np.where(np.isfinite(after), after, bounds.mean(axis=1)), bounds[:, 0], bounds[:, 1]))
+    scattered = np.random.default_rng(0).uniform(bounds[:, 0], bounds[:, 1], (len(grid), period, n))
+    return np.concatenate([np.stack(run, axis=1), scattered])
+
+
+def least_period(system: SectionSystem, points: Vector, size: Vector) -> int:
+    """The number of points after which the cycle repeats."""
+    period = len(points)
+    for part in range(1, period):
+        if period % part == 0 and _same(system, points, np.roll(points, part, axis=0), size, 100 * SAME):
+            return part
+    return period
+
+
+def _same(system: SectionSystem, points: Vector, others: Vector, size: Vector, within: float = SAME) -> bool:
+    return bool((np.abs(system.difference(points - others)) <= within * size).all())
+
+
+def _rounded(points: Vector, size: Vector) -> Vector:
+    """For an order in which what rounding tells apart counts as equal."""
+    return np.round(points / (1e3 * SAME * size))
+
+
+def _from_least(points: Vector, size: Vector) -> Vector:
+    """The cycle from its least point on."""
+    rounded = _rounded(points, size)
+    first = min(range(len(points)), key=lambda i: tuple(rounded[i]))
+    return np.roll(points, -first, axis=0)

@@ -1,0 +1,81 @@
+"""Poincaré sections: where one motion, or several, meet the section."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PoincareSection(Pictured):
+    """Points at the section.
+
+    Attributes:
+        model: its name.
+        states, contacts: names of the numbers of a point, and of the contacts.
+        points: (k, n) one after the other.
+        times: (k,) since the point before.
+        began: (k, contacts) how often each contact or stick began since then.
+    """
+
+    model: str
+    states: tuple[str, ...]
+    contacts: tuple[str, ...]
+    points: Vector
+    times: Vector
+    began: NDArray[np.int32]
+
+    @property
+    def frame(self) -> Any:
+        """One row per point."""
+        import pandas
+
+        columns = {name: self.points[:, i] for i, name in enumerate(self.states)}
+        columns |= {"time": self.times, **{f"{c}_began": self.began[:, i] for i, c in enumerate(self.contacts)}}
+        return pandas.DataFrame(columns)
+
+    def _heading(self) -> str:
+        return f"Section of {self.model}: {len(self.points)} points"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {name: self.points[:, i] for i, name in enumerate(self.states)}
+
+
+def poincare_section(
+    system: SectionSystem,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    *,
+    points: int = 5000,
+    transient: int = 500,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> PoincareSection:
+    """Where the motion from a start meets the section.
+
+    Raises:
+        StickslipError: unknown states or values out of their range, no points asked for, or a motion that ends before;
+            says why.
+    """
+    if points < 1 or transient < 0:
+        raise StickslipError(
+            f"{points} points after {transient} steps: ask for one point at least, and no step below 0."
+        )
+    made = system.make(Jobs(system.start(start)[None], transient=transient, rows=points), progress=progress)
+    filled = int(made.filled[0])
+    if filled < points:
+        why = made.messages.get(0) or families.OUTCOMES[int(made.outcomes[0])]
+        raise StickslipError(f"{system.name}: the motion ends after {made.steps[0]} steps: {why}. Start elsewhere.")
+    return PoincareSection(
+        system.name, tuple(system.states), tuple(system.contacts), made.points[0], made.times[0], made.began[0]
+    )

@@ -1,0 +1,146 @@
+"""What every analysis knows of a system: its state at a section, and the step from there to the next meeting with it.
+
+    step: point -> next point, derivative of that by the point, events on the way, time that passed
+
+A declared map is one (the section is every step), and so is an oscillator seen once per period (``Strobe``), where a
+state crosses a level (``Crossing``), at the impacts of a contact (``Impacts``), or by a return map. Whoever writes
+another one gives ``step`` and gets ``run`` for it, step by step; the FMUs of this suite make whole families of runs in
+one call of their engine.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses import stepwise
+from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.stepwise import Step
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Shown
+
+Vector = NDArray[np.float64]
+
+
+class SectionSystem(Shown, ABC):
+    """A system seen at a section.
+
+    Attributes:
+        values: parameters that are not at their default.
+        dimension: of the space of differences that a step may keep: n, or less where the numbers of a point are bound.
+        unit: of the time that a step takes: "s" or "1".
+        autonomous: nothing forces the motion and its time is no part of the point, though the section is one of time:
+            one of the exponents is zero.
+        together: runs that are best made by one call, since they go step by step together.
+    """
+
+    values: Mapping[str, float]
+    unit: str = "s"
+    autonomous: bool = False
+    together: int = 4096
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Of the model."""
+
+    @property
+    @abstractmethod
+    def states(self) -> tuple[str, ...]:
+        """Names of the numbers of a point."""
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of those whose events are counted on the way."""
+        return ()
+
+    @property
+    def dimension(self) -> int:
+        """See the class."""
+        return len(self.states)
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Sequence[str]:
+        """Names of all parameters."""
+
+    @abstractmethod
+    def at(self, **values: float) -> Self:
+        """The same system with other values of parameters.
+
+        Raises:
+            StickslipError: an unknown name or a value out of its range.
+        """
+
+    @abstractmethod
+    def check(self, name: str, values: Vector) -> None:
+        """Raises StickslipError: no such parameter, or one of the values (m,) is none that it can have."""
+
+    @abstractmethod
+    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+        """(n,) a point; what is not given has its default.
+
+        Raises:
+            StickslipError: unknown names, a value out of its range.
+        """
+
+    @abstractmethod
+    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+        """One step of points (m, n); varied: values (m,) of parameters by name."""
+
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+        """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
+        return stepwise.run(self, jobs, stop)
+
+    def make(
+        self, jobs: Jobs, *, workers: int | None = None, progress: Callable[[float], Any] = lambda fraction: None
+    ) -> Rows:
+        """The rows of all jobs; see ``jobs.make``."""
+        for name, values in jobs.varied.items():
+            self.check(name, values)
+        return families.make(self.run, jobs, together=self.together, workers=workers, progress=progress)
+
+    def wrapped(self, points: Vector) -> Vector:
+        """(..., n) angles and phases brought within their period."""
+        return points
+
+    def difference(self, points: Vector) -> Vector:
+        """(..., n) the shortest difference that one of points stands for."""
+        return points
+
+    def sizes(self) -> Vector:
+        """(n,) typical size of each number of a point; infinite for one that only drifts and makes no difference."""
+        return np.ones(len(self.states))
+
+    def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None:
+        """(m,) determinant of the derivative of a step, where it is known by itself."""
+        return None
+
+    def _contents(self) -> dict[str, object]:
+        return {"model": self.name, "states": self.states, **self.values}
+
+
+def named_point(name: str, states: Sequence[str], defaults: Vector, given: Any) -> Vector:
+    """(n,) a point from a mapping by name or from all its numbers.
+
+    Raises:
+        StickslipError: unknown names, or another number of numbers.
+    """
+    if given is None:
+        return defaults.copy()
+    if isinstance(given, Mapping):
+        point = defaults.copy()
+        for one, value in given.items():
+            if one not in states:
+                raise StickslipError(f"{name} has no state '{one}'.{nearest(one, states)}")
+            point[list(states).index(one)] = float(value)
+    else:
+        point = np.array(given, dtype=float)
+    if point.shape != (len(states),) or not np.isfinite(point).all():
+        raise StickslipError(f"{name} starts at {len(states)} finite numbers ({', '.join(states)}), found {given}.")
+    return point

@@ -1,0 +1,183 @@
+"""Spectra: lines of periodic motions without leakage, and Welch's estimate with its error for all others.
+
+    periodic   x(t) = sum of c_k exp(i k w t),   c_k = 1/T * integral over a period of x exp(-i k w t)
+               by Gauss's rule on the smooth pieces between events, so that no line leaks into another
+    otherwise  mean of the periodograms of overlapping windowed segments; their number says, by the chi-squared
+               distribution, between which bounds the density lies
+
+Source: Welch, IEEE Transactions on Audio and Electroacoustics 15 (1967).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+from scipy.stats import chi2
+
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.periodic import PeriodicMotion
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shown import Pictured
+from fmu_models.simulation.run import simulate
+from fmu_models.simulation.trajectory import Trajectory
+
+Vector = NDArray[np.float64]
+
+NODES = 24  # of Gauss's rule on a panel
+PANELS = 0.25  # of the period of the highest line: longest panel
+CONFIDENCE = 0.95
+# independent segments that one is worth which overlaps its neighbours by half, with Hann's window: 1/(1 + 2/36)
+WORTH = 0.947
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum(Pictured):
+    """Of one variable.
+
+    Attributes:
+        of, unit: its name and unit.
+        frequency: (n,) Hz.
+        amplitude: (n,) one-sided amplitudes of lines, in that unit; or a density, unit^2/Hz.
+        low, high: (n,) bounds of a density, 95 %; equal to it for lines, which are exact.
+        phase: (n,) rad, of the cosine of each line; nan of a density.
+        mean_square: of the variable, in unit^2.
+        lines: these are lines of a periodic motion.
+        period: steps of the section after which the motion repeats itself; 0 of a density.
+    """
+
+    of: str
+    unit: str
+    frequency: Vector
+    amplitude: Vector
+    low: Vector
+    high: Vector
+    phase: Vector
+    mean_square: float
+    lines: bool
+    period: int
+
+    @property
+    def frame(self) -> Any:
+        """One row per frequency."""
+        import pandas
+
+        name = "amplitude" if self.lines else "density"
+        columns = {name: self.amplitude, "low": self.low, "high": self.high, "phase": self.phase}
+        return pandas.DataFrame(columns, index=pandas.Index(self.frequency, name="frequency"))
+
+    def _heading(self) -> str:
+        return f"Spectrum of {self.of}: {'lines' if self.lines else 'density'}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {"frequency": self.frequency, "amplitude": self.amplitude, "mean square": self.mean_square}
+
+
+def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None, *, lines: int = 8) -> Spectrum:
+    """The lines of a periodic motion of a forced oscillator.
+
+    Args:
+        system: its strobe, with the parameters of the motion.
+        motion: of it.
+        of: a state or output; the first state if left out.
+        lines: harmonics of the forcing; so many times the period of the motion are computed, and the mean.
+
+    Raises:
+        StickslipError: no such variable, or fewer than one line.
+    """
+    name = of or system.fmu.states[0]
+    _known(name, [*system.fmu.states, *system.fmu.outputs])
+    if lines < 1:
+        raise StickslipError(f"At least one line is computed, found {lines}.")
+    count = lines * motion.period * system.every
+    run: dict[str, Any] = system.as_run(motion.points[0])
+    events = simulate(system.fmu, motion.time, output_times=[motion.time], **run).events
+    edges = np.unique([0.0, motion.time, *(e.time for e in events if 0.0 < e.time < motion.time)])
+    times, weights = _nodes(edges, motion.time / count * PANELS)
+    values = simulate(system.fmu, motion.time, output_times=times, **run)[name]
+    turns = np.exp(-2j * np.pi * np.outer(np.arange(count + 1), times / motion.time))
+    found = (turns * weights) @ values / motion.time
+    amplitude = np.abs(found) * np.where(np.arange(count + 1) > 0, 2.0, 1.0)
+    return Spectrum(
+        name,
+        str(system.fmu.variables[name].unit or "1"),
+        np.arange(count + 1) / motion.time,
+        amplitude,
+        amplitude,
+        amplitude,
+        np.angle(found),
+        float(weights @ values**2 / motion.time),
+        lines=True,
+        period=motion.period,
+    )
+
+
+def _nodes(edges: Vector, longest: float) -> tuple[Vector, Vector]:
+    """Places and weights of Gauss's rule on the panels of every piece, narrower towards its ends: a force that begins
+    with a root makes the motion smooth there to a few orders only."""
+    x, w = np.polynomial.legendre.leggauss(NODES)
+    places, weights = [], []
+    for begin, end in pairwise(edges):
+        count = max(4, int(np.ceil((end - begin) / longest)))
+        inner = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count + 1)))
+        ticks = begin + (end - begin) * inner
+        middle, half = 0.5 * (ticks[1:] + ticks[:-1]), 0.5 * np.diff(ticks)
+        places.append((middle[:, None] + half[:, None] * x).ravel())
+        weights.append((half[:, None] * w).ravel())
+    return np.concatenate(places), np.concatenate(weights)
+
+
+def density_spectrum(trajectory: Trajectory, of: str | None = None, *, segments: int = 16) -> Spectrum:
+    """The density of a motion without period.
+
+    Args:
+        trajectory: sampled evenly.
+        of: a variable of it; the first state if left out.
+        segments: into which it is cut, overlapping by half.
+
+    Raises:
+        StickslipError: no such variable, samples that are not even, or too few.
+    """
+    name = of or next(n for n in trajectory.values if f"der({n})" in trajectory.values)
+    _known(name, list(trajectory.values))
+    steps = np.diff(trajectory.time)
+    if len(steps) < 16 * segments or steps.max() - steps.min() > 1e-6 * steps.mean():
+        raise StickslipError(
+            f"A spectrum of {segments} segments needs at least {16 * segments} even samples, found {len(steps) + 1} "
+            f"with steps from {steps.min():g} to {steps.max():g} s. Give even output_times."
+        )
+    values = trajectory[name]
+    length = 2 * len(values) // (segments + 1)
+    frequency, density = welch(values, 1.0 / float(steps.mean()), "hann", length, detrend="constant")
+    freedom = max(2.0, 2.0 * WORTH * (2 * len(values) // length - 1))
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = freedom / chi2.ppf([1.0 - tail, tail], freedom)
+    nothing = np.full(frequency.size, np.nan)
+    unit = str(trajectory.units.get(name, "1"))
+    mean_square = float(np.mean(values**2))
+    return Spectrum(name, unit, frequency, density, low * density, high * density, nothing, mean_square, False, 0)
+
+
+def _known(name: str, names: list[str]) -> None:
+    if name not in names:
+        raise StickslipError(f"There is no variable '{name}'.{nearest(name, names)}")
+
+
+def spectrum(
+    what: Trajectory | PeriodicMotion, of: str | None = None, *, system: Strobe | None = None, **options: Any
+) -> Spectrum:
+    """The spectrum of a trajectory (``density_spectrum``), or of a periodic motion of ``system`` (``line_spectrum``).
+
+    Raises:
+        StickslipError: a periodic motion without its system; else as the two.
+    """
+    if isinstance(what, Trajectory):
+        return density_spectrum(what, of, **options)
+    if not isinstance(system, Strobe):
+        raise StickslipError("A periodic motion has lines by the oscillator it is of: say its strobe, as system=...")
+    return line_spectrum(system, what, of, **options)

@@ -1,0 +1,40 @@
+"""The user's cache: where it is, and the names of what is kept in it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+from fmu_models.base.errors import StickslipError
+
+
+def cache_folder() -> Path:
+    """Folder for compiled libraries and FMUs: ``STICKSLIP_CACHE`` or the user's cache folder.
+
+    Raises:
+        StickslipError: the folder cannot be made.
+    """
+    if given := os.environ.get("STICKSLIP_CACHE"):
+        folder = Path(given)
+    else:
+        import platformdirs
+
+        folder = Path(platformdirs.user_cache_dir("stickslip", appauthor=False))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StickslipError(
+            f"The cache folder '{folder}' cannot be made: {error.strerror}. "
+            "Set STICKSLIP_CACHE to a folder you may write to."
+        ) from error
+    return folder
+
+
+def digest(*parts: bytes | str) -> str:
+    """Hash of a sequence of texts; where one ends and the next begins counts."""
+    total = hashlib.sha256()
+    for part in parts:
+        data = part.encode() if isinstance(part, str) else part
+        total.update(len(data).to_bytes(8, "little") + data)
+    return total.hexdigest()[:32]

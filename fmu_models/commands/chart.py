@@ -1,0 +1,72 @@
+"""Command that charts what motions become over two parameters."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.console import Contacts, Json, Overwrite, Settings
+from fmu_models.commands import families as f
+
+
+def chart(
+    model: f.System,
+    over: f.Ranges,
+    settings: Settings = None,
+    start: f.Start = None,
+    contacts: Contacts = None,
+    forcing: f.Forcing = None,
+    period: f.Period = None,
+    every: f.Every = 1,
+    autonomous: f.Autonomous = False,
+    what: Annotated[str, typer.Option(help="period, impacts, stick, exponent or attractor.")] = "period",
+    transient: Annotated[int, typer.Option(help="Steps before a motion is classified, at most.", min=0)] = 3000,
+    points: Annotated[int, typer.Option(help="Steps over which it is looked at then.", min=1)] = 48,
+    refine: Annotated[int, typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1)] = 1,
+    workers: f.Workers = None,
+    output: f.Output = None,
+    figure: f.Drawn = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Chart what a motion becomes over two parameters.
+
+    Example: stickslip chart disc_rig --period 1 --autonomous --what stick --over w0=0.2:1.8:41 --over w1=-0.6:1:41
+    """
+    from fmu_models.analyses.chart import chart as make
+
+    f.check_files(output, figure, overwrite)
+    axes = f.ranges(over, 2)
+    system = f.system_of(
+        model,
+        settings=settings,
+        contacts=contacts,
+        forcing=forcing,
+        period=period,
+        every=every,
+        autonomous=autonomous,
+    )
+    with console.progress("charting") as advance:
+        found = make(
+            system,
+            what=what,
+            start=f.start_of(model, start),
+            transient=transient,
+            points=points,
+            refine=refine,
+            workers=workers,
+            progress=advance,
+            **axes,  # type: ignore[arg-type] # names of states or parameters
+        )
+    content = {
+        "model": found.model,
+        "what": found.what,
+        "axes": {name: values.tolist() for name, values in found.axes.items()},
+        "classes": list(found.classes),
+        "labels": found.labels.tolist(),
+        "runs": found.runs,
+        "failures": [f"{place}: {why}" for place, why in found.failures.items()],
+    }
+    f.tell(found, content, output, figure, overwrite, json)

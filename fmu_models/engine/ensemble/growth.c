@@ -1,0 +1,49 @@
+/*
+ * Growth of the differences that tangents carry: Gram and Schmidt's method, twice, so that what is left of a vector
+ * beside those before it is at right angles to them to rounding.
+ *
+ * Source: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980).
+ */
+#include "growth.h"
+
+#include <math.h>
+
+/* less than this is left of a difference only by rounding */
+static const double NOTHING_LEFT = 1e-13;
+/* and of one that a closed or sticking contact, which takes differences away, may have taken */
+static const double TAKEN = 1e-11;
+
+static double growth_product(const double *a, const double *b, int length)
+{
+    double sum = 0.0;
+    for (int i = 0; i < length; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+void growth_orthonormalize(double *vectors, int n, int length, int losing, double *growth)
+{
+    const double least = losing ? TAKEN : NOTHING_LEFT;
+    double largest = 1.0; /* they came in as unit vectors */
+    for (int k = 0; k < n; k++) {
+        double *v = vectors + (long)k * length;
+        const double whole = sqrt(growth_product(v, v, length));
+        largest = fmax(largest, whole);
+        for (int pass = 0; pass < 2; pass++) {
+            for (int j = 0; j < k; j++) {
+                const double *u = vectors + (long)j * length;
+                const double along = growth_product(u, v, length);
+                for (int i = 0; i < length; i++) {
+                    v[i] -= along * u[i];
+                }
+            }
+        }
+        const double size = sqrt(growth_product(v, v, length));
+        const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
+        growth[k] += lost ? -INFINITY : log(size);
+        for (int i = 0; i < length; i++) {
+            v[i] = lost ? 0.0 : v[i] / size;
+        }
+    }
+}

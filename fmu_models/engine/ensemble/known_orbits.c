@@ -1,0 +1,81 @@
+/*
+ * When a motion needs to be followed no farther.
+ *
+ *     period   the point of n steps before has come back, this time and the 2 n + 2 times before: n is its period, the
+ *              least one for which that is so
+ *     orbit    a point lies within the quadratic form about a known one, the next within that about the next, and so on,
+ *              as often as is asked for
+ */
+#include "known_orbits.h"
+
+enum { ARRIVAL_WIDTH = MODEL_NX + 1 };
+
+/* e->memory: a ring of the last points, then for how many steps each period has held */
+static double *arrival_ring(const Arrival *a) { return a->e->memory; }
+
+static double *arrival_held(const Arrival *a) { return a->e->memory + a->e->longest * ARRIVAL_WIDTH; }
+
+int64_t stickslip_ensemble_memory(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1); }
+
+void arrival_start(Arrival *a, const Ensemble *e)
+{
+    *a = (Arrival){e, 0, -1, 0};
+    for (int64_t n = 0; n < e->longest; n++) {
+        arrival_held(a)[n] = 0.0;
+    }
+}
+
+int64_t arrival_period(Arrival *a, const Run *r)
+{
+    const Ensemble *e = a->e;
+    double point[ARRIVAL_WIDTH];
+    int64_t found = 0;
+    if (e->longest == 0) {
+        return 0;
+    }
+    memcpy(point, r->at.x, MODEL_NX * sizeof *point);
+    point[MODEL_NX] = r->at.time;
+    for (int64_t n = 1; n <= e->longest && n <= a->seen; n++) {
+        const double *before = arrival_ring(a) + (a->seen - n) % e->longest * ARRIVAL_WIDTH;
+        int same = 1;
+        for (int i = 0; same && i < ARRIVAL_WIDTH; i++) {
+            same = e->weights[i] == 0.0 || fabs(point[i] - before[i]) * e->weights[i] <= e->settled;
+        }
+        double *held = arrival_held(a) + n - 1;
+        *held = same ? *held + 1.0 : 0.0;
+        if (!found && *held > (double)(2 * n + 2)) {
+            found = n;
+        }
+    }
+    memcpy(arrival_ring(a) + a->seen % e->longest * ARRIVAL_WIDTH, point, sizeof point);
+    a->seen++;
+    return found;
+}
+
+static int arrival_near(const Ensemble *e, const Run *r, int64_t k)
+{
+    const double *centre = e->known + k * MODEL_NX;
+    const double *form = e->metric + k * MODEL_NX * MODEL_NX;
+    double sum = 0.0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        for (int j = 0; j < MODEL_NX; j++) {
+            sum += (r->at.x[i] - centre[i]) * form[i * MODEL_NX + j] * (r->at.x[j] - centre[j]);
+        }
+    }
+    return sum <= 1.0;
+}
+
+int64_t arrival_orbit(Arrival *a, const Run *r)
+{
+    const Ensemble *e = a->e;
+    int64_t here = a->expected >= 0 && arrival_near(e, r, a->expected) ? a->expected : -1;
+    if (here < 0) {
+        a->met = 0;
+    }
+    for (int64_t k = 0; here < 0 && k < e->n_known; k++) {
+        here = arrival_near(e, r, k) ? k : -1;
+    }
+    a->expected = here < 0 ? -1 : e->next[here];
+    a->met += here >= 0;
+    return here >= 0 && a->met >= e->passes[here] ? e->orbit[here] : -1;
+}

@@ -1,0 +1,21 @@
+/* When a motion needs to be followed no farther: it repeats itself, or has come to an orbit that is known. */
+#ifndef STICKSLIP_KNOWN_ORBITS_H
+#define STICKSLIP_KNOWN_ORBITS_H
+
+#include "ensemble.h"
+
+/* the points of the last steps, and for how many steps each period has held */
+typedef struct {
+    const Ensemble *e;
+    int64_t seen;     /* points since the start */
+    int64_t expected; /* known point that comes next; -1: none */
+    int64_t met;      /* known points met in a row */
+} Arrival;
+
+void arrival_start(Arrival *a, const Ensemble *e);
+/* the period that the motion has come to with this point; 0: none yet */
+int64_t arrival_period(Arrival *a, const Run *r);
+/* the known orbit that it has come to; -1: none yet */
+int64_t arrival_orbit(Arrival *a, const Run *r);
+
+#endif

@@ -1,0 +1,228 @@
+/*
+ * One step of a section.
+ *
+ *     repeat   advance to the end of the period, to a crossing, or to the event of the contact
+ *     then     a strobe: the time goes back to the start time, so that a step is a function of the point alone
+ *              another section of a forced motion: the time goes back by whole periods
+ *
+ * Derivatives on the section: of a strobe at a fixed time; where a state crosses a level later for a neighbour, its
+ * point is x + x' dt with dt = -dq/q'; at an event the tangent is at its own event. Where nothing forces the motion, the
+ * time is no part of the point.
+ */
+#include "section_step.h"
+
+#include "../events/model_exchange.h"
+#include "../events/run.h"
+#include "../step/section.h"
+
+static int walk_holds(int c, int state)
+{
+    return model_contact_is_impact[c] ? state != CONTACT_AWAY
+           : model_contact_is_stop[c] ? state == CONTACT_TOUCHING
+                                      : state == CONTACT_STICK;
+}
+
+static void walk_note(void *context, const ContactEvent *event)
+{
+    Walk *w = context;
+    const int c = event->contact;
+    const int before = walk_holds(c, event->before);
+    const int after = walk_holds(c, event->after);
+    const int begins = model_contact_is_impact[c] ? !before : after && !before;
+    if (before && !after) {
+        w->held[c] += event->time - w->contact_since[c];
+    }
+    if (after && !before) {
+        w->contact_since[c] = event->time;
+    }
+    w->began[c] += begins;
+    w->losing |= begins && !model_contact_is_stop[c];
+    w->met |= c == w->e->contact && (w->e->kind == SECTION_BEGIN ? begins : before && !after);
+}
+
+void section_step_start(const Run *r, Walk *w)
+{
+    w->since = r->at.time;
+    for (int c = 0; c < MODEL_NC; c++) {
+        w->contact_since[c] = r->at.time;
+        w->held[c] = 0.0;
+        w->began[c] = 0;
+    }
+}
+
+void section_step_close_row(const Run *r, Walk *w)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (walk_holds(c, r->at.state[c])) {
+            w->held[c] += r->at.time - w->contact_since[c];
+        }
+        w->contact_since[c] = r->at.time;
+    }
+}
+
+/* the point is of the time as the section has it: back to the start, or by whole periods */
+static void walk_wrap(Run *r, Walk *w)
+{
+    const double period = w->e->periods[w->run];
+    double back = 0.0;
+    if (w->e->kind == SECTION_STROBE) {
+        back = r->at.time - w->e->origin;
+    } else if (period > 0.0) {
+        back = period * floor((r->at.time - w->e->origin) / period);
+    }
+    if (back == 0.0) {
+        return;
+    }
+    run_shift_time(r, -back);
+    if (w->e->kind == SECTION_STROBE) {
+        r->at.time = w->e->origin;
+    }
+    w->since -= back;
+    for (int c = 0; c < MODEL_NC; c++) {
+        w->contact_since[c] -= back;
+    }
+}
+
+static Outcome walk_check(const Run *r, const Walk *w)
+{
+    for (int i = 0; i < MODEL_NX; i++) {
+        if (!(fabs(r->at.x[i]) <= w->e->bound)) {
+            return OUTCOME_ESCAPED;
+        }
+    }
+    return OUTCOME_FINISHED;
+}
+
+/* until when to wait */
+static double walk_end(const Run *r, const Walk *w)
+{
+    if (w->e->kind == SECTION_STROBE) {
+        return r->at.time + w->e->periods[w->run];
+    }
+    return r->at.time + w->e->patience[w->run];
+}
+
+static Outcome walk_begin(Run *r, Walk *w)
+{
+    w->met = w->losing = 0;
+    w->since = r->at.time;
+    if (w->e->kind == SECTION_LEVEL) {
+        section_watch(r, w->state, w->e->level, w->e->direction);
+    }
+    return walk_check(r, w);
+}
+
+Outcome section_step(Run *r, Walk *w)
+{
+    const double end = walk_end(r, w);
+    const int by_event = w->e->kind == SECTION_BEGIN || w->e->kind == SECTION_END;
+    Outcome outcome = walk_begin(r, w);
+    if (outcome != OUTCOME_FINISHED) {
+        return outcome;
+    }
+    r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
+    while (1) {
+        const RunStatus status = run_advance(r, end, by_event, walk_note, w);
+        if (status == RUN_ERROR) {
+            return OUTCOME_BROKEN;
+        }
+        if (status == RUN_CROSSING || w->met) {
+            break;
+        }
+        if (status == RUN_EVENT) {
+            continue;
+        }
+        if (w->e->kind == SECTION_STROBE) {
+            break;
+        }
+        outcome = walk_check(r, w);
+        return outcome == OUTCOME_FINISHED ? OUTCOME_LOST : outcome;
+    }
+    r->section.watched = 0;
+    walk_wrap(r, w);
+    return walk_check(r, w);
+}
+
+/* the next crossing on the step in use, as a time; INFINITY if none */
+static double walk_crossing(Run *r, const Walk *w, double until)
+{
+    if (w->e->kind != SECTION_LEVEL) {
+        return INFINITY;
+    }
+    const double length = (until - r->segment_start) - r->jets.time_rest;
+    const double s = section_next(r, r->segment_rooted ? sqrt(length) : length);
+    return s < 0.0 ? INFINITY : r->segment_start + (r->segment_rooted ? s * s : s);
+}
+
+/* derivatives of the point on the section */
+static RunStatus walk_project(Run *r, const Walk *w, Tangents *tangents, int n, double *directions)
+{
+    double rates[MODEL_ROOM(MODEL_NX)];
+    const int forced = w->e->periods[w->run] > 0.0;
+    if (w->e->kind == SECTION_STROBE || w->e->kind == SECTION_LEVEL) {
+        tangents_hold(tangents);
+    }
+    if (w->e->kind == SECTION_LEVEL && exchange_derivatives(r, rates) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    for (int k = 0; k < n; k++) {
+        double *d = directions + (size_t)k * EXTENDED;
+        tangents_read(tangents, k, d);
+        double *time = &d[MODEL_NX + MODEL_NC];
+        if (w->e->kind == SECTION_LEVEL) {
+            *time = -d[w->state] / rates[w->state];
+            for (int i = 0; i < MODEL_NX; i++) {
+                d[i] += rates[i] * *time;
+            }
+            d[w->state] = 0.0;
+        }
+        for (int c = 0; c < MODEL_NC; c++) {
+            /* what a contact remembers counts while it lasts */
+            if (!model_contact_remembers[c] || r->at.state[c] == CONTACT_AWAY) {
+                d[MODEL_NX + c] = 0.0;
+            }
+        }
+        if (!forced || w->e->kind == SECTION_STROBE) {
+            *time = 0.0;
+        }
+    }
+    return RUN_OK;
+}
+
+Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions)
+{
+    const double end = walk_end(r, w);
+    Outcome outcome = walk_begin(r, w);
+    if (outcome != OUTCOME_FINISHED) {
+        return outcome;
+    }
+    r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
+    for (int k = 0; k < n; k++) {
+        tangents_place(r, tangents, k, directions + (size_t)k * EXTENDED);
+    }
+    while (r->at.time < end && !w->met) {
+        double until;
+        const int fresh = !r->segment_valid;
+        if (tangents_expand(r, tangents, end, &until) == RUN_ERROR) {
+            return OUTCOME_BROKEN;
+        }
+        if (fresh) {
+            r->section.searched = 0.0;
+        }
+        const double crossing = walk_crossing(r, w, until);
+        if (tangents_move(r, tangents, fmin(end, crossing), walk_note, w) == RUN_ERROR) {
+            return OUTCOME_BROKEN;
+        }
+        w->met |= crossing < INFINITY;
+    }
+    if (!w->met && w->e->kind != SECTION_STROBE) {
+        outcome = walk_check(r, w);
+        return outcome == OUTCOME_FINISHED ? OUTCOME_LOST : outcome;
+    }
+    r->section.watched = 0;
+    if (walk_project(r, w, tangents, n, directions) == RUN_ERROR) {
+        return OUTCOME_BROKEN;
+    }
+    walk_wrap(r, w);
+    return walk_check(r, w);
+}

@@ -1,0 +1,197 @@
+"""The engine in an FMU of this suite: a library that is bound once, and instances that are started again, not freed.
+
+A library is loaded when its FMU first makes a run, and let go with the FMU. Threads share it; each run has an instance
+of its own, which the next run takes over.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+import threading
+import weakref
+from collections.abc import Mapping
+from ctypes import POINTER, addressof, c_char, c_char_p, c_int, c_int64, c_void_p
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.c_structures import declarations
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.library import library, unload
+
+C = declarations(
+    "engine/model/run_state.h",
+    *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run", "sensitivity_run")),
+    *("engine/model/model.h", "engine/ensemble/ensemble.h"),
+)
+RUN = C.constants(prefix="WHOLE_RUN_")
+EVENT = np.dtype(C.structure("ContactEvent"))
+# an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
+EVENT_CAPACITY = 1 << 18
+
+
+KEPT_VALUES = 1 << 15  # room for values that an instance keeps: more takes longer to compute than to allocate
+
+
+class Engine:
+    """The functions of a library, and the instances that no run is using."""
+
+    def __init__(self, fmu: Fmu) -> None:
+        """Load it.
+
+        Raises:
+            StickslipError: the FMU was not made by this suite, or by another version of it, or cannot be loaded.
+        """
+        interface = fmu.description.coSimulation
+        if interface is None:
+            raise StickslipError(f"'{fmu.path}' has no Co-Simulation interface, through which FMUs are simulated here.")
+        try:
+            dll = ctypes.CDLL(str(library(fmu, str(interface.modelIdentifier))))
+        except OSError as error:
+            raise StickslipError(f"'{fmu.path}' cannot be loaded: {error}") from error
+        self.model = str(fmu.description.modelName)
+        self._idle: list[Instance] = []
+        handles: list[int] = []
+        self._handles = handles
+        try:
+            version = dll.stickslip_native_version
+        except AttributeError:
+            unload(dll)
+            raise StickslipError(
+                f"'{fmu.path.name}' was not exported by stickslip and has no engine of its own. Name a method of "
+                "integration: --method auto, or master.simulate_any."
+            ) from None
+        if version() != RUN.VERSION:
+            unload(dll)
+            raise StickslipError(
+                f"'{fmu.path.name}' was exported by another version of stickslip. Export it again, or name a method: "
+                "--method auto."
+            )
+        self.open = _bound(dll.stickslip_open, c_void_p, c_char_p)
+        self.restart = _bound(dll.stickslip_restart, c_int, c_void_p, POINTER(C.structure("RunStart")))
+        self.simulate = _bound(dll.stickslip_simulate, c_int, c_void_p, POINTER(C.structure("WholeRun")))
+        self.differentiate = _bound(dll.stickslip_sensitivity, c_int, c_void_p, POINTER(C.structure("SensitivityRun")))
+        self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
+        self.ensemble = _bound(dll.stickslip_ensemble, c_int, c_void_p, POINTER(C.structure("Ensemble")))
+        self.ensemble_room = _bound(dll.stickslip_ensemble_room, c_int64, c_int64)
+        self.ensemble_memory = _bound(dll.stickslip_ensemble_memory, c_int64, c_int64)
+        weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
+
+    def take(self) -> Instance:
+        """An instance for one user, in whatever state the last one left it; give it back."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            made = Instance(self)
+            self._handles.append(made.handle)
+            return made
+
+    def give(self, instance: Instance) -> None:
+        """Take it back."""
+        self._idle.append(instance)
+
+
+class Instance:
+    """One motion at a time, by one thread at a time; what a run writes to is kept for the next one."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._model, self._restart = engine.model, engine.restart
+        self._message = ctypes.create_string_buffer(RUN.MESSAGE)
+        self._values = np.empty(KEPT_VALUES)
+        self._start, self._room, self._numbers = C.structure("RunStart")(), 0, bytearray(1)
+        handle = engine.open(self._message)
+        if not handle:
+            raise MemoryError(f"no memory for an instance of {engine.model}")
+        self.handle: int = handle
+
+    @cached_property
+    def _events(self) -> memoryview:
+        return np.empty(EVENT_CAPACITY * EVENT.itemsize, dtype=np.uint8).data
+
+    @cached_property
+    def whole_run(self) -> Any:
+        """A request with room for events, to be filled in."""
+        return C.structure("WholeRun")(event_capacity=EVENT_CAPACITY, events=address(self._events))
+
+    def events(self, n: int) -> NDArray[Any]:
+        """(n,) of dtype EVENT: a copy of those that the engine has written."""
+        # as bytes: numpy copies structures one by one
+        return np.ndarray((n,), EVENT, bytearray(self._events[: n * EVENT.itemsize]))
+
+    def values(self, n: int) -> NDArray[np.float64]:
+        """(n,) to be written to by the engine, until they are asked for again."""
+        if n > KEPT_VALUES:
+            return np.empty(n)
+        return self._values[:n]
+
+    def restart(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> None:
+        """Go to start values by reference; all others have their defaults.
+
+        Raises:
+            StickslipError: the engine refuses them.
+        """
+        if self._restart(self.handle, self.start(initial, start_time, tolerance)) != RUN.DONE:
+            raise self.failure()
+
+    def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> Any:
+        """Start values by reference as the engine reads them, until it is asked for again."""
+        n = len(initial)
+        if n > self._room:
+            self._room, self._numbers = n, bytearray(n * struct.calcsize("=dI"))
+        # doubles first: they need the stricter alignment
+        struct.pack_into(f"={n}d{n}I", self._numbers, 0, *initial.values(), *initial)
+        where = address(self._numbers)
+        c = self._start
+        c.n_initial, c.initial_values, c.initial = n, where, where + 8 * n
+        c.start_time, c.tolerance = start_time, tolerance
+        return c
+
+    def failure(self) -> StickslipError:
+        """An error that says why the engine has refused last."""
+        text = self._message.value.decode("utf-8", "replace")
+        head, colon, rest = text.partition(": ")
+        # messages may begin with the C function that refused; that is of no use to the reader
+        said = rest if colon and head.startswith(("stickslip_", "whole_run_")) else text
+        return StickslipError(f"{self._model}: {said}")
+
+
+def address(array: Any) -> int:
+    """Where the data of a writable array begins; numpy's own way takes five times as long."""
+    return addressof(_at(array)) if len(array) else 0
+
+
+_at = c_char.from_buffer
+
+
+def engine_of(fmu: Fmu) -> Engine:
+    """The engine of an opened FMU.
+
+    Raises:
+        StickslipError: as for ``Engine``.
+    """
+    known = _engines.get(fmu)
+    if known is None:
+        with _loading:
+            known = _engines.get(fmu)
+            if known is None:
+                known = _engines[fmu] = Engine(fmu)
+    return known
+
+
+_engines: weakref.WeakKeyDictionary[Fmu, Engine] = weakref.WeakKeyDictionary()
+_loading = threading.Lock()
+
+
+def _bound(function: Any, result: Any, *arguments: Any) -> Any:
+    function.restype, function.argtypes = result, arguments
+    return function
+
+
+def _let_go(dll: ctypes.CDLL, close: Any, handles: list[int]) -> None:
+    for handle in handles:
+        close(handle)
+    unload(dll)

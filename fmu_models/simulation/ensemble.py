@@ -1,0 +1,176 @@
+"""The C structures of engine/ensemble, and the call that makes many runs."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.simulation.engine import C, Engine
+
+_Ensemble = C.structure("Ensemble")
+_MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
+KINDS = C.constants("SectionKind", "SECTION_")
+OUTCOMES = C.constants("Outcome", "OUTCOME_")
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Where:
+    """The section, as engine/ensemble/ensemble.h has it; ``state`` is a value reference, ``contact`` an index."""
+
+    kind: int
+    state: int = 0
+    level: float = 0.0
+    direction: int = 0
+    contact: int = -1
+    origin: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Points of known orbits (k, n_states), a quadratic form about each (k, n_states, n_states), which is below 1 near
+    it, the point after each (k,), its orbit (k,), and how many points in a row a motion must meet (k,)."""
+
+    points: Vector
+    forms: Vector
+    after: NDArray[np.int64]
+    orbits: NDArray[np.int64]
+    passes: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Many runs. values: (m, k) of the variables with these references; see engine/ensemble/ensemble.h for the rest."""
+
+    references: list[int]
+    values: Vector
+    starts: Vector
+    periods: Vector
+    patience: Vector
+    transient: int
+    rows: int
+    weights: Vector
+    batch: int = 1
+    follow: bool = False
+    longest: int = 0
+    settled: float = 0.0
+    bound: float = 1e9
+    known: Known | None = None
+    along: Sequence[int] = ()
+    flow: bool = False
+    jacobians: bool = False
+    tolerance: float = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """Of m runs of r rows: points (m, r, n_states + n_contacts + 2): states, memories, time, time since the last row;
+    held, began (m, r, n_contacts); growth (m, r, directions); jacobians (m, r, n_states + n_contacts + 1, directions);
+    rows filled, steps, outcomes, periods, orbits (m,); messages by run."""
+
+    points: Vector
+    held: Vector
+    began: NDArray[np.int32]
+    growth: Vector
+    jacobians: Vector
+    rows: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    outcomes: NDArray[np.int32]
+    recurs: NDArray[np.int64]
+    orbits: NDArray[np.int64]
+    messages: Mapping[int, str]
+
+
+def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Results:
+    """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
+    n, contacts = sizes
+    m, k = len(runs.values), len(runs.along)
+    width, extended = n + contacts + 2, n + contacts + 1
+    made = Results(
+        np.full((m, runs.rows, width), np.nan),
+        np.zeros((m, runs.rows, max(1, contacts)))[..., :contacts],
+        np.zeros((m, runs.rows, max(1, contacts)), np.int32)[..., :contacts],
+        np.full((m, runs.rows, k), np.nan) if k and not runs.jacobians else np.empty((m, runs.rows, 0)),
+        np.full((m, runs.rows, extended, k), np.nan) if runs.jacobians else np.empty((m, runs.rows, 0, 0)),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int32),
+        np.zeros(m, np.int64),
+        np.zeros(m, np.int64),
+        {},
+    )
+    messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
+    known = runs.known or Known(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
+    references = np.array(runs.references, np.uint32)
+    inputs = [
+        np.ascontiguousarray(one, dtype=float)
+        for one in (runs.values, runs.starts, runs.periods, runs.patience, runs.weights, known.points, known.forms)
+    ]
+    along = np.array(runs.along, np.int64)
+    whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
+    room = np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)
+    memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
+    values, starts, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
+    after, orbits, passes = (one.ctypes.data for one in whole)
+    c = _Ensemble(
+        n_runs=m,
+        n_set=references.size,
+        follow=runs.follow,
+        set=references.ctypes.data,
+        values=values,
+        starts=starts,
+        origin=where.origin,
+        tolerance=runs.tolerance,
+        kind=where.kind,
+        direction=where.direction,
+        contact=where.contact,
+        state=where.state,
+        level=where.level,
+        periods=periods,
+        patience=patience,
+        bound=runs.bound,
+        transient=runs.transient,
+        n_rows=runs.rows,
+        batch=runs.batch,
+        longest=runs.longest,
+        weights=weights,
+        settled=runs.settled,
+        n_known=len(known.points),
+        known=points,
+        metric=forms,
+        next=after,
+        orbit=orbits,
+        passes=passes,
+        n_directions=k,
+        flow=runs.flow,
+        along=along.ctypes.data,
+        room=room.ctypes.data,
+        points=made.points.ctypes.data,
+        held=made.held.ctypes.data,
+        began=made.began.ctypes.data,
+        growth=made.growth.ctypes.data if made.growth.size else None,
+        jacobians=made.jacobians.ctypes.data if made.jacobians.size else None,
+        rows=made.rows.ctypes.data,
+        steps=made.steps.ctypes.data,
+        outcomes=made.outcomes.ctypes.data,
+        recurs=made.recurs.ctypes.data,
+        orbits=made.orbits.ctypes.data,
+        messages=ctypes.addressof(messages),
+        stop=stop.ctypes.data,
+        memory=memory.ctypes.data,
+    )
+    instance = engine.take()
+    try:
+        if engine.ensemble(instance.handle, ctypes.byref(c)) != 0:
+            raise instance.failure()
+    finally:
+        engine.give(instance)
+    for i in np.flatnonzero(made.outcomes == OUTCOMES.BROKEN):
+        text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0]
+        made.messages[int(i)] = text.decode("utf-8", "replace")  # type: ignore[index]
+    return made

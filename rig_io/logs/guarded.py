@@ -6,10 +6,15 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import logging
+import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -117,8 +122,13 @@ def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarra
 
 def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[str, str]) -> tuple[Channels, int]:
     """In the child: the file parsed, its columns written as float64 one after the other; without their values."""
+    # parsers complain of a damaged file in tracebacks of their own; what there is to say, the error says
+    sys.unraisablehook = lambda _: None
+    logging.disable(logging.CRITICAL)
     try:
-        found = parse(path, **options)
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = parse(path, **options)
         lengths = {one.name: len(one.values) for one in found.channels}
         if not found.channels:
             why = "; ".join(f"'{name}' is {reason}" for name, reason in list(found.left_out.items())[:8])

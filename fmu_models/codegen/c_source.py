@@ -14,24 +14,18 @@ from typing import Any
 import sympy
 
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
+from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
 from fmu_models.codegen.jets import Constants, Recurrences, Slots
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
-from fmu_models.lowering.hybrid_system import HybridSystem, acting, joined, only_parameters, terms
+from fmu_models.lowering.hybrid_system import HybridSystem, acting, terms
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
 _ARGUMENTS = "const Real *p, const Real *d, Jets *j, int k"
-# zeros of W and G that are written one by one; more of them by a loop, or the compiler takes minutes
-_FEW = 100
-_CLEAR_INERTIA = [
-    f"for (int i = 0; i < MODEL_{rows}; i++) {{ for (int c = 0; c < MODEL_NC; c++) {{ j->{letter}[i][c][k] = 0.0; }} }}"
-    for letter, rows in (("W", "NV"), ("G", "NC"))
-]
 # characters of the statements of one function
 _MANY = 3000
-_FACTOR = "if (k == 0) { mass_factor(j->M, j->factor); }"
 _UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
 
 
@@ -141,11 +135,11 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
             result.assign(target, expression)
         return result
 
-    inertia = _inertia(system, names)
+    inertia = assign_inertia(system, names.recurrences(names.W), names.W)
     acceleration = recurrences(accelerations, after=[inertia])
     derived = [inertia, acceleration]
     if system.inertia:
-        acceleration.lines.append(_solve("j->a[0]", "a"))
+        acceleration.lines.append(solve("j->a[0]", "a"))
 
     def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
         return recurrences(assignments, *series).lines
@@ -167,81 +161,6 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
             "model_outputs",
             recurrences(_outputs(system, names), *met, names.forces, names.W, free_rates, after=derived).lines,
         ),
-    ]
-
-
-def _inertia(system: HybridSystem, names: _Names) -> Recurrences:
-    """W and G; with a mass matrix that is factored here, it comes first, and W and G from it."""
-    result = names.recurrences(names.W)
-    zeros = len(system.driven) * len(system.contacts) + len(system.contacts) ** 2
-    zeros -= len(system.W.todok()) + len(system.G.todok())
-    sparse = zeros > max((len(system.W) + len(system.G)) / 2, _FEW) or bool(system.inertia)
-    if sparse:
-        result.lines += _CLEAR_INERTIA
-    if not system.inertia:
-        for matrix, letter in ((system.W, "W"), (system.G, "G")):
-            entries = matrix.todok() if sparse else {divmod(i, matrix.cols): e for i, e in enumerate(matrix.flat())}
-            for (row, column), entry in sorted(entries.items()):
-                result.assign(f"j->{letter}[{row}][{column}]", entry)
-        return result
-    for place, (row, column) in enumerate(_envelope(system)):
-        result.assign(f"j->M[{place}]", system.inertia.get((row, column), sympy.S.Zero))
-    result.lines.append(_FACTOR)
-    levers = system.W.todok()
-    for (row, column), lever in sorted(levers.items()):
-        result.assign(f"j->W[{row}][{column}]", lever)
-    result.lines += [_solve(f"j->W[0][{c}]", "W") for c in range(len(system.contacts))]
-    symbols = {name: symbol for symbol, name in names.W.items()}
-    for c, e in sorted(joined(system)):
-        if e <= c:
-            rate = [lever * symbols[f"j->W[{i}][{e}]"] for (i, at), lever in levers.items() if at == c]
-            result.assign(f"j->G[{c}][{e}]", sympy.Add(*rate))
-            if e < c:
-                result.lines.append(f"j->G[{e}][{c}][k] = j->G[{c}][{e}][k];")
-    return result
-
-
-def _solve(first: str, series: str) -> str:
-    """The statement that turns generalised forces, in the place of their accelerations, into these."""
-    return f"mass_solve(j->M, j->factor, {first}, (int)(sizeof j->{series}[0] / sizeof(Real)), k);"
-
-
-def _envelope(system: HybridSystem) -> list[tuple[int, int]]:
-    """Rows and columns of the entries of the mass matrix that are kept, row by row."""
-    first = {}
-    for row, column in system.inertia:
-        first[row] = min(first.get(row, row), column)
-    return [(row, column) for row in sorted(first) for column in range(first[row], row + 1)]
-
-
-def _sparsity(system: HybridSystem) -> list[str]:
-    """Tables of what is not zero: of the mass matrix, of W and of G."""
-    envelope = _envelope(system)
-    first = {row: column for row, column in reversed(envelope)}
-    start = {row: place - column for place, (row, column) in reversed(list(enumerate(envelope)))}
-    moves = [not only_parameters([system.inertia.get(place, sympy.S.Zero)]) for place in envelope]
-    n = len(system.driven)
-
-    def table(kind: str, name: str, size: str, values: Iterable[int]) -> str:
-        return f"const {kind} model_{name}[{size}] = {{{', '.join(map(str, map(int, values))) or '0'}}};"
-
-    def rows(what: str, count: int, size: str, entries: Iterable[tuple[int, int]]) -> list[str]:
-        found: list[list[int]] = [[] for _ in range(count)]
-        for row, column in sorted(entries):
-            found[row].append(column)
-        starts = [sum(map(len, found[:row])) for row in range(count + 1)]
-        return [
-            table("int", f"{what}_first", f"{size} + 1", starts),
-            table("int", what, "", [column for row in found for column in row]),
-        ]
-
-    return [
-        table("int", "mass_first", "MODEL_ROOM(MODEL_NV)", (first.get(row, 0) for row in range(n))),
-        table("int", "mass_row", "MODEL_ROOM(MODEL_NV)", (start.get(row, 0) for row in range(n))),
-        table("unsigned char", "mass_moves", "MODEL_ROOM(MODEL_NM)", moves),
-        *rows("acting", n, "MODEL_NV", acting(system)),
-        *rows("joined", len(system.contacts), "MODEL_NC", joined(system)),
-        "",
     ]
 
 
@@ -462,7 +381,7 @@ def _facts(system: HybridSystem) -> list[str]:
             for name, values in tables.items()
         ),
         f"const short model_contact_partner[MODEL_ROOM(MODEL_NC)] = {{{partners}}};",
-        *_sparsity(system),
+        *sparsity(system),
     ]
 
 
@@ -478,7 +397,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NY": len(system.outputs),
         "ND": len(names.constants.derived),
         "NW": names.slots.used,
-        "NM": len(_envelope(system)),
+        "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),

@@ -270,7 +270,8 @@ class Description:
         found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
         for i, k in acting(self.system):
             a, contact = self.system.rate_symbols[i], self.system.contacts[k]
-            lever = self._inertia_symbols if self.system.inertia else self.system.W[i, k].free_symbols
+            entry: Any = self.system.W[i, k]
+            lever = self._inertia_symbols if self.system.inertia else entry.free_symbols
             found[a] |= lever | self._forces[contact.force_symbol]
         return found
 

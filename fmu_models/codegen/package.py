@@ -18,7 +18,8 @@ import os
 import re
 import shutil
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from importlib import metadata
 from pathlib import Path
@@ -33,7 +34,9 @@ from fmu_models.codegen.rights import Rights
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
-from fmu_models.toolchain.compiler import compile_shared, engine_sources, this_platform
+from fmu_models.toolchain.compiler import compile_shared, engine_sources
+from fmu_models.toolchain.platforms import HOST, Platform, this_platform
+from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -53,6 +56,8 @@ def export(
     values: Mapping[str, float] | None = None,
     contact_states: bool = False,
     rights: Rights | None = None,
+    platforms: Sequence[str] = (HOST,),
+    advance: Callable[[float], None] = lambda _: None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
@@ -67,6 +72,8 @@ def export(
         values: of parameters, as start values in place of their defaults.
         contact_states: the states of the contacts, which are integers, are outputs and not local variables.
         rights: author, copyright and licence of the model; the engine's licence alone if None.
+        platforms: those it holds a library for, by name, as ``toolchain.platforms``; all are built here.
+        advance: called with the part of the libraries that are built.
         fmi_version: "2.0" or "3.0".
 
     Returns:
@@ -77,7 +84,13 @@ def export(
             written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
-    if not values and not contact_states and rights is None and isinstance(model, str | os.PathLike):
+    if (
+        not values
+        and not contact_states
+        and rights is None
+        and tuple(platforms) == (HOST,)
+        and isinstance(model, str | os.PathLike)
+    ):
         kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(kept, temporary)
@@ -88,7 +101,8 @@ def export(
     if contact_states:
         system = dataclasses.replace(system, shown_states=frozenset(contact.name for contact in system.contacts))
     changed = _with_values(system, values or {})
-    return write(changed, path, rights=rights, fmi_version=fmi_version, overwrite=overwrite)
+    options = {"rights": rights, "platforms": platforms, "advance": advance}
+    return write(changed, path, **options, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
@@ -96,6 +110,8 @@ def write(
     path: str | os.PathLike[str],
     *,
     rights: Rights | None = None,
+    platforms: Sequence[str] = (HOST,),
+    advance: Callable[[float], None] = lambda _: None,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
@@ -105,7 +121,8 @@ def write(
         StickslipError: as for ``export``.
     """
     path = checked(path, fmi_version, overwrite)
-    files = _files(system, fmi_version, rights or Rights())
+    chosen = chosen_platforms(platforms)
+    files = _files(system, fmi_version, rights or Rights(), chosen, advance)
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
@@ -200,7 +217,7 @@ def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
 def kept_folder(*options: str) -> Path:
     """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
-    parts = (_sources_digest(), *options, "-".join(this_platform()[:2]), date)
+    parts = (_sources_digest(), *options, this_platform().fmi3, date)
     return cache_folder() / "fmus" / digest(*parts)
 
 
@@ -242,15 +259,30 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
     return dataclasses.replace(system, parameters=parameters)
 
 
-def _files(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, bytes | str]:
-    """Contents of the archive by name."""
+def _files(
+    system: HybridSystem,
+    fmi_version: str,
+    rights: Rights,
+    platforms: Sequence[Platform],
+    advance: Callable[[float], None],
+) -> dict[str, bytes | str]:
+    """Contents of the archive by name; the compiler runs for as many platforms at once as there are processors."""
     files: dict[str, bytes | str] = {**_texts(system, fmi_version, rights)}
-    fmi3_platform, fmi2_platform, _, suffix = this_platform()
-    platform = fmi2_platform if fmi_version == "2.0" else fmi3_platform
     c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
-    with temporary_folder("export") as folder:
-        binary = compile_shared(c_files, folder / "library").read_bytes()
-    files[f"binaries/{platform}/{system.name}{suffix}"] = binary
+    with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
+        built = {
+            pool.submit(compile_shared, c_files, folder / platform.target, target=platform.target): platform
+            for platform in platforms
+        }
+        try:
+            for done, library in enumerate(as_completed(built)):
+                place = built[library].fmi2 if fmi_version == "2.0" else built[library].fmi3
+                name = f"binaries/{place}/{system.name}{built[library].suffix}"
+                files[name] = library.result().read_bytes()
+                advance((done + 1) / len(built))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     return files
 
 

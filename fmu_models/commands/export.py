@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,6 +13,8 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.rights import Rights
 from fmu_models.commands.arguments import ModelOrScene, is_scene, scene_of
 from fmu_models.oscillators import MODELS
+from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
+from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,6 +31,9 @@ def export(
     expose: Annotated[
         str | None, typer.Option(help="'states': the integer states of the contacts become outputs.")
     ] = None,
+    platform: Annotated[
+        str, typer.Option(help=f"Platforms to build for, by commas: {', '.join((*PLATFORMS, HOST, ALL))}.")
+    ] = HOST,
     author: Annotated[str | None, typer.Option(help="Author of the model.", rich_help_panel="Rights")] = None,
     copyright_line: Annotated[
         str | None, typer.Option("--copyright", help='Such as "(c) 2026 A. Author".', rich_help_panel="Rights")
@@ -53,6 +58,9 @@ def export(
     from fmu_models.fmu.fmu import Fmu
 
     rights = Rights(author, copyright_line, license_) if author or copyright_line or license_ else None
+    names = [name.strip() for name in platform.split(",") if name.strip()]
+    built = chosen_platforms(names)
+    options: dict[str, Any] = {"rights": rights, "platforms": names, "overwrite": overwrite}
     values = console.assignments(settings, "parameter")
     if expose not in (None, "states"):
         raise StickslipError(f"There is no '{expose}' to expose. Choose states: those of the contacts, as outputs.")
@@ -61,26 +69,21 @@ def export(
         path = path or Path(f"{scene.name}.fmu")
         if expose:
             raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
-        _export_scene(scene, path, values, rights, fmi, overwrite)
+        with console.progress("compiling") as advance:
+            _export_scene(scene, path, values, fmi_version=fmi, advance=advance, **options)
     else:
         name = model if kept_by_name(model) else MODELS.load(model).name
         path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
-        write_fmu(
-            model,
-            path,
-            contacts=kept,
-            values=values,
-            contact_states=bool(expose),
-            rights=rights,
-            fmi_version=fmi,
-            overwrite=overwrite,
-        )
+        states = {"contact_states": bool(expose)}
+        with console.progress("compiling") as advance:
+            write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, advance=advance, **options, **states)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),
         "fmi_version": fmi,
         "kinds": ["Model Exchange", "Co-Simulation"],
+        "platforms": [one.fmi2 if fmi == "2.0" else one.fmi3 for one in built],
         "bytes": path.stat().st_size,
         "states": fmu.states,
         "inputs": fmu.inputs,
@@ -91,15 +94,13 @@ def export(
 
     def show(out: Console) -> None:
         out.print(f"[bold]{path}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB")
-        for what in ("states", "inputs", "outputs", "contacts", "parameters"):
+        for what in ("platforms", "states", "inputs", "outputs", "contacts", "parameters"):
             out.print(f"  {what:10s} {', '.join(content[what]) or 'none'}")
 
     console.say(json, content, show)
 
 
-def _export_scene(
-    scene: Scene, path: Path, values: dict[str, float], rights: Rights | None, fmi: str, overwrite: bool
-) -> None:
+def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options: Any) -> None:
     import dataclasses
 
     from fmu_models.scene.compute import arguments
@@ -110,4 +111,4 @@ def _export_scene(
         raise StickslipError(
             f"Scene '{scene.name}' has no free parameter '{unknown[0]}'.{nearest(unknown[0], scene.free)}"
         )
-    export_scene(dataclasses.replace(scene, free=free), path, rights=rights, fmi_version=fmi, overwrite=overwrite)
+    export_scene(dataclasses.replace(scene, free=free), path, **options)

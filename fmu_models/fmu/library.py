@@ -9,7 +9,8 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.toolchain.compiler import CPP, compile_shared, this_platform
+from fmu_models.toolchain.compiler import CPP, compile_shared
+from fmu_models.toolchain.platforms import this_platform
 
 if TYPE_CHECKING:
     from fmpy.model_description import SourceFileSet
@@ -25,8 +26,8 @@ LIBRARIES = (".so", ".dll", ".dylib")
 
 def this_folder(fmu: Fmu) -> str:
     """Name of the folder in ``binaries`` for this machine, which depends on the version of FMI."""
-    fmi3_platform, fmi2_platform, _, _ = this_platform()
-    return fmi2_platform if fmu.fmi == 2 else fmi3_platform
+    here = this_platform()
+    return here.fmi2 if fmu.fmi == 2 else here.fmi3
 
 
 def platforms(fmu: Fmu) -> list[str]:
@@ -49,7 +50,7 @@ def library(fmu: Fmu, identifier: str) -> Path:
         StickslipError: neither packed nor buildable; lists what the FMU has.
     """
     folder = fmu.folder / "binaries" / this_folder(fmu)
-    target = folder / f"{identifier}{this_platform()[3]}"
+    target = folder / f"{identifier}{this_platform().suffix}"
     if target.is_file():
         return target
     has = ", ".join(platforms(fmu)) or "no platform at all"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,8 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
         how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
         return f"fmi{fmu.fmi}{name} {how} at {at}."
+    if status == RUN.NOT_FINITE and not math.isfinite(value):
+        return f"the FMU gives the state '{states[index]}' the value {value:g} in its event at {at}."
     if status == RUN.NOT_FINITE:
         return (
             f"the derivative of the state '{states[index]}' is not a finite number at {at}. "

@@ -8,7 +8,11 @@ that take part in an impact with an impulse, the closed ones among them:
     Poisson(e)    Lambda_N = (1 + e) Lambda_C,    Lambda_C the impulse that ends the compression
 
 A contact with a slip speed y rubs by Coulomb's law, |lambda_T| <= mu lambda_N, in an impact |Lambda_T| <= mu Lambda_N.
-Newton's restitution with friction can raise the energy in some impacts, Poisson's cannot.
+Newton's restitution with friction can raise the energy in some impacts, Poisson's of one coefficient cannot.
+
+With much friction the laws may have several solutions, or none (Painleve). Of several impacts the one is taken that
+loses most energy, of equal ones the one that holds most contacts (up to six contacts with friction at once; of more the
+one found from all held). A closed contact that could open or stay closed stays closed. None is an error.
 
 Sources: Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988), for friction with Newton's
 restitution; Pfeiffer and Glocker, Multibody dynamics with unilateral contacts (1996), chapter 8, for Poisson's.

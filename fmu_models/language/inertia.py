@@ -34,7 +34,7 @@ def mass_entries(mechanism: Body) -> Entries:
     """The entries of M that are not zero, by row and column."""
     derivatives = Derivatives()
     velocities = [q.v for q in mechanism.coordinates]
-    place = {v: i for i, v in enumerate(velocities)}
+    place: dict[Any, int] = {v: i for i, v in enumerate(velocities)}
     entries: dict[tuple[int, int], Any] = {}
     for i, v in enumerate(velocities):
         momentum = derivatives.by(mechanism.kinetic_energy, v)

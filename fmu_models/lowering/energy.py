@@ -34,10 +34,12 @@ from fmu_models.lowering.lagrange import TimeDerivative
 
 def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -> tuple[Output, ...]:
     """Energy, powers and contact forces of a mechanism with these contacts."""
-    T, U = mechanism.kinetic_energy, mechanism.potential_energy
+    T: Any = mechanism.kinetic_energy
+    U: Any = mechanism.potential_energy
     velocities = [q.v for q in mechanism.coordinates]
     at_rest = dict.fromkeys(velocities, sympy.S.Zero)
-    standing: dict[sympy.Basic, Any] = {TIME: sympy.S.One} | {u: u.rate for u in mechanism.inputs}
+    standing: dict[sympy.Basic, Any] = {TIME: sympy.S.One}
+    standing |= {u: u.rate for u in mechanism.inputs}
     along = Derivatives().along
     frame = sympy.expand(_linear(T, velocities) + 2 * T.xreplace(at_rest))
     moving = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=True)
@@ -82,6 +84,6 @@ def _force(contact: ContactDynamics) -> Output:
 
 def _linear(T: sympy.Expr, velocities: Sequence[Velocity]) -> Any:
     """The part of T that is linear in the velocities."""
-    directions = {v: sympy.Dummy(v.name, real=True) for v in velocities}
+    directions: dict[Any, Any] = {v: sympy.Dummy(v.name, real=True) for v in velocities}
     slope = Derivatives().along(T, directions).xreplace(dict.fromkeys(velocities, sympy.S.Zero))
     return slope.xreplace({direction: v for v, direction in directions.items()})

@@ -26,7 +26,7 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
     if isinstance(model, Automaton):
         return lower_automaton(model)
     coordinates = tuple(model.coordinates)
-    place = {q.v: i for i, q in enumerate(coordinates)}
+    place: dict[Any, int] = {q.v: i for i, q in enumerate(coordinates)}
     contacts: tuple[ContactDynamics, ...] = ()
     rates = _Rates(
         TimeDerivative(coordinates, model.inputs, with_accelerations=False),

@@ -7,7 +7,6 @@ flags, compiler version). Processes that build the same one at the same time eac
 from __future__ import annotations
 
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -19,9 +18,10 @@ from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL, is_sealed, seal
 from fmu_models.base.temporary import temporary_folder
+from fmu_models.toolchain.platforms import this_platform
 
 # zig would first compile a runtime of its own, for numbers and instructions that processors lack: 4 s, of which our C
-# uses nothing on Linux, as the linker sees to
+# uses nothing on Linux, as the linker sees to there
 _WITHOUT_RUNTIME = ("-rtlib=none", "-Wl,-z,defs")
 
 # -ffp-contract=off: fused multiply-adds would make results differ between processors
@@ -29,33 +29,9 @@ _WITHOUT_RUNTIME = ("-rtlib=none", "-Wl,-z,defs")
 FLAGS = (
     *("-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fvisibility=hidden", "-ffp-contract=off"),
     *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
-    *(_WITHOUT_RUNTIME if sys.platform == "linux" else ()),
 )
 
 CPP = (".cpp", ".cc", ".cxx", ".C")
-
-# FMI 3 platform tuple, FMI 2 platform, zig target (None: whatever zig takes for this machine), library suffix
-PLATFORMS = {
-    ("linux", "x86_64"): ("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17", ".so"),
-    ("linux", "aarch64"): ("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
-    ("windows", "x86_64"): ("x86_64-windows", "win64", None, ".dll"),
-    ("darwin", "x86_64"): ("x86_64-darwin", "darwin64", None, ".dylib"),
-    ("darwin", "aarch64"): ("aarch64-darwin", "aarch64-darwin", None, ".dylib"),
-}
-
-
-def this_platform() -> tuple[str, str, str | None, str]:
-    """FMI 3 platform tuple, FMI 2 platform, zig target and library suffix of the machine this runs on.
-
-    Raises:
-        StickslipError: FMUs cannot be built for this machine.
-    """
-    machine = platform.machine().lower()
-    key = (platform.system().lower(), {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine))
-    if key not in PLATFORMS:
-        known = ", ".join("-".join(pair) for pair in PLATFORMS)
-        raise StickslipError(f"No FMU can be built on {'-'.join(key)}. Use one of: {known}.")
-    return PLATFORMS[key]
 
 
 def engine_sources() -> dict[str, str]:
@@ -97,15 +73,15 @@ def compile_shared(
     Raises:
         StickslipError: the compiler is missing or refuses the sources.
     """
-    target = target or this_platform()[2]
-    flags = [*options, *(("-target", target) if target else ()), *files]
+    target = target or this_platform().target
+    runtime = _WITHOUT_RUNTIME if options is FLAGS and "-linux-" in target else ()
+    flags = [*options, *runtime, "-target", target, *files]
     headers = fmi_headers()
     key = digest(
         *(text for pair in sorted(sources.items()) for text in pair),
         *(path.read_bytes() for path in sorted(headers.glob("fmi*.h"))),
         *flags,
         _compiler_version(),
-        platform.platform() if not target else "",
     )
     kept = cache_folder() / "libraries" / key
     if not is_sealed(kept):

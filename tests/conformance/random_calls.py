@@ -15,15 +15,11 @@ from typing import Any
 import numpy as np
 from faces import Face
 
-from fmu_models.codegen.c_structures import declarations
-from fmu_models.simulation import whole_run
+from fmu_models.simulation import engine
 
 VALUES = (0.0, 1.0, -1.0, 0.1, 0.41, 0.65, 1e300, -1e300, 1e-300, 5e-324, math.nan, math.inf)
 STEPS = (1.0, 0.1, 1e-2, 1e-12, 1e-300, 0.0, -1.0, math.nan)
 OK, ERROR = 0, 3
-
-_C = declarations("engine/model/run_state.h", "engine/whole_run/whole_run.h", "engine/whole_run/sensitivity_run.h")
-_RUN = _C.constants(prefix="WHOLE_RUN_")
 
 
 class Caller:
@@ -192,19 +188,22 @@ class WiderCaller(Caller):
             "derivatives": np.zeros(max(1, int(run.n_times * run.n_values * m))),
             "event_derivatives": np.zeros(max(1, int(run.event_capacity) * m)),
             "room": np.zeros(max(0, room) // 8 + 1),
-            "initial_values": np.array([self.number() for _ in range(n)]),
         }
-        request = _C.structure("SensitivityRun")(
+        values = np.array([self.number() for _ in range(max(1, n))])
+        request = engine.C.structure("SensitivityRun")(
             run=run,
-            n_initial=n,
-            initial=ctypes.addressof(initial),
-            start_time=0.5,
-            tolerance=1e-14,
+            start=engine.C.structure("RunStart")(
+                n_initial=n,
+                initial=ctypes.addressof(initial),
+                initial_values=values.ctypes.data,
+                start_time=0.5,
+                tolerance=1e-14,
+            ),
             n_directions=m,
             directions=ctypes.addressof(directions),
             **{name: array.ctypes.data for name, array in arrays.items()},
         )
-        request.alive = arrays, run, initial, directions
+        request.alive = arrays, run, initial, directions, values
         return self._pursued(dll.stickslip_sensitivity, request)
 
     def _request(self) -> Any:
@@ -226,11 +225,11 @@ class WiderCaller(Caller):
             "inputs": inputs,
             "knot_values": np.array([self.number() for _ in range(max(1, knots.size * inputs.size))]),
             "knot_rates": np.array([self.number() for _ in range(max(1, knots.size * inputs.size))]),
-            "events": np.zeros(max(1, events), dtype=whole_run.EVENT),
+            "events": np.zeros(max(1, events), dtype=engine.EVENT),
             "crossings": np.zeros(max(1, crossings * n)),
         }
         state = draw.choice([fmu.variables[name].valueReference for name in fmu.states] + [2**31])
-        made = _C.structure("WholeRun")(
+        made = engine.C.structure("WholeRun")(
             n_times=times.size,
             n_values=n,
             references=ctypes.addressof(references),
@@ -253,6 +252,6 @@ class WiderCaller(Caller):
         for _ in range(self.random.choice((1, 1, 2, 50))):
             inner.n_events = inner.n_crossings = 0
             status = function(c_void_p(self.one.api.component), byref(request))
-            if status != _RUN.MORE:
-                return OK if status == _RUN.DONE else ERROR
+            if status != engine.RUN.MORE:
+                return OK if status == engine.RUN.DONE else ERROR
         return OK

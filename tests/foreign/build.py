@@ -6,7 +6,8 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmu_models.toolchain.compiler import FLAGS, compile_shared, this_platform
+from fmu_models.toolchain.compiler import FLAGS, compile_shared
+from fmu_models.toolchain.platforms import this_platform
 
 
 def build(target: Path, source: Path, description: str, identifier: str, *, options: Sequence[str] = ()) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from models import Models
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.instance import F
 from fmu_models.importer.motion_error import MotionError
 
 
@@ -129,3 +131,16 @@ def test_a_run_ends_with_its_time(model: Models) -> None:
     run = simulate_any(model("ball"), 1.0, start_time=0.25)
     assert (run.time[0], run.time[-1]) == (0.25, 1.0)
     assert run.events[0].time == pytest.approx(0.25 + math.sqrt(2 / 9.81), abs=1e-12)
+
+
+def test_a_state_that_the_fmu_makes_infinite_is_named(model: Models) -> None:
+    def lie(_instance: int, states: Any, _n: int) -> int:
+        states[0] = math.inf
+        return 0
+
+    kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_double), ctypes.c_size_t)
+    liar = kind(lie)
+    with Driver(model("clock")) as driver:
+        driver._instance.calls.function[F.GET_STATES] = ctypes.cast(liar, ctypes.c_void_p).value
+        with pytest.raises(MotionError, match="the FMU gives the state 'x' the value inf in its event at t = 0 s"):
+            driver.run(1.0)

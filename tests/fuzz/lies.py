@@ -46,6 +46,10 @@ def _array(_fmi: int) -> Any:
     return CFUNCTYPE(c_int, P, ctypes.POINTER(c_double), c_size_t)
 
 
+def _given(_fmi: int) -> Any:
+    return CFUNCTYPE(c_int, P, P, c_size_t)
+
+
 def _plain(_fmi: int) -> Any:
     return CFUNCTYPE(c_int, P)
 
@@ -80,13 +84,14 @@ def _step(fmi: int) -> Any:
 
 
 KINDS: dict[int, Callable[[int], Any]] = {
-    **dict.fromkeys((F.GET_DERIVATIVES, F.GET_INDICATORS, F.GET_STATES, F.NOMINALS, F.SET_STATES), _array),
+    **dict.fromkeys((F.GET_DERIVATIVES, F.GET_INDICATORS, F.GET_STATES, F.NOMINALS), _array),
     **dict.fromkeys((F.EXIT_INITIALIZATION, F.ENTER_EVENT, F.ENTER_CONTINUOUS, F.TERMINATE, F.RESET), _plain),
     F.UPDATE: _update,
     F.COMPLETED: _completed,
     F.GETTERS: _getter,
     F.DIRECTIONAL: _directional,
     F.SET_TIME: _time,
+    F.SET_STATES: _given,  # what the importer gives is its own: to write there would be no lie but an attack
     F.DO_STEP: _step,
 }
 # functions that matter most, more often
@@ -113,7 +118,7 @@ class _Liar:
         self.calls += 1
         if self.calls <= self.first or self.draw.random() > self.share:
             return status
-        if self.how == "status" or KINDS[self.index] in (_plain, _time):
+        if self.how == "status" or KINDS[self.index] in (_plain, _time, _given):
             return self.draw.choice(STATUSES)
         if KINDS[self.index] in (_array, _getter, _directional):
             self._falsify(*self._values(arguments))

@@ -53,7 +53,7 @@ def body(law: str) -> Fmu:
         mu = Parameter(f"mu_{k}", 0.3, "1", "coefficient of friction")
         offset = Parameter(f"offset_{k}", 0.0, "m", "gap at the origin")
         gap = offset + sum(a * x for a, x in zip(row(f"n{k}"), q, strict=True))
-        slip = sum(a * x.v for a, x in zip(row(f"t{k}"), q, strict=True))
+        slip = sympy.Add(*(a * x.v for a, x in zip(row(f"t{k}"), q, strict=True)))
         contacts.append(Impact(name=f"c{k}", gap=gap, restitution=LAWS[law](e), slip=slip, mu=mu))
     energy = Parameter("m", 1.0, "kg", "mass", positive=True) * sympy.Add(*(x.v**2 for x in q)) / 2
     return opened(
@@ -78,9 +78,9 @@ def collided(law: str, problem: Impacts) -> Array:
 def answers(G: Array, rate: Array, target: Array, mu: Array, given: Array, speed: float) -> list[Answer]:
     """Impulses of one phase by every assignment {open, or with impulse: stick, slip+, slip-} that fits.
 
-    The one that loses most comes first, of equal ones the one that holds most, then the one of least impulses. Redundant
-    contacts share by least norm. Of an expansion there are also contacts that slip or stick with the impulse given.
-    ``speed``: the largest rate.
+    The one that loses most comes first, of equal ones the one that holds most, then the one of least impulses.
+    Redundant contacts share by least norm. Of an expansion there are also contacts that slip or stick with the impulse
+    given. ``speed``: the largest rate.
     """
     n = len(mu)
     choices = [(True, 0), (True, 1), (True, -1), (False, 0), *([(False, 1), (False, -1)] if given.any() else [])]

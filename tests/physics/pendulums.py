@@ -87,4 +87,4 @@ def acceleration(q: np.ndarray, w: np.ndarray, torque: np.ndarray | float = 0.0)
 def energy(q: np.ndarray, w: np.ndarray) -> float:
     """T + U, J."""
     n = len(q)
-    return w @ mass_matrix(q) @ w / 2 - GRAVITY * np.cumsum(lengths(n) * np.cos(q)) @ masses(n)
+    return float(w @ mass_matrix(q) @ w / 2 - GRAVITY * np.cumsum(lengths(n) * np.cos(q)) @ masses(n))

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from fmu_models.analyses.orbits import find_orbit, orbit_at
+from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
+from fmu_models.simulation.sections import Section
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.tangent import flow_derivative
 
@@ -136,6 +138,18 @@ def test_a_start_at_a_stop_remembers_the_speed_it_has_there():
     assert found.of("x")[:, 1] == pytest.approx([0.0, 0.0], abs=1e-15)
     ends = [simulate(HINGE, 0.3, start={**start, "v": 0.1 + h}, output_times=[0.3])["x"][-1] for h in (1e-6, -1e-6)]
     assert found.of("x")[1, 0] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "start",
+    [{"x": 0.011, "right_memory": 0.1}, lambda v: {"x": 0.011, "v": v, "right_memory": 2 * v}],
+    ids=["held", "with the speed"],
+)
+def test_slope_of_a_map_that_starts_inside_a_stop(start):
+    """The speed of entry may go with what the map is of."""
+    back = ReturnMap(HINGE, "v", section=Section("x", 0.0, -1), cap=10.0, start=start)
+    h = 1e-6
+    assert back.slope(0.05) == pytest.approx((back(0.05 + h) - back(0.05 - h)) / (2 * h), abs=1e-8)
 
 
 def test_hinge_doubles_its_period():

@@ -108,7 +108,7 @@ def test_an_impact_of_the_tip_throws_all_links(tmp_path):
     times = np.array([0.5])
 
     def gap(_: float, y: np.ndarray) -> float:
-        return wall - lengths(n) @ np.sin(y[:n])
+        return float(wall - lengths(n) @ np.sin(y[:n]))
 
     gap.terminal = True  # type: ignore[attr-defined]
 

@@ -1,7 +1,8 @@
-"""Mechanisms of rigid contacts with friction: balance of energy, complementarity, and closed forms or independent code."""
+"""Mechanisms of rigid contacts with friction: energy, complementarity, and closed forms or independent code."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from functools import cache
 from typing import Any
@@ -28,7 +29,7 @@ def between_events(fmu: Fmu, stop: float, longest: float, **run: Any) -> tuple[A
     """A run at the nodes of Gauss's rule between its events, on pieces of at most ``longest``, and their weights."""
     events = simulate(fmu, stop, **run).events
     marks = np.unique([0.0, stop, *(e.time for e in events if 0.0 < e.time < stop)])
-    pieces = [np.linspace(a, b, 2 + int((b - a) / longest)) for a, b in zip(marks[:-1], marks[1:], strict=True)]
+    pieces = [np.linspace(a, b, 2 + int((b - a) / longest)) for a, b in itertools.pairwise(marks)]
     ends = np.unique(np.concatenate(pieces))
     node, weight = np.polynomial.legendre.leggauss(8)
     middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
@@ -225,8 +226,8 @@ def stack() -> Fmu:
         )
         for i in range(BLOCKS)
     ]
-    kinetic = sum(n * (a.v**2 + c.v**2) / 2 for n, a, c in zip(masses, x, y, strict=True))
-    potential = sum(n * g * c + k * a**2 / 2 for n, k, a, c in zip(masses, springs, x, y, strict=True))
+    kinetic = sympy.Add(*(n * (a.v**2 + c.v**2) / 2 for n, a, c in zip(masses, x, y, strict=True)))
+    potential = sympy.Add(*(n * g * c + k * a**2 / 2 for n, k, a, c in zip(masses, springs, x, y, strict=True)))
     return opened(
         Mechanism(
             name="stack",
@@ -256,7 +257,8 @@ def test_stacked_blocks_on_a_belt() -> None:
     assert np.all(np.abs(force) <= capacity * (1 + 1e-12))
     assert np.abs(np.minimum(np.abs(slip), capacity - np.sign(slip) * force)).max() < 1e-12
     ends = simulate(stack(), 6.0, start=start, output_times=[0.0, 6.0])
-    energy = sum(MASS[i] * ends[f"v{i}"] ** 2 / 2 + STIFFNESS[i] * ends[f"x{i}"] ** 2 / 2 for i in range(BLOCKS))
+    parts = [MASS[i] * ends[f"v{i}"] ** 2 / 2 + STIFFNESS[i] * ends[f"x{i}"] ** 2 / 2 for i in range(BLOCKS)]
+    energy = np.sum(parts, axis=0)
     # friction takes from both sides of each contact, and the belt drives the lowest
     power = -(force * slip).sum(axis=0) - SPEED * force[0]
     assert energy[1] - energy[0] == pytest.approx(weight @ power, abs=1e-9 * energy[0])

@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 from fmu_models import oscillators
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.toolchain.compiler import compile_shared, engine_sources, this_platform
+from fmu_models.toolchain.compiler import compile_shared, engine_sources
+from fmu_models.toolchain.platforms import this_platform
 from fmu_models.validation.stress import cross_check as second_path
 from fmu_models.validation.stress.cross_check import SecondPath, cross_check
 from fmu_models.validation.stress.judge import Cell, Subject
@@ -57,7 +58,7 @@ def with_fault(path: Path, file: str, old: str, new: str, folder: Path) -> Fmu:
     files[source] = text.replace(old, new).encode()
     (binary,) = (name for name in files if name.startswith("binaries/"))
     c_files = {n.removeprefix("sources/"): t for n, t in files.items() if n.endswith((".c", ".h"))}
-    files[binary] = compile_shared(c_files, folder / f"library{this_platform()[3]}").read_bytes()
+    files[binary] = compile_shared(c_files, folder / f"library{this_platform().suffix}").read_bytes()
     target = folder / path.name
     with zipfile.ZipFile(target, "w") as archive:
         for name, data in files.items():

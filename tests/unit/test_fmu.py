@@ -32,7 +32,8 @@ def test_the_folder_goes_with_the_object() -> None:
 
 
 def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
-    from fmu_models.toolchain.compiler import compile_shared, fmi_headers, this_platform
+    from fmu_models.toolchain.compiler import compile_shared, fmi_headers
+    from fmu_models.toolchain.platforms import this_platform
 
     path = tmp_path / "foreign.fmu"
     with zipfile.ZipFile(built("block_on_belt")) as source:

@@ -15,7 +15,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen import package
 from fmu_models.codegen.package import built, export, variant
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.toolchain.compiler import this_platform
+from fmu_models.toolchain.platforms import this_platform
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])

@@ -11,6 +11,7 @@ import pytest
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.toolchain import compiler as toolchain
+from fmu_models.toolchain import platforms
 from fmu_models.toolchain.compiler import compile_shared
 
 SOURCE = {"all.c": '__attribute__((visibility("default"))) int answer(void);\nint answer(void) { return 42; }\n'}
@@ -81,6 +82,6 @@ def test_where_one_text_ends_counts() -> None:
 
 
 def test_a_machine_without_fmus_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(toolchain.platform, "machine", lambda: "riscv64")
+    monkeypatch.setattr(platforms.platform, "machine", lambda: "riscv64")
     with pytest.raises(StickslipError, match="riscv64"):
-        toolchain.this_platform()
+        platforms.this_platform()

@@ -16,7 +16,7 @@
  *               are solved for; of more than FEW contacts with friction the first solution stands.
  *     none:     an error that names the contacts.
  *
- * Newton's restitution with friction can gain energy; work says so. Poisson's cannot.
+ * Newton's restitution with friction can gain energy; work says so. Poisson's of one coefficient cannot.
  *
  * Sources: Glocker and Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7
  *          (1995).
@@ -231,6 +231,14 @@ static void try_fixed(const Run *r, const Problem *problem, ContactBox *o, const
     }
 }
 
+/* whether the impulse of one contact with friction moves another */
+static int meets(const ContactBox *o, int i, int e)
+{
+    const int n = o->problem.n;
+    return o->G[i * n + e] != 0.0 || o->G[o->partner[i] * n + e] != 0.0 || o->G[i * n + o->partner[e]] != 0.0
+           || o->G[o->partner[i] * n + o->partner[e]] != 0.0;
+}
+
 /* look for other solutions, as long as one is better */
 static void try_others(const Run *r, const Problem *problem, ContactBox *o, Solution *best)
 {
@@ -250,7 +258,9 @@ static void try_others(const Run *r, const Problem *problem, ContactBox *o, Solu
         for (int i = 0; i < count; i++) {
             try_fixed(r, problem, o, friction + i, 1, best);
             for (int e = i + 1; e < (count > FEW ? 0 : count); e++) {
-                try_fixed(r, problem, o, (int[2]){friction[i], friction[e]}, 2, best);
+                if (meets(o, friction[i], friction[e])) {
+                    try_fixed(r, problem, o, (int[2]){friction[i], friction[e]}, 2, best);
+                }
             }
         }
         better = best->found && is_better(r, best, &before);

@@ -29,6 +29,7 @@ RunStatus run_initialize(Run *r)
 {
     run_parameters_changed(r);
     r->stalled = 0;
+    r->unseen = 0;
     const char *violation = model_violation(r->at.p);
     if (violation) {
         return run_fail(r, "%s", violation);

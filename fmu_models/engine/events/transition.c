@@ -15,12 +15,13 @@
  *     choose:     mode_selection.c
  *     settle:     an impact in the tail of a chatter is the last: its contacts are held from here on (chatter.c)
  *
- * Changes at one instant are bounded; beyond the bound the run stops and names the contact.
+ * Changes at one instant are bounded; beyond the bound the run stops and names the contact (accumulation.c).
  */
 #include "transition.h"
 
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
+#include "accumulation.h"
 #include "chatter.h"
 #include "contact_placement.h"
 #include "energy_watch.h"
@@ -289,55 +290,21 @@ RunStatus transition_make(Run *r, int *moved)
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
-/* whether events accumulate at a time; asked once per event */
-static int accumulate(Run *r)
-{
-    r->longest_pause = fmax(r->longest_pause, r->at.time - r->last_event);
-    r->last_event = r->at.time;
-    if (r->at.time - r->accumulation_start > r->tolerances.accumulation_span * r->longest_pause) {
-        r->accumulation_start = r->at.time;
-        r->accumulated_events = 0;
-    }
-    return ++r->accumulated_events > 10 * r->tolerances.max_iterations;
-}
-
-/*
- * Whether events speed up without end; asked once per event that is no impact. Pauses that shrink like 1/n double the
- * number of events in equal times: bodies that come to rest between two regions, each of which pushes them into the
- * other. A steady pace takes twice as long for twice as many, and is begun anew.
- */
-static RunStatus check_speeding_up(Run *r, int c)
-{
-    const double STEADY = 1.5;
-    if (++r->paced_events < r->paced_at) {
-        return RUN_OK;
-    }
-    const double span = r->at.time - r->paced_time;
-    const int steady = span > STEADY * r->paced_span;
-    const double left = r->goal - r->at.time;
-    r->paced_time = r->at.time;
-    r->paced_span = steady ? INFINITY : span;
-    r->paced_events = steady ? 0 : r->paced_events;
-    r->paced_at = steady ? PACED_FIRST : 2 * r->paced_at;
-    if (r->paced_events < r->tolerances.paced_least
-        || !(log2((double)r->paced_events) * span + left > log2(r->tolerances.most_events) * span)) {
-        return RUN_OK;
-    }
-    return run_fail(r,
-                    "contact '%s' switches ever faster at t = %.10g: %ld events, twice as many with every %.2g s, and "
-                    "%g s still to come: ask for a shorter time, or change what drives it over its bound from both "
-                    "sides",
-                    model_contact_names[c], r->at.time, r->paced_events, span, left);
-}
-
 RunStatus transition_resolve(Run *r, EventSink sink, void *context)
 {
     signed char before[NC];
     int moved = 0;
     int last = 0;
     memcpy(before, r->at.state, sizeof before);
+    const int bounds = accumulation_note(r);
     if (transition_make(r, &moved) == RUN_ERROR) {
         return RUN_ERROR;
+    }
+    if (bounds && accumulation_ends(r)) {
+        accumulation_place(r);
+        if (transition_reconsider(r, &moved) == RUN_ERROR) {
+            return RUN_ERROR;
+        }
     }
     double work = r->impact_work;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -351,7 +318,7 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
         }
         if (r->at.state[c] != before[c] || r->struck[c]) {
             r->events++;
-            if (!model_contact_is_impact[c] && check_speeding_up(r, c) == RUN_ERROR) {
+            if (!model_contact_is_impact[c] && accumulation_check_pace(r, c) == RUN_ERROR) {
                 return RUN_ERROR;
             }
             if (sink) {
@@ -361,17 +328,5 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
             work = r->struck[c] ? 0.0 : work; /* of simultaneous impacts it is told once */
         }
     }
-    if (accumulate(r)) {
-        return run_fail(
-            r, "contact '%s' switches ever faster at t = %.17g: %d events since t = %.17g, without an end in sight",
-            model_contact_names[last], r->at.time, r->accumulated_events, r->accumulation_start);
-    }
-    if (++r->stalled > r->tolerances.max_iterations) {
-        return run_fail(
-            r,
-            "contact '%s' keeps switching at t = %.17g: after %d events without progress the motion there is "
-            "not determined by the model, or rounding hides how it goes on",
-            model_contact_names[last], r->at.time, r->stalled);
-    }
-    return RUN_OK;
+    return accumulation_check(r, last, bounds);
 }

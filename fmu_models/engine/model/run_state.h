@@ -103,8 +103,10 @@ typedef struct {
     Jets scratch;                    /* of evaluations at one instant */
     long steps, events, evaluations; /* evaluations: orders of the series computed, plus single evaluations */
     int stalled;                     /* events since time last moved */
-    int starting;                    /* the start values are being looked at: they must not be off, by however little */
-    int accumulated_events;          /* since accumulation_start */
+    int unseen; /* crossings of bounds on end that went no farther than rounding of the place sees */
+    signed char stalls[MODEL_ROOM(MODEL_NC)][SLOTS]; /* the indicators that fell in all these */
+    int starting;           /* the start values are being looked at: they must not be off, by however little */
+    int accumulated_events; /* since accumulation_start */
     double accumulation_start, last_event, longest_pause; /* times; the longest time without event */
     /* events that are no impacts: how many were seen when their pace was last taken, when that was, and how long it took
        until then since it had been half as many */

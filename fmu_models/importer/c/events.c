@@ -197,6 +197,11 @@ Outcome events_update(Master *m, int enter, int jump)
     if (status >= FMI_DISCARD) {
         return field_report(m, RUN_FMI_ERROR, m->t, F_GET_STATES, status);
     }
+    for (int i = 0; i < m->n; i++) {
+        if (!isfinite(m->x[i])) {
+            return field_report(m, RUN_NOT_FINITE, m->t, i, m->x[i]);
+        }
+    }
     if (nominals || !enter) {
         status = fmi_nominals(fmu, m->nominal);
         for (int i = 0; i < m->n; i++) {

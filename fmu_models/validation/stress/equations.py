@@ -164,7 +164,7 @@ class Equations:
         mass = np.array([np.broadcast_to(m, shape) for m in self._mass(*values)]).reshape(n, n, *shape)
         return np.linalg.inv(np.moveaxis(mass, -1, 0))
 
-    def _effects(self, values: list[Any], inverse: NDArray | None, shape: tuple[int, ...]) -> NDArray:
+    def _effects(self, values: list[Any], inverse: Any, shape: tuple[int, ...]) -> NDArray:
         """Rates of the driven states per contact force, (n_driven, n_contacts, n)."""
         size = (len(self.driven), len(self._slopes), *shape)
         if self._W is not None:

@@ -1,0 +1,92 @@
+"""The C of W, G and the mass matrix, and tables of where they are not zero."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import sympy
+
+from fmu_models.codegen.jets import Recurrences
+from fmu_models.lowering.hybrid_system import HybridSystem, acting, joined, only_parameters
+
+# zeros of W and G that are written one by one; more of them by a loop, or the compiler takes minutes
+_FEW = 100
+_CLEAR_INERTIA = [
+    f"for (int i = 0; i < MODEL_{rows}; i++) {{ for (int c = 0; c < MODEL_NC; c++) {{ j->{letter}[i][c][k] = 0.0; }} }}"
+    for letter, rows in (("W", "NV"), ("G", "NC"))
+]
+_FACTOR = "if (k == 0) { mass_factor(j->M, j->factor); }"
+
+
+def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.Basic, str]) -> Recurrences:
+    """W and G; with a mass matrix that is factored here, it comes first, and W and G from it."""
+    zeros = len(system.driven) * len(system.contacts) + len(system.contacts) ** 2
+    zeros -= len(system.W.todok()) + len(system.G.todok())
+    sparse = zeros > max((len(system.W) + len(system.G)) / 2, _FEW) or bool(system.inertia)
+    if sparse:
+        result.lines += _CLEAR_INERTIA
+    if not system.inertia:
+        for matrix, letter in ((system.W, "W"), (system.G, "G")):
+            entries = matrix.todok() if sparse else {divmod(i, matrix.cols): e for i, e in enumerate(matrix.flat())}
+            for (row, column), entry in sorted(entries.items()):
+                result.assign(f"j->{letter}[{row}][{column}]", entry)
+        return result
+    for place, (row, column) in enumerate(envelope(system)):
+        result.assign(f"j->M[{place}]", system.inertia.get((row, column), sympy.S.Zero))
+    result.lines.append(_FACTOR)
+    levers = system.W.todok()
+    for (row, column), lever in sorted(levers.items()):
+        result.assign(f"j->W[{row}][{column}]", lever)
+    result.lines += [solve(f"j->W[0][{c}]", "W") for c in range(len(system.contacts))]
+    symbols = {name: symbol for symbol, name in W.items()}
+    for c, e in sorted(joined(system)):
+        if e <= c:
+            rate = [lever * symbols[f"j->W[{i}][{e}]"] for (i, at), lever in levers.items() if at == c]
+            result.assign(f"j->G[{c}][{e}]", sympy.Add(*rate))
+            if e < c:
+                result.lines.append(f"j->G[{e}][{c}][k] = j->G[{c}][{e}][k];")
+    return result
+
+
+def solve(first: str, series: str) -> str:
+    """The statement that turns generalised forces, in the place of their accelerations, into these."""
+    return f"mass_solve(j->M, j->factor, {first}, (int)(sizeof j->{series}[0] / sizeof(Real)), k);"
+
+
+def envelope(system: HybridSystem) -> list[tuple[int, int]]:
+    """Rows and columns of the entries of the mass matrix that are kept, row by row."""
+    first = {}
+    for row, column in system.inertia:
+        first[row] = min(first.get(row, row), column)
+    return [(row, column) for row in sorted(first) for column in range(first[row], row + 1)]
+
+
+def sparsity(system: HybridSystem) -> list[str]:
+    """Tables of what is not zero: of the mass matrix, of W and of G."""
+    kept = envelope(system)
+    first = {row: column for row, column in reversed(kept)}
+    start = {row: place - column for place, (row, column) in reversed(list(enumerate(kept)))}
+    moves = [not only_parameters([system.inertia.get(place, sympy.S.Zero)]) for place in kept]
+    n = len(system.driven)
+
+    def table(kind: str, name: str, size: str, values: Iterable[int]) -> str:
+        return f"const {kind} model_{name}[{size}] = {{{', '.join(map(str, map(int, values))) or '0'}}};"
+
+    def rows(what: str, count: int, size: str, entries: Iterable[tuple[int, int]]) -> list[str]:
+        found: list[list[int]] = [[] for _ in range(count)]
+        for row, column in sorted(entries):
+            found[row].append(column)
+        starts = [sum(map(len, found[:row])) for row in range(count + 1)]
+        return [
+            table("int", f"{what}_first", f"{size} + 1", starts),
+            table("int", what, "", [column for row in found for column in row]),
+        ]
+
+    return [
+        table("int", "mass_first", "MODEL_ROOM(MODEL_NV)", (first.get(row, 0) for row in range(n))),
+        table("int", "mass_row", "MODEL_ROOM(MODEL_NV)", (start.get(row, 0) for row in range(n))),
+        table("unsigned char", "mass_moves", "MODEL_ROOM(MODEL_NM)", moves),
+        *rows("acting", n, "MODEL_NV", acting(system)),
+        *rows("joined", len(system.contacts), "MODEL_NC", joined(system)),
+        "",
+    ]

@@ -93,7 +93,7 @@ def tried(
     name: str, suffix: str, data: bytes, jobs: list[tuple[int, int]]
 ) -> tuple[Counter[str], list[tuple[int, int]]]:
     """What became of damaged files, and the jobs (first case, number of cases) that took their process down."""
-    limits = Limits(300.0, 2048.0 if Limits.default().memory else None)
+    limits = Limits(30.0, 2048.0 if Limits.default().memory else None)
     found: Counter[str] = Counter()
     failed = []
     for place, outcome in in_processes(

@@ -122,6 +122,21 @@ def test_events_are_kept_as_an_array(rig: Fmu) -> None:
         events[len(events)]
 
 
+def test_variables_become_arrays_when_they_are_asked_for(rig: Fmu) -> None:
+    run = simulate(rig, 2.0)
+    names = [*rig.inputs, "theta", "omega", "der(theta)", "der(omega)", *rig.outputs, "disc0_state"]
+    assert list(run.values) == names and len(run.values) == len(names) and "der(w0)" not in run.values
+    # what is written into a column stays in it
+    for name in ("theta", "disc0_state"):
+        run[name][3] = 1
+        assert run[name][3] == run.values[name][3] == 1 and run["theta"] is run.values["theta"]
+    assert run["disc0_state"].dtype == np.int8 and all(run[name].dtype == float for name in names[:-1])
+    copy = pickle.loads(pickle.dumps(run))
+    assert all((copy[name] == run[name]).all() for name in names) and list(copy.values) == names
+    with pytest.raises(StickslipError, match=r"no variable 'thata'\. Did you mean 'theta'"):
+        run["thata"]
+
+
 def test_a_run_can_be_continued(rig: Fmu) -> None:
     whole = simulate(rig, 4.0, output_times=[2.0, 4.0])
     start = {name: whole[name][0] for name in rig.states}

@@ -88,7 +88,7 @@ def read_h5(path: Path) -> Any:
     import h5py
 
     with h5py.File(path) as file:
-        return {name: file[name][()] for name in file}
+        return {name: file[name][()] for name in file}  # pyright: ignore[reportIndexIssue]
 
 
 def read_parquet(path: Path) -> Any:

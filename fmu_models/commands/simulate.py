@@ -138,13 +138,13 @@ def _to_run(
 
 
 def _opened(model: str, contacts: str | None) -> Fmu:
-    """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
+    """The FMU of a model, or of anybody; then with a word on where it departs from the standard."""
     from fmu_models.fmu.load import load
 
     fmu = load(model, contacts=console.chosen(contacts))
     if Path(model).suffix.lower() == ".fmu" and len(fmu.variables) < MANY and fmu.problems:
         console.warn(
-            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
+            f"'{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."
         )
     return fmu

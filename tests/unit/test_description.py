@@ -101,6 +101,12 @@ def test_entities_in_the_build_description(tmp_path: Path) -> None:
     refused(packed(tmp_path / "a.fmu", *entries), "buildDescription.xml has a document type")
 
 
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_an_entry_that_comes_twice_is_told(tmp_path: Path) -> None:
+    fmu = Fmu.open(packed(tmp_path / "a.fmu", ("modelDescription.xml", XML), ("modelDescription.xml", XML)))
+    assert fmu.problems == ["the archive holds 'modelDescription.xml' more than once, with the same contents"]
+
+
 @pytest.mark.parametrize("xml", [XML, XML3])
 def test_a_good_one_opens_without_problems(tmp_path: Path, xml: str) -> None:
     fmu = Fmu.open(packed(tmp_path / "a.fmu", ("modelDescription.xml", xml), ("resources/", ""), ("resources/a", "1")))

@@ -343,6 +343,8 @@ class Driver(Shown):
         if not self._units:
             self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
         note = _note(self.method, prepared.c)
+        if self.method == "co-simulation" and self._instance.remark:
+            note += f", {self._instance.remark}"
         if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
         return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)

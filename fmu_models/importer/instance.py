@@ -118,6 +118,7 @@ class Instance:
 
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
+        remark: what the FMU declares but does not do, in words to be added to the method of a run; mostly empty.
 
     Raises:
         StickslipError: the FMU has no such interface or library, lacks a function, or refuses to be instantiated.
@@ -127,6 +128,7 @@ class Instance:
         self.fmu = fmu
         self.co_simulation = co_simulation
         self.log = Log()
+        self.remark = ""
         self._callbacks: _Callbacks | None = None
         self.calls = FmuInstance()
         interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
@@ -138,7 +140,11 @@ class Instance:
         except OSError as error:
             raise StickslipError(f"'{fmu.path}': its library cannot be loaded: {error}.") from error
         self._fill(interface)
-        pointer = self._instantiate(interface)
+        pointer = self._instantiate()
+        if not pointer and self.calls.event_mode:
+            self.calls.event_mode = 0
+            pointer = self._instantiate()
+            self.remark = "without the event mode that the FMU declares and refuses"
         if not pointer:
             raise StickslipError(f"'{fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
         self.calls.instance = pointer
@@ -182,7 +188,7 @@ class Instance:
         elif self.fmu.fmi == 3:
             calls.event_mode = bool(interface.hasEventMode)
 
-    def _instantiate(self, interface: Any) -> int | None:
+    def _instantiate(self) -> int | None:
         library = master_library()
         resources = self.fmu.folder / "resources"
         token = str(self.fmu.description.guid).encode()
@@ -213,7 +219,7 @@ class Instance:
         make = self._function("InstantiateCoSimulation")
         make.restype = c_void_p
         make.argtypes = (*common, boolean, boolean, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
-        events = bool(interface.hasEventMode)
+        events = bool(self.calls.event_mode)
         return make(name, token, where, False, True, events, events, None, 0, environment, logger, None)
 
     def _size(self) -> None:

@@ -56,6 +56,7 @@ MODELS = {
     "grumble": Foreign(("x",), (1.0,)),
     "integers": INTEGERS,
     "integers_fixed": replace(INTEGERS, any_step=False),
+    "integers_refusing": INTEGERS,
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 

@@ -6,6 +6,7 @@
  *     RESTLESS           (if need be) the discrete states want another update
  *     FAILS              (if need be) the derivatives cannot be computed: an error with a message
  *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
+ *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
  *     and the functions declared below
  *
  * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole
@@ -400,14 +401,25 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          const fmi3ValueReference *v, size_t n, fmi3InstanceEnvironment environment,
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate)
 {
-    return events && early ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log)
-                           : NULL;
+#ifdef REFUSES_EVENTS
+    if (events) log(environment, fmi3Error, "logStatusError", "no event mode here");
+    const bool makes = !events;
+#else
+    const bool makes = events && early;
+#endif
+    return makes ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log) : NULL;
 }
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 length, fmi3Boolean no_set, fmi3Boolean *event,
                       fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last)
 {
     Model *m = c;
+#ifdef REFUSES_EVENTS
+    *event = *early = false;
+    while (do_step(m, t + length))
+        update(m);
+#else
     *event = *early = do_step(m, t + length);
+#endif
     *terminate = m->terminates;
     *last = m->t;
     return fmi3OK;

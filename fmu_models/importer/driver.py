@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
+from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
 from fmu_models.importer.motion_error import RUN, indicator_name, motion_error
@@ -98,11 +99,17 @@ class Driver(Shown):
         self.method, self.tolerance = method, float(tolerance)
         self._instance = self._load()
         self._states = self._instance.states if method != "co-simulation" else []
-        states = {name for name in self._instance.states if name in self.fmu.variables}
         names = list(record) if record is not None else request.recordable(self.fmu)
         if method == "co-simulation":
-            names = [*(name for name in self._instance.states if name in states and name not in names), *names]
-        self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in self._states])
+            owners = dict.fromkeys(owner(name, self.fmu.variables) for name in self._instance.states)
+            names = [*(name for name in owners if name in self.fmu.variables and name not in names), *names]
+        given = {owner(name, self.fmu.variables) for name in self._states}
+        self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in given])
+        if not (self._states or self._recorded.names):
+            self._instance.close()
+            raise StickslipError(_nothing(self.fmu))
+        shapes = {name: v.shape for name, v in self.fmu.variables.items() if v.shape}
+        self._arrays = {n: shapes[n] for n in (*given, *names) if n in shapes}
         self._library = instance.master_library()
         self._master = self._library.master_new(
             ctypes.byref(self._instance.calls), len(self.fmu.variables), len(self._recorded.names)
@@ -222,6 +229,11 @@ class Driver(Shown):
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
         columns = {name: np.array(column, dtype=float) for name, column in values.items()}
         sizes = {column.shape for column in columns.values()}
+        elements = [name for name in columns if owner(name, self.fmu.variables) != name]
+        if elements:
+            raise StickslipError(
+                f"A sweep takes scalars; '{elements[0]}' is an element of an array. Run once per value."
+            )
         if len(sizes) != 1 or len(next(iter(sizes))) != 1 or not next(iter(sizes))[0]:
             raise StickslipError(
                 f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}."
@@ -341,13 +353,17 @@ class Driver(Shown):
             whole = int(self._recorded.types[k]) not in instance.FLOATS
             values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
         if not self._units:
-            self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
+            owners = {name: variables.get(owner(name, variables)) for name in values}
+            self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
         note = _note(self.method, prepared.c)
         if self.method == "co-simulation" and self._instance.remark:
             note += f", {self._instance.remark}"
         if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)
+        if unrecordable := request.unrecordable(self.fmu):
+            note += f"; not recorded, for they are no numbers: {', '.join(unrecordable)}"
+        steps, evaluations = prepared.c.steps, prepared.c.evaluations
+        return Trajectory(times[:n], values, self._units, events, steps, evaluations, note, arrays=self._arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,6 +380,16 @@ class _Prepared:
 def _close(free: Callable[[int], None], master: int, instance: instance.Instance) -> None:
     free(master)
     instance.close()
+
+
+def _nothing(fmu: Fmu) -> str:
+    """Why there is nothing to record."""
+    unrecordable = request.unrecordable(fmu)
+    has = f"its outputs are {', '.join(unrecordable)}" if unrecordable else "it has neither states nor outputs"
+    return (
+        f"'{fmu.path}' gives no number that a run would record: {has}. Name variables that are numbers to record, or "
+        "ask its author for outputs."
+    )
 
 
 def _length(which: str, given: float | None) -> float:

@@ -183,7 +183,8 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
 
 
 def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
-    found = {name: fmu.variables[name].description for name in trajectory.values if name in fmu.variables}
+    recorded = (*trajectory.values, *trajectory.arrays)
+    found = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
     return {name: text for name, text in found.items() if text}
 
 

@@ -8,7 +8,7 @@ import weakref
 from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,13 +16,11 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.c_structures import declarations
+from fmu_models.fmu.elements import element_names
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
 from fmu_models.fmu.library import unload
 from fmu_models.toolchain import compiler
-
-if TYPE_CHECKING:
-    from fmpy.model_description import ModelVariable
 
 _C = declarations("importer/c/master.h", "importer/c/fmi_calls.h")
 F = _C.constants("Function", "F_")
@@ -227,7 +225,9 @@ class Instance:
         pairs = [(u.variable, u.variable.derivative) for u in self.fmu.description.derivatives if u.variable]
         self._derivatives = np.array([derivative.valueReference for derivative, _ in pairs], dtype=np.uint32)
         self._states = np.array([state.valueReference for _, state in pairs if state], dtype=np.uint32)
-        self.states = [name for _, state in pairs if state for name in _elements(state)]
+        self.states = [
+            name for _, state in pairs if state for name in element_names(str(state.name), state.shape or ())
+        ]
         calls = self.calls
         if self.co_simulation:
             return
@@ -278,14 +278,3 @@ def _directional(fmu: Fmu, interface: Any) -> bool:
     # fmpy looks for the name it has in FMI 2
     element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelExchange")
     return element is not None and element.get("providesDirectionalDerivatives") in ("true", "1")
-
-
-def elements(variable: ModelVariable) -> int:
-    """Number of values of a variable."""
-    return int(np.prod(variable.shape)) if variable.shape else 1
-
-
-def _elements(variable: ModelVariable) -> list[str]:
-    n = elements(variable)
-    name = str(variable.name)
-    return [name] if not variable.shape else [f"{name}[{i + 1}]" for i in range(n)]

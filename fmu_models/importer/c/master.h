@@ -71,11 +71,12 @@ typedef struct {
     void *function[F_COUNT];
 } FmuInstance;
 
-/* variables to read or write, in runs of equal type */
+/* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
 typedef struct {
     int64_t n;
     const int32_t *types; /* Type */
     const uint32_t *references;
+    const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
 } Variables;
 
 typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_CO_SIMULATION } MethodChoice;

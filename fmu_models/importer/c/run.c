@@ -351,6 +351,7 @@ static Outcome advance(Master *m)
         return arrive(m, fmax(end, m->t), -1.0);
     }
     const double limit = end - m->t;
+    m->h = fmin(m->h, zeno_longest_step(m));
     const double proposed = m->h;
     Outcome outcome = step_make(m, limit, &error);
     if (outcome != FINE) {

@@ -19,7 +19,7 @@ from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
-from fmu_models.importer.motion_error import RUN, indicator_name, motion_error
+from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
@@ -27,6 +27,7 @@ _C = declarations("importer/c/master.h")
 METHODS = {n.lower().replace("_", "-"): k for n, k in vars(_C.constants("MethodChoice", "METHOD_")).items()}
 NAMES = {"dopri5": "Dormand-Prince 5(4)", "dop853": "Dormand-Prince 8(5,3)", "stiff": "Radau IIA of order 5"}
 EVENT_KINDS = {number: name.lower() for name, number in vars(_C.constants("EventKind", "EVENT_")).items()}
+ON_ZENO = {name.lower(): number for name, number in vars(ZENO).items()}
 EVENT_CAPACITY = 4096
 ALLOWANCE = 20000  # steps per call: how long an interrupt from the keyboard waits
 TOLERANCES = (1e-14, 0.1)
@@ -39,6 +40,7 @@ def simulate_any(
     method: str = "auto",
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
+    on_zeno: str = "stop",
     **options: Any,
 ) -> Trajectory:
     """Run an FMU once; ``options`` are those of ``Driver.run``.
@@ -46,7 +48,7 @@ def simulate_any(
     Raises:
         StickslipError: see ``Driver``.
     """
-    with Driver(fmu, method=method, tolerance=tolerance, record=record) as driver:
+    with Driver(fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno) as driver:
         return driver.run(stop_time, **options)
 
 
@@ -73,6 +75,8 @@ class Driver(Shown):
             the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+        on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
+            as they are there, if nothing else moves), "continue" (whatever the FMU does then).
 
     Raises:
         StickslipError: unknown method or variable, tolerance out of range, an FMU without the interface or the library.
@@ -85,15 +89,20 @@ class Driver(Shown):
         method: str = "auto",
         tolerance: float = 1e-8,
         record: Sequence[str] | None = None,
+        on_zeno: str = "stop",
     ) -> None:
         if method not in METHODS:
             raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
         least, most = TOLERANCES
         if not (math.isfinite(tolerance) and least <= tolerance <= most):
             raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
+        if on_zeno not in ON_ZENO:
+            raise StickslipError(f"Where events accumulate a run can {', '.join(ON_ZENO)}; found '{on_zeno}'.")
         self.fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
         if method == "auto" and self.fmu.description.modelExchange is None:
             method = "co-simulation"
+        if method == "co-simulation" and on_zeno != "stop":
+            raise StickslipError(f"'{on_zeno}' where events accumulate belongs to methods of integration.")
         if record is not None:
             request.check_recorded(self.fmu, record)
         self.method, self.tolerance = method, float(tolerance)
@@ -130,6 +139,7 @@ class Driver(Shown):
             method=METHODS[method],
             recorded=self._recorded.c(),
             event_capacity=EVENT_CAPACITY,
+            on_zeno=ON_ZENO[on_zeno],
             events=request.address(self._events),
             event_states=request.address(self._event_states),
             allowance=ALLOWANCE,
@@ -407,6 +417,9 @@ def _note(method: str, c: Any) -> str:
         note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:
             note += f" ({c.n_switches} changes between the two)"
+    if c.accumulations:
+        done = "held from there on" if c.on_zeno == ZENO.HOLD else "continued as the FMU does"
+        note += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
     if c.slides:
         note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
     return note

@@ -40,6 +40,8 @@ MODELS = {
     "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
     # an indicator that is +1 or -1
     "ball_sign": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    # ball.c that rolls on
+    "ball_rolling": Foreign(("h", "v", "s"), (1.0, 0.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     "ball_rest": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
     "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),

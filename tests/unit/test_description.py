@@ -34,7 +34,10 @@ DESCRIPTIONS: dict[str, tuple[str | bytes, str]] = {
     "bad UTF-8": (XML.replace("Ramp", "R\xff").encode("latin-1"), "cannot be read"),
     "another root": ("<html/>", "describes 'html'"),
     "no version": (XML.replace('fmiVersion="2.0"', ""), "no fmiVersion"),
-    "FMI 1.0": (XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "FMI 1.0, and 2.0 and 3.0 are read.* wrap it in"),
+    "FMI 1.0": (
+        XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'),
+        "FMI 1.0, and FMI 2.0 and 3.0 are read.* wrap it in",
+    ),
     "FMI 4.0": (XML.replace('fmiVersion="2.0"', 'fmiVersion="4.0"'), "FMI 4.0. FMI 2.0 and 3.0 are read"),
     "no interface": (XML.replace('<ModelExchange modelIdentifier="ramp"/>', ""), "neither Model Exchange nor"),
     "no guid": (XML.replace('guid="{ramp}"', ""), "no guid"),

@@ -53,7 +53,11 @@ static Outcome sequence(Master *m, int indicator)
     w->gap = isfinite(gap) ? gap : 0.0;
     const double rest = gap * ratio / (1.0 - ratio);
     if (w->ratios >= master_tolerances.zeno_ratios && rest <= master_tolerances.zeno_rest * fabs(m->t)) {
-        return field_report(m, RUN_ZENO, m->t + rest, indicator, ratio);
+        Run *r = m->run;
+        if (r->accumulations++ == 0) {
+            r->accumulation_time = m->t + rest;
+        }
+        return r->on_zeno == ZENO_CONTINUE ? FINE : field_report(m, RUN_ZENO, m->t + rest, indicator, ratio);
     }
     return FINE;
 }
@@ -94,5 +98,7 @@ Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *return
         w->window = m->t;
         w->events = 0;
     }
+    /* asked to continue beyond a limit: what the FMU does there is no sliding motion */
+    *slides &= !(m->run->on_zeno == ZENO_CONTINUE && m->run->accumulations);
     return *returned ? FINE : sequence(m, indicator);
 }

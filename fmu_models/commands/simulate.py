@@ -47,6 +47,12 @@ def simulate(
     method: Annotated[str | None, typer.Option(help=f"How to integrate: {METHODS}. {OWN}")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative tolerance (default: of the method).")] = None,
     step: Annotated[float | None, typer.Option(help="Communication step, s: asks for a co-simulation.")] = None,
+    on_zeno: Annotated[
+        str,
+        typer.Option(
+            metavar="stop|hold|continue", help="What to do where events of somebody else's FMU accumulate without end."
+        ),
+    ] = "stop",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the trajectory as .csv, or with its origin as .h5.")
     ] = None,
@@ -98,7 +104,7 @@ def simulate(
     }
     fmu, given = _to_run(model, contacts, until, changed)
     experiment = _experiment(
-        fmu, given.pop("stop_time"), samples, **given, tolerance=tolerance, method=method, step=step
+        fmu, given.pop("stop_time"), samples, **given, tolerance=tolerance, method=method, step=step, on_zeno=on_zeno
     )
     estimate = None
     with console.output_of_libraries(), console.progress("simulating") as advance:
@@ -138,13 +144,13 @@ def _to_run(
 
 
 def _opened(model: str, contacts: str | None) -> Fmu:
-    """The FMU of a model, or of anybody; then with a word on where its description departs from the standard."""
+    """The FMU of a model, or of anybody; then with a word on where it departs from the standard."""
     from fmu_models.fmu.load import load
 
     fmu = load(model, contacts=console.chosen(contacts))
     if Path(model).suffix.lower() == ".fmu" and len(fmu.variables) < MANY and fmu.problems:
         console.warn(
-            f"the description of '{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
+            f"'{fmu.path.name}' departs from the standard ({len(fmu.problems)} problems); "
             f"stickslip inspect {fmu.path} lists them."
         )
     return fmu

@@ -324,6 +324,8 @@ class _Run:
             note += f", because {', '.join(self.fixed)} cannot be put back"
         if self.forced:
             note += f"; {self.forced} steps of the shortest length missed the tolerance"
+        remarks = {one.name: one.instance.remark for one in self.steppers if one.instance.remark}
+        note += "".join(f"; unit '{name}' {remark}" for name, remark in remarks.items())
         ended = [one.name for one in self.steppers if one.ended]
         if ended:
             note += f"; unit '{ended[0]}' ended the run at t = {self.time:.9g} s"

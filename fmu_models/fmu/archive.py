@@ -4,6 +4,7 @@
     unpack -> no more than the size stated is read of an entry; what turns out shorter is damaged
     look  ->  archives inside stay packed; one that claims to be a bomb is refused all the same
 
+An entry that comes twice with the same contents is one file; with others it is refused.
 A name that is harmless here but writes to a device or onto another file elsewhere (``aux.c``, ``A`` beside ``a``) is
 refused on every platform: what opens on one machine opens on all.
 """
@@ -15,6 +16,7 @@ import stat
 import unicodedata
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path, PurePosixPath
@@ -66,6 +68,13 @@ def unpack(path: Path, folder: Path) -> None:
         if error.errno in FULL:
             raise disk_error(error, folder) from error
         raise StickslipError(f"'{path}' cannot be unpacked into '{folder}': {error.strerror or error}.") from error
+
+
+def repeated(path: Path) -> list[str]:
+    """Names that an archive which can be unpacked lists more than once, each with the same contents."""
+    with zipfile.ZipFile(path) as archive:
+        counts = Counter(PurePosixPath(entry.filename).as_posix() for entry in archive.infolist() if not entry.is_dir())
+    return [name for name, count in counts.items() if count > 1]
 
 
 def _check_entries(entries: Sequence[zipfile.ZipInfo], path: Path) -> None:
@@ -145,13 +154,10 @@ def _check_collisions(entries: Sequence[zipfile.ZipInfo], path: Path) -> None:
                 )
         if not entry.is_dir():
             name = "/".join(parts)
-            if keys in files:
+            if files.setdefault(keys, name) != name:
                 raise StickslipError(
-                    f"'{path}' holds '{name}' twice; which one is meant cannot be told."
-                    if files[keys] == name
-                    else f"'{path}' holds '{files[keys]}' and '{name}', one file where case does not count."
+                    f"'{path}' holds '{files[keys]}' and '{name}', one file where case does not count."
                 )
-            files[keys] = name
     for keys, name in files.items():
         if keys in folders:
             raise StickslipError(f"'{path}' holds '{name}' both as a file and as a folder.")
@@ -174,6 +180,9 @@ def _unpack_entry(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, 
     if entry.is_dir():
         target.mkdir(parents=True, exist_ok=True)
         return
+    if target.exists():
+        _check_same(archive, entry, path, target)
+        return
     target.parent.mkdir(parents=True, exist_ok=True)
     written = 0
     nested = False
@@ -186,6 +195,19 @@ def _unpack_entry(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, 
         raise zipfile.BadZipFile(f"'{entry.filename}' ends after {written} of {entry.file_size} bytes")
     if nested:
         _check_nested(target, f"'{path}': the archive '{entry.filename}' in it")
+
+
+def _check_same(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, unpacked: Path) -> None:
+    """An entry that comes again has the contents of the one before."""
+    with archive.open(entry) as source, unpacked.open("rb") as file:
+        block = True
+        while block:
+            block = source.read(1 << 20)
+            if file.read(len(block) or 1) != block:
+                raise StickslipError(
+                    f"'{path}' holds '{entry.filename}' twice, with different contents; which one is meant cannot be "
+                    "told."
+                )
 
 
 def _check_nested(archive: Path, where: str) -> None:

@@ -116,6 +116,13 @@ class _Outline:
         version = attributes.get("fmiVersion")
         if version is None:
             raise StickslipError(f"{self.where} has no fmiVersion. FMI 2.0 and 3.0 are read.")
+        if version.startswith("1."):
+            # documented by each tool as its import of 1.0 and export of 2.0
+            raise StickslipError(
+                f"{self.where} is of FMI {version}, and FMI 2.0 and 3.0 are read: export its model as one of these, or "
+                "wrap it in a tool that imports 1.0 and exports 2.0 (Altair Activate; Wolfram System Modeler for Model "
+                "Exchange)."
+            )
         if not version.startswith(("2.", "3.")):
             raise StickslipError(
                 f"{self.where} is of FMI {version}. FMI 2.0 and 3.0 are read: export it as one of these."

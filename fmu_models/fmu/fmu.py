@@ -88,8 +88,10 @@ class Fmu(Shown):
 
     @cached_property
     def problems(self) -> list[str]:
-        """Where its description departs from the standard without being useless."""
-        return descriptions.problems(self.folder, self.description)
+        """Where its archive or its description departs from the standard without being useless."""
+        repeated = archive.repeated(self.path)
+        twice = [f"the archive holds '{name}' more than once, with the same contents" for name in repeated]
+        return twice + descriptions.problems(self.folder, self.description)
 
     @cached_property
     def sha256(self) -> str:

@@ -170,7 +170,7 @@ def _repack(source: Path, target: Path, changed: Mapping[str, bytes], *, drop_li
     """Copy an archive entry by entry, some with other contents."""
     with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
         left = dict(changed)
-        for entry in old.infolist():
+        for entry in {entry.filename: entry for entry in old.infolist()}.values():
             if entry.is_dir():
                 continue
             content = left.pop(entry.filename, None)

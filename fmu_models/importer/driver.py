@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
+from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
-from fmu_models.importer.motion_error import RUN, indicator_name, motion_error
+from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
@@ -26,6 +27,7 @@ _C = declarations("importer/c/master.h")
 METHODS = {n.lower().replace("_", "-"): k for n, k in vars(_C.constants("MethodChoice", "METHOD_")).items()}
 NAMES = {"dopri5": "Dormand-Prince 5(4)", "dop853": "Dormand-Prince 8(5,3)", "stiff": "Radau IIA of order 5"}
 EVENT_KINDS = {number: name.lower() for name, number in vars(_C.constants("EventKind", "EVENT_")).items()}
+ON_ZENO = {name.lower(): number for name, number in vars(ZENO).items()}
 EVENT_CAPACITY = 4096
 ALLOWANCE = 20000  # steps per call: how long an interrupt from the keyboard waits
 TOLERANCES = (1e-14, 0.1)
@@ -38,6 +40,7 @@ def simulate_any(
     method: str = "auto",
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
+    on_zeno: str = "stop",
     **options: Any,
 ) -> Trajectory:
     """Run an FMU once; ``options`` are those of ``Driver.run``.
@@ -45,7 +48,7 @@ def simulate_any(
     Raises:
         StickslipError: see ``Driver``.
     """
-    with Driver(fmu, method=method, tolerance=tolerance, record=record) as driver:
+    with Driver(fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno) as driver:
         return driver.run(stop_time, **options)
 
 
@@ -72,6 +75,8 @@ class Driver(Shown):
             the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+        on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
+            as they are there, if nothing else moves), "continue" (whatever the FMU does then).
 
     Raises:
         StickslipError: unknown method or variable, tolerance out of range, an FMU without the interface or the library.
@@ -84,25 +89,36 @@ class Driver(Shown):
         method: str = "auto",
         tolerance: float = 1e-8,
         record: Sequence[str] | None = None,
+        on_zeno: str = "stop",
     ) -> None:
         if method not in METHODS:
             raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
         least, most = TOLERANCES
         if not (math.isfinite(tolerance) and least <= tolerance <= most):
             raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
+        if on_zeno not in ON_ZENO:
+            raise StickslipError(f"Where events accumulate a run can {', '.join(ON_ZENO)}; found '{on_zeno}'.")
         self.fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
         if method == "auto" and self.fmu.description.modelExchange is None:
             method = "co-simulation"
+        if method == "co-simulation" and on_zeno != "stop":
+            raise StickslipError(f"'{on_zeno}' where events accumulate belongs to methods of integration.")
         if record is not None:
             request.check_recorded(self.fmu, record)
         self.method, self.tolerance = method, float(tolerance)
         self._instance = self._load()
         self._states = self._instance.states if method != "co-simulation" else []
-        states = {name for name in self._instance.states if name in self.fmu.variables}
         names = list(record) if record is not None else request.recordable(self.fmu)
         if method == "co-simulation":
-            names = [*(name for name in self._instance.states if name in states and name not in names), *names]
-        self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in self._states])
+            owners = dict.fromkeys(owner(name, self.fmu.variables) for name in self._instance.states)
+            names = [*(name for name in owners if name in self.fmu.variables and name not in names), *names]
+        given = {owner(name, self.fmu.variables) for name in self._states}
+        self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in given])
+        if not (self._states or self._recorded.names):
+            self._instance.close()
+            raise StickslipError(_nothing(self.fmu))
+        shapes = {name: v.shape for name, v in self.fmu.variables.items() if v.shape}
+        self._arrays = {n: shapes[n] for n in (*given, *names) if n in shapes}
         self._library = instance.master_library()
         self._master = self._library.master_new(
             ctypes.byref(self._instance.calls), len(self.fmu.variables), len(self._recorded.names)
@@ -123,6 +139,7 @@ class Driver(Shown):
             method=METHODS[method],
             recorded=self._recorded.c(),
             event_capacity=EVENT_CAPACITY,
+            on_zeno=ON_ZENO[on_zeno],
             events=request.address(self._events),
             event_states=request.address(self._event_states),
             allowance=ALLOWANCE,
@@ -222,6 +239,11 @@ class Driver(Shown):
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
         columns = {name: np.array(column, dtype=float) for name, column in values.items()}
         sizes = {column.shape for column in columns.values()}
+        elements = [name for name in columns if owner(name, self.fmu.variables) != name]
+        if elements:
+            raise StickslipError(
+                f"A sweep takes scalars; '{elements[0]}' is an element of an array. Run once per value."
+            )
         if len(sizes) != 1 or len(next(iter(sizes))) != 1 or not next(iter(sizes))[0]:
             raise StickslipError(
                 f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}."
@@ -341,11 +363,17 @@ class Driver(Shown):
             whole = int(self._recorded.types[k]) not in instance.FLOATS
             values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
         if not self._units:
-            self._units |= {name: (variables[name].unit if name in variables else None) or "1" for name in values}
+            owners = {name: variables.get(owner(name, variables)) for name in values}
+            self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
         note = _note(self.method, prepared.c)
+        if self.method == "co-simulation" and self._instance.remark:
+            note += f", {self._instance.remark}"
         if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        return Trajectory(times[:n], values, self._units, events, prepared.c.steps, prepared.c.evaluations, note)
+        if unrecordable := request.unrecordable(self.fmu):
+            note += f"; not recorded, for they are no numbers: {', '.join(unrecordable)}"
+        steps, evaluations = prepared.c.steps, prepared.c.evaluations
+        return Trajectory(times[:n], values, self._units, events, steps, evaluations, note, arrays=self._arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,6 +392,16 @@ def _close(free: Callable[[int], None], master: int, instance: instance.Instance
     instance.close()
 
 
+def _nothing(fmu: Fmu) -> str:
+    """Why there is nothing to record."""
+    unrecordable = request.unrecordable(fmu)
+    has = f"its outputs are {', '.join(unrecordable)}" if unrecordable else "it has neither states nor outputs"
+    return (
+        f"'{fmu.path}' gives no number that a run would record: {has}. Name variables that are numbers to record, or "
+        "ask its author for outputs."
+    )
+
+
 def _length(which: str, given: float | None) -> float:
     if given is not None and not (math.isfinite(given) and given > 0):
         raise StickslipError(f"The {which} step must be a positive number of seconds, found {given:g}.")
@@ -379,6 +417,9 @@ def _note(method: str, c: Any) -> str:
         note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:
             note += f" ({c.n_switches} changes between the two)"
+    if c.accumulations:
+        done = "held from there on" if c.on_zeno == ZENO.HOLD else "continued as the FMU does"
+        note += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
     if c.slides:
         note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
     return note

@@ -42,6 +42,7 @@ class Experiment:
         tolerance: relative; None takes the default of the method.
         method: of the master; None takes the FMU's own engine where it has one, otherwise "auto".
         step: communication step, s; asks for a co-simulation.
+        on_zeno: "stop", "hold" or "continue" where events of an FMU that the master integrates accumulate.
     """
 
     stop_time: float
@@ -53,6 +54,7 @@ class Experiment:
     tolerance: float | None = None
     method: str | None = None
     step: float | None = None
+    on_zeno: str = "stop"
 
     def __post_init__(self) -> None:
         if self.step is not None and self.method is None:
@@ -98,6 +100,11 @@ def perform(
     Raises:
         StickslipError: what is asked for does not fit the FMU, or the run failed; says when and why.
     """
+    if experiment.is_native(fmu) and experiment.on_zeno != "stop":
+        raise StickslipError(
+            f"'{fmu.path}' runs by its own engine, whose contacts come to rest; '{experiment.on_zeno}' where events "
+            "accumulate belongs to the master. Leave it out, or choose a method."
+        )
     function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
@@ -161,6 +168,7 @@ def _master(fmu: Fmu, experiment: Experiment, progress: Callable[[float], None] 
         start_time=experiment.start_time,
         method=experiment.method or "auto",
         communication_step=experiment.step,
+        on_zeno=experiment.on_zeno,
         progress=progress,
         tolerance=experiment.tolerance_for(fmu),
         **_given(experiment),
@@ -183,7 +191,8 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
 
 
 def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
-    found = {name: fmu.variables[name].description for name in trajectory.values if name in fmu.variables}
+    recorded = (*trajectory.values, *trajectory.arrays)
+    found = {name: fmu.variables[name].description for name in recorded if name in fmu.variables}
     return {name: text for name, text in found.items() if text}
 
 

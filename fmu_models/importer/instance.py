@@ -8,7 +8,7 @@ import weakref
 from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,13 +16,11 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.c_structures import declarations
+from fmu_models.fmu.elements import element_names
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
 from fmu_models.fmu.library import unload
 from fmu_models.toolchain import compiler
-
-if TYPE_CHECKING:
-    from fmpy.model_description import ModelVariable
 
 _C = declarations("importer/c/master.h", "importer/c/fmi_calls.h")
 F = _C.constants("Function", "F_")
@@ -118,6 +116,7 @@ class Instance:
 
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
+        remark: what the FMU declares but does not do, in words to be added to the method of a run; mostly empty.
 
     Raises:
         StickslipError: the FMU has no such interface or library, lacks a function, or refuses to be instantiated.
@@ -127,6 +126,7 @@ class Instance:
         self.fmu = fmu
         self.co_simulation = co_simulation
         self.log = Log()
+        self.remark = ""
         self._callbacks: _Callbacks | None = None
         self.calls = FmuInstance()
         interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
@@ -138,7 +138,11 @@ class Instance:
         except OSError as error:
             raise StickslipError(f"'{fmu.path}': its library cannot be loaded: {error}.") from error
         self._fill(interface)
-        pointer = self._instantiate(interface)
+        pointer = self._instantiate()
+        if not pointer and self.calls.event_mode:
+            self.calls.event_mode = 0
+            pointer = self._instantiate()
+            self.remark = "without the event mode that the FMU declares and refuses"
         if not pointer:
             raise StickslipError(f"'{fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
         self.calls.instance = pointer
@@ -182,7 +186,7 @@ class Instance:
         elif self.fmu.fmi == 3:
             calls.event_mode = bool(interface.hasEventMode)
 
-    def _instantiate(self, interface: Any) -> int | None:
+    def _instantiate(self) -> int | None:
         library = master_library()
         resources = self.fmu.folder / "resources"
         token = str(self.fmu.description.guid).encode()
@@ -213,7 +217,7 @@ class Instance:
         make = self._function("InstantiateCoSimulation")
         make.restype = c_void_p
         make.argtypes = (*common, boolean, boolean, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
-        events = bool(interface.hasEventMode)
+        events = bool(self.calls.event_mode)
         return make(name, token, where, False, True, events, events, None, 0, environment, logger, None)
 
     def _size(self) -> None:
@@ -221,7 +225,9 @@ class Instance:
         pairs = [(u.variable, u.variable.derivative) for u in self.fmu.description.derivatives if u.variable]
         self._derivatives = np.array([derivative.valueReference for derivative, _ in pairs], dtype=np.uint32)
         self._states = np.array([state.valueReference for _, state in pairs if state], dtype=np.uint32)
-        self.states = [name for _, state in pairs if state for name in _elements(state)]
+        self.states = [
+            name for _, state in pairs if state for name in element_names(str(state.name), state.shape or ())
+        ]
         calls = self.calls
         if self.co_simulation:
             return
@@ -272,14 +278,3 @@ def _directional(fmu: Fmu, interface: Any) -> bool:
     # fmpy looks for the name it has in FMI 2
     element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelExchange")
     return element is not None and element.get("providesDirectionalDerivatives") in ("true", "1")
-
-
-def elements(variable: ModelVariable) -> int:
-    """Number of values of a variable."""
-    return int(np.prod(variable.shape)) if variable.shape else 1
-
-
-def _elements(variable: ModelVariable) -> list[str]:
-    n = elements(variable)
-    name = str(variable.name)
-    return [name] if not variable.shape else [f"{name}[{i + 1}]" for i in range(n)]

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
 
 RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
+ZENO = declarations("importer/c/master.h").constants("ZenoChoice", "ZENO_")
 KINDS = {number: name.lower().replace("_", " ") for name, number in vars(RUN).items()}
 
 
@@ -78,6 +79,15 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
     )
 
 
+def _held(report: Any, states: Sequence[str]) -> str:
+    """What the user can ask for, or why it was not done."""
+    if report.on_zeno != ZENO.HOLD:
+        return "The run can be held there, or go on as the FMU does: on_zeno, --on-zeno."
+    if report.report_other >= 0:
+        return f"It cannot be held there: the state '{states[report.report_other]}' goes on."
+    return "It cannot be held there: inputs change afterwards, or a time event comes."
+
+
 def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
@@ -120,8 +130,8 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
         return (
             f"infinitely many events of {which} accumulate at {at}; each interval is {value:.4g} of the one before. "
             "The motion comes to rest there, but the FMU has no state of rest: end the run before that time, or give "
-            "the model a condition that ends the sequence."
-        )
+            "the model a condition that ends the sequence. " + _held(report, states)
+        ).strip()
     if status == RUN.CHATTERING_OF_TWO:
         other = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (

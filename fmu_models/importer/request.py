@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.elements import element_names, owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance
 from fmu_models.simulation.run import check_span, check_value, checked_times
@@ -29,41 +30,61 @@ def address(array: NDArray) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Variables in the order given, with their types (n,) and value references (n,) as the master takes them."""
+    """Variables in the order given, as the master takes them: names, types, value references and sizes (n,) of their
+    n elements."""
 
     names: tuple[str, ...]
     types: NDArray[np.int32]
     references: NDArray[np.uint32]
+    sizes: NDArray[np.int32]
 
     @classmethod
     def of(cls, fmu: Fmu, names: Sequence[str]) -> Selection:
+        """The variables ``names``; that of which a name is an element comes whole, once."""
         known = instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
-        variables = [fmu.variables[name] for name in names]
-        types = np.array([known[str(v.type)] for v in variables], dtype=np.int32)
-        return cls(tuple(names), types, np.array([v.valueReference for v in variables], dtype=np.uint32))
+        owners = dict.fromkeys(owner(name, fmu.variables) for name in names)
+        variables = [fmu.variables[name] for name in owners]
+        elements = [element_names(str(v.name), v.shape or ()) for v in variables]
+        counts = [len(names) for names in elements]
+        return cls(
+            tuple(name for names in elements for name in names),
+            np.repeat(np.array([known[str(v.type)] for v in variables], dtype=np.int32), counts),
+            np.repeat(np.array([v.valueReference for v in variables], dtype=np.uint32), counts),
+            np.array([size for n in counts for size in (n, *[0] * (n - 1))[:n]], dtype=np.int32),
+        )
 
     def c(self) -> Any:
-        return instance.Variables(len(self.names), address(self.types), address(self.references))
+        return instance.Variables(len(self.names), *map(address, (self.types, self.references, self.sizes)))
 
 
-NOTHING = Selection((), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.uint32))
+NOTHING = Selection((), np.zeros(0, np.int32), np.zeros(0, np.uint32), np.zeros(0, np.int32))
+
+
+def is_numeric(fmu: Fmu, name: str) -> bool:
+    """Numbers that the master can read and write: no text, no binary, no clock."""
+    return str(fmu.variables[name].type) in (instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3)
 
 
 def is_number(fmu: Fmu, name: str) -> bool:
-    """One number that the master can read and write: no text, no binary, no clock, no array."""
-    variable = fmu.variables[name]
-    return str(variable.type) in (instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3) and not variable.shape
+    """One such number: no array."""
+    return is_numeric(fmu, name) and not fmu.variables[name].shape
 
 
 def inputs_of(fmu: Fmu) -> list[str]:
-    return [name for name, v in fmu.variables.items() if v.causality == "input" and is_number(fmu, name)]
+    return [name for name, v in fmu.variables.items() if v.causality == "input" and is_numeric(fmu, name)]
 
 
 def recordable(fmu: Fmu) -> list[str]:
     """What is recorded unless something else is asked for: inputs, derivatives of states, outputs."""
     derivatives = [str(u.variable.name) for u in fmu.description.derivatives if u.variable]
     names = [n for n, v in fmu.variables.items() if v.causality == "output" and n not in derivatives]
-    return [name for name in (*inputs_of(fmu), *derivatives, *names) if is_number(fmu, name)]
+    return [name for name in (*inputs_of(fmu), *derivatives, *names) if is_numeric(fmu, name)]
+
+
+def unrecordable(fmu: Fmu) -> list[str]:
+    """Outputs that are no numbers, with their types."""
+    outputs = {name: v for name, v in fmu.variables.items() if v.causality == "output"}
+    return [f"'{name}' ({v.type})" for name, v in outputs.items() if not is_numeric(fmu, name)]
 
 
 def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:
@@ -71,8 +92,10 @@ def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:
         if name not in fmu.variables:
             hint = nearest(name, fmu.variables)
             raise StickslipError(f"'{fmu.description.modelName}' has no variable '{name}' to record.{hint}")
-        if not is_number(fmu, name):
-            raise StickslipError(f"'{name}' cannot be recorded: it is an array or of type {fmu.variables[name].type}.")
+        if not is_numeric(fmu, name):
+            raise StickslipError(
+                f"'{name}' cannot be recorded: it is of type {fmu.variables[name].type}, and a trajectory has numbers."
+            )
 
 
 def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, float]) -> dict[str, float]:
@@ -85,24 +108,64 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
         return {}
     model, variables = fmu.description.modelName, fmu.variables
     for name in parameters:
-        if name not in variables or variables[name].causality != "parameter":
-            has = [name for name, v in variables.items() if v.causality == "parameter" and is_number(fmu, name)]
+        variable = variables.get(owner(name, variables))
+        if variable is not None and variable.causality == "structuralParameter":
+            raise StickslipError(
+                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend; it keeps its start "
+                f"value {variable.start}. Export the FMU with another one."
+            )
+        if variable is None or variable.causality != "parameter":
+            has = [name for name, v in variables.items() if v.causality == "parameter" and is_numeric(fmu, name)]
             hint = nearest(name, has) if has else " It has no parameters."
             raise StickslipError(f"'{model}' has no parameter '{name}'.{hint}")
     for name in start:
-        if name not in variables:
+        variable = variables.get(owner(name, variables))
+        if variable is None:
             settable = [n for n, v in variables.items() if _has_start(v)]
             raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
-        if not _has_start(variables[name]):
+        if not _has_start(variable):
             raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
     given = {**parameters, **start}
     for name, value in given.items():
-        if fmu.variables[name].variability == "constant":
+        if fmu.variables[owner(name, variables)].variability == "constant":
             raise StickslipError(f"'{name}' of '{model}' is a constant and cannot be set.")
-        if not is_number(fmu, name):
-            raise StickslipError(f"'{name}' cannot be set: it is an array or of type {fmu.variables[name].type}.")
+        _check_settable(fmu, name)
         check_value(fmu, name, value)
-    return {name: float(value) for name, value in given.items()}
+    return {name: float(value) for name, value in _whole(fmu, given).items()}
+
+
+def _check_settable(fmu: Fmu, name: str) -> None:
+    """One number, by itself or as an element."""
+    variable = fmu.variables[owner(name, fmu.variables)]
+    if not is_numeric(fmu, str(variable.name)):
+        raise StickslipError(f"'{name}' cannot be set: it is of type {variable.type}, and numbers are set.")
+    shape = variable.shape or ()
+    if name not in (elements := element_names(str(variable.name), shape)):
+        size = " x ".join(map(str, shape))
+        ends = f": '{elements[0]}' to '{elements[-1]}'" if elements else ""
+        raise StickslipError(f"'{name}' is no number: '{variable.name}' is an array of {size}. Set its elements{ends}.")
+
+
+def _whole(fmu: Fmu, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name, with all elements of an array where one is given: FMI sets it as a whole."""
+    found: dict[str, Any] = {}
+    for array in dict.fromkeys(owner(name, fmu.variables) for name in given):
+        elements = element_names(array, fmu.variables[array].shape or ())
+        starts = str(fmu.variables[array].start or "").split()
+        if len(starts) == 1:
+            starts *= len(elements)
+        if len(starts) != len(elements) and not all(name in given for name in elements):
+            raise StickslipError(
+                f"'{array}' has {len(elements)} elements and {len(starts)} start values; give all of its elements."
+            )
+        own = dict(zip(elements, starts, strict=False))
+        found |= {name: given[name] if name in given else _number(own[name]) for name in elements}
+    return found
+
+
+def _number(text: str) -> float:
+    """A start value of modelDescription.xml."""
+    return float(text) if text not in ("true", "false") else float(text == "true")
 
 
 def _has_start(variable: ModelVariable) -> bool:
@@ -131,17 +194,19 @@ def table(fmu: Fmu, given: Mapping[str, float | Signal], start: float, stop: flo
         return Table(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
     known = inputs_of(fmu)
     for name, value in given.items():
-        if name not in known:
+        variable = fmu.variables.get(owner(name, fmu.variables))
+        if variable is None or variable.causality != "input":
             hint = nearest(name, known) if known else " It has no inputs."
             raise StickslipError(f"'{fmu.description.modelName}' has no input '{name}'.{hint}")
+        _check_settable(fmu, name)
         if not isinstance(value, Signal):
             check_value(fmu, name, value)
+    given = _whole(fmu, given)
     signals = {n: v if isinstance(v, Signal) else Signal.constant(float(v), start, stop) for n, v in given.items()}
     times, values, slopes = knots(signals, start, stop)
     for column, (name, signal) in enumerate(signals.items()):
-        if fmu.variables[name].variability == "discrete" or not str(fmu.variables[name].type).startswith(
-            ("Real", "Float")
-        ):
+        variable = fmu.variables[owner(name, fmu.variables)]
+        if variable.variability == "discrete" or not str(variable.type).startswith(("Real", "Float")):
             # between the knots it keeps the value of the last one
             last = np.searchsorted(signal.time, times, side="right") - 1
             values[:, column], slopes[:, column] = signal.value[np.clip(last, 0, None)], 0.0

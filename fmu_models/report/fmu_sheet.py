@@ -129,7 +129,7 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     for causality in CAUSALITIES:
         _print_variables([v for v in content["variables"] if v["causality"] == causality], causality, out)
     if content["problems"]:
-        out.print(plain("Where its description departs from the standard:"))
+        out.print(plain("Where it departs from the standard:"))
         for problem in content["problems"][:LISTED]:
             out.print(plain(f"  {problem}"))
         _print_rest(len(content["problems"]), out)

@@ -25,6 +25,7 @@ from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import existing, write_whole
 from fmu_models.base.shown import Shown
 from fmu_models.base.version import version
+from fmu_models.fmu.elements import element_names
 from fmu_models.simulation.trajectory import Event, ForeignEvent, Trajectory
 
 if TYPE_CHECKING:
@@ -161,10 +162,11 @@ def _write(
     )
     _column(file, "time", trajectory.time).attrs["unit"] = "s"
     values = file.create_group("values", track_order=True)
-    for name, data in trajectory.values.items():
+    columns, units = _whole_arrays(trajectory)
+    for name, data in columns.items():
         attributes = _column(values, _key(name), data).attrs
         attributes["name"] = name
-        attributes["unit"] = trajectory.units[name]
+        attributes["unit"] = units[name]
         if name in descriptions:
             attributes["description"] = descriptions[name][:LONGEST]
     events = file.create_group("events", track_order=True)
@@ -174,6 +176,18 @@ def _write(
         _column(events, name, _array([getattr(event, name) for event in trajectory.events]))
     if provenance:
         _write_provenance(file.create_group("provenance"), provenance)
+
+
+def _whole_arrays(trajectory: Trajectory) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Columns and units with each array as one, (n, ...), in place of its elements."""
+    columns, units = dict(trajectory.values), dict(trajectory.units)
+    for name, shape in trajectory.arrays.items():
+        elements = element_names(name, shape)
+        parts = [columns.pop(element) for element in elements]
+        if parts:
+            columns[name] = np.stack(parts, axis=1).reshape(-1, *shape)
+            units[name] = units[elements[0]]
+    return columns, units
 
 
 def _write_provenance(group: h5py.Group, provenance: Provenance) -> None:
@@ -231,11 +245,14 @@ def read_trajectory(path: str | os.PathLike[str]) -> Recording:
 
 
 def _read(file: Any) -> Recording:
-    values, units, descriptions = {}, {}, {}
+    values, units, descriptions, arrays = {}, {}, {}, {}
     for _, data in _datasets(file["values"]):
-        name = str(data.attrs["name"])
-        values[name] = data[()]
-        units[name] = str(data.attrs["unit"])
+        name, shape = str(data.attrs["name"]), data.shape[1:]
+        elements = element_names(name, shape)
+        values |= zip(elements, data[()].reshape(len(data), -1).T, strict=True) if shape else {name: data[()]}
+        units |= dict.fromkeys(elements, str(data.attrs["unit"]))
+        if shape:
+            arrays[name] = shape
         if "description" in data.attrs:
             descriptions[name] = str(data.attrs["description"])
     stored = file["events"]
@@ -252,7 +269,7 @@ def _read(file: Any) -> Recording:
         column.shape != time.shape or column.dtype.kind not in "fiub" for column in values.values()
     ):
         raise ValueError("every variable needs a number at each time")
-    trajectory = Trajectory(time, values, units, events, steps, evaluations, method)
+    trajectory = Trajectory(time, values, units, events, steps, evaluations, method, arrays=arrays)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
 
 

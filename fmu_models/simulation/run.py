@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
@@ -236,7 +237,7 @@ def check_names(fmu: Fmu, kind: str, given: Iterable[str], known: Collection[str
 
 
 def check_value(fmu: Fmu, name: str, value: float) -> None:
-    variable = fmu.variables[name]
+    variable = fmu.variables[owner(name, fmu.variables)]
     unit = f" {variable.unit}" if variable.unit else ""
     if not isinstance(value, (int, float, np.number)) or not math.isfinite(value):
         raise StickslipError(f"The value of '{name}' must be a finite number, found {value!r}.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -177,6 +177,7 @@ class Trajectory(Tabular):
         steps, evaluations: what the engine did (Taylor steps; orders of series computed).
         method: what made it, in words; empty for the FMU's own engine.
         seconds: wall time that it took, s.
+        arrays: shape per array variable, whose elements ``A[2,1]`` are in ``values``, the last index fastest.
     """
 
     time: NDArray[np.float64]
@@ -187,6 +188,7 @@ class Trajectory(Tabular):
     evaluations: int
     method: str = ""
     seconds: float = 0.0
+    arrays: Mapping[str, Sequence[int]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":

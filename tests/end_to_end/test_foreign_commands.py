@@ -108,6 +108,8 @@ def test_inspect(stickslip, block):
         ((*RUN, "--method", "auto", "--set", "m=-1"), "must be at least"),
         ((*RUN, "--method", "auto", "--input", "x=1"), "has no input 'x'"),
         ((*RUN, "--contacts", "belt"), "contacts are chosen when a model is exported"),
+        ((*RUN, "--on-zeno", "hold"), "runs by its own engine"),
+        ((*RUN, "--method", "auto", "--on-zeno", "rest"), "can stop, hold, continue; found 'rest'"),
         ((*RUN, "--time-limit", "3"), "Add --isolate"),
         ((*RUN, "--isolate", "--time-limit", "0"), "must be a positive number of s"),
         ((*RUN, "--isolate", "--memory-limit", "nan"), "must be a positive number of MB"),

@@ -40,6 +40,9 @@ MODELS = {
     "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
     # an indicator that is +1 or -1
     "ball_sign": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    # ball.c that rolls on
+    "ball_rolling": Foreign(("h", "v", "s"), (1.0, 0.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
+    "ball_rest": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     "relay": Foreign(("x",), (1.0,), (("a", 0.3),), ("side",), indicators=1),
     "silent_relay": Foreign(("x",), (1.0,), (("a", 0.3),)),
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
@@ -56,6 +59,7 @@ MODELS = {
     "grumble": Foreign(("x",), (1.0,)),
     "integers": INTEGERS,
     "integers_fixed": replace(INTEGERS, any_step=False),
+    "integers_refusing": INTEGERS,
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 

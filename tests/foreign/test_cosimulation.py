@@ -7,6 +7,9 @@ import pytest
 from models import Models
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.coupling.run import couple
+from fmu_models.coupling.system import CoupledSystem, Unit
+from fmu_models.coupling.wiring import Connection
 from fmu_models.importer.driver import simulate_any
 from fmu_models.simulation.signal import Signal
 
@@ -25,6 +28,18 @@ def test_early_returns_are_events(model: Models, fmi: int) -> None:
     events = [(event.kind, event.time) for event in run.events]
     # FMI 2 has no events in a co-simulation
     assert events == ([("state", 0.75 + k) for k in range(5)] if fmi == 3 else [])
+
+
+def test_an_event_mode_that_is_declared_and_refused(model: Models, fmi: int) -> None:
+    run = simulate_any(model("integers_refusing"), 5.0, communication_step=0.5)
+    assert run["x"] == pytest.approx(0.25 + run.time, abs=1e-12)
+    assert run["count"].tolist() == np.floor(run["x"]).tolist()
+    said = ", without the event mode that the FMU declares and refuses" if fmi == 3 else ""
+    assert (run.method, run.events) == (f"co-simulation{said}", ())
+    pair = {"a": Unit(model("integers_refusing")), "b": Unit(model("integers"))}
+    coupled = couple(CoupledSystem("pair", pair, [Connection("a.x", "b.u")], step=0.5, stop_time=5.0))
+    assert coupled["a.x"][-1] == pytest.approx(5.25, abs=1e-12)
+    assert ("; unit 'a' without the event mode" in coupled.method) == (fmi == 3)
 
 
 def test_inputs_jump_at_a_communication_point(model: Models) -> None:

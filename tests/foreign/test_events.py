@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from models import Models
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.signal import Signal
@@ -53,13 +54,60 @@ def test_a_ball_without_rest_is_zeno(model: Models, method: str) -> None:
     assert abs(caught.value.time - FIRST * (1 + 2 * E / (1 - E))) < 1e-6
 
 
-@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9, 0.98])
-def test_zeno_whatever_the_restitution(model: Models, restitution: float) -> None:
+@pytest.mark.parametrize("name", ["ball", "ball_sign"])
+@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.7, 0.9, 0.98])
+def test_zeno_whatever_the_restitution(model: Models, name: str, restitution: float) -> None:
     exact = FIRST * (1 + 2 * restitution / (1 - restitution))
     with pytest.raises(MotionError) as caught:
-        simulate_any(model("ball"), exact + 1.0, parameters={"e": restitution})
+        simulate_any(model(name), exact + 1.0, parameters={"e": restitution})
     assert caught.value.kind == "zeno"
     assert abs(caught.value.time - exact) < 1e-6 * max(1.0, exact)
+
+
+LIMIT = FIRST * (1 + 2 * E / (1 - E))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ["ball", "ball_edge", "ball_sign"])
+def test_a_zeno_motion_is_held_at_its_limit(model: Models, name: str, method: str) -> None:
+    run = simulate_any(model(name), 10.0, method=method, on_zeno="hold", output_times=[0.1, 2.5, 2.6, 10.0])
+    assert run["h"][0] == pytest.approx(1 - G / 2 * 0.1**2, abs=1e-12)
+    assert run["h"][1] > 0
+    assert run["h"][2:] == pytest.approx(0.0, abs=1e-12)
+    assert run["v"][2:] == pytest.approx(0.0, abs=1e-7)
+    assert (run.events[-1].kind, run.events[-1].indicator) == ("rest", 0)
+    assert run.events[-1].time == pytest.approx(LIMIT, abs=1e-7)
+    assert "events accumulate at t = 2.5586339" in run.method and "held from there on" in run.method
+
+
+@pytest.mark.parametrize("name", ["ball", "ball_edge", "ball_sign"])
+def test_a_zeno_motion_that_goes_on(model: Models, name: str) -> None:
+    run = simulate_any(model(name), 3.0, on_zeno="continue")
+    # none of these has a floor below the limit
+    assert run["h"][-1] == pytest.approx(-G / 2 * (3.0 - LIMIT) ** 2, abs=1e-6)
+    assert "events accumulate at t = 2.5586339" in run.method and "continued as the FMU does" in run.method
+
+
+def test_what_else_moves_is_not_held(model: Models) -> None:
+    with pytest.raises(MotionError, match=r"accumulate at t = 2\.5586.* cannot be held there: the state 's' goes on"):
+        simulate_any(model("ball_rolling"), 10.0, on_zeno="hold")
+    with pytest.raises(MotionError, match=r"accumulate at t = 2\.5586.* held there, or go on as the FMU does"):
+        simulate_any(model("ball_rolling"), 10.0)
+
+
+def test_choices_where_events_accumulate(model: Models) -> None:
+    with pytest.raises(StickslipError, match="can stop, hold, continue; found 'rest'"):
+        simulate_any(model("ball"), 1.0, on_zeno="rest")
+    with pytest.raises(StickslipError, match="belongs to methods of integration"):
+        simulate_any(model("integers"), 1.0, on_zeno="hold")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_ball_that_comes_to_rest_is_not_zeno(model: Models, method: str) -> None:
+    run = simulate_any(model("ball_rest"), 5.0, method=method)
+    # the n-th bounce leaves E^n sqrt(2 G), below 0.1 for the first time with the eleventh
+    assert run["bounces"][-1] == 11
+    assert (run["h"][-1], run["v"][-1]) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("method", METHODS)

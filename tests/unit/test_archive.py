@@ -21,6 +21,7 @@ from made_fmu import XML, packed, refused
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu import archive
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.start_values import copy_with_start_values
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
 LOCAL = archive.LOCAL_HEADER
@@ -90,9 +91,6 @@ def test_what_is_no_plain_file(tmp_path: Path, kind: int, said: str) -> None:
 @pytest.mark.parametrize(
     ("names", "said"),
     [
-        (("a", "a"), "'a' twice"),
-        (("modelDescription.xml", "modelDescription.xml"), "twice"),
-        (("a/b", "a/./b"), "twice"),
         (("resources/A", "resources/a"), "case does not count"),
         (("MODELDESCRIPTION.XML", "modelDescription.xml"), "case does not count"),
         (("stra\u00dfe", "STRASSE"), "case does not count"),
@@ -104,6 +102,31 @@ def test_what_is_no_plain_file(tmp_path: Path, kind: int, said: str) -> None:
 )
 def test_entries_that_fall_on_one_file(tmp_path: Path, names: tuple[str, ...], said: str) -> None:
     refused(packed(tmp_path / "a.fmu", *((name, XML) for name in names)), said)
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize("names", [("a", "a"), ("modelDescription.xml", "modelDescription.xml"), ("a/b", "a/./b")])
+def test_an_entry_that_comes_twice(tmp_path: Path, names: tuple[str, str]) -> None:
+    one, other = names
+    for contents in (XML + " ", "", XML.replace("Ramp", "Pump")):
+        refused(packed(tmp_path / "a.fmu", (one, XML), (other, contents)), "twice, with different contents")
+    path = packed(tmp_path / "b.fmu", (one, XML), (other, XML))
+    assert (Fmu.open(path).folder / one).read_text() == XML
+    assert archive.repeated(path) == [one]
+    assert archive.repeated(packed(tmp_path / "c.fmu", (one, XML))) == []
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_an_entry_that_comes_twice_is_changed_once(tmp_path: Path) -> None:
+    xml = XML.replace(
+        "</ModelVariables>",
+        '<ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed" initial="exact">'
+        '<Real start="1"/></ScalarVariable></ModelVariables>',
+    )
+    fmu = Fmu.open(packed(tmp_path / "a.fmu", ("modelDescription.xml", xml), ("modelDescription.xml", xml)))
+    copy = Fmu.open(copy_with_start_values(fmu, tmp_path / "b.fmu", {"k": 2.0}))
+    assert float(str(copy.variables["k"].start)) == 2.0
+    assert archive.repeated(copy.path) == []
 
 
 def edited(path: Path, edit: Callable[[bytearray, int, int], None]) -> Path:

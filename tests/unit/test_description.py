@@ -34,7 +34,10 @@ DESCRIPTIONS: dict[str, tuple[str | bytes, str]] = {
     "bad UTF-8": (XML.replace("Ramp", "R\xff").encode("latin-1"), "cannot be read"),
     "another root": ("<html/>", "describes 'html'"),
     "no version": (XML.replace('fmiVersion="2.0"', ""), "no fmiVersion"),
-    "FMI 1.0": (XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "FMI 1.0. FMI 2.0 and 3.0 are read"),
+    "FMI 1.0": (
+        XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'),
+        "FMI 1.0, and FMI 2.0 and 3.0 are read.* wrap it in",
+    ),
     "FMI 4.0": (XML.replace('fmiVersion="2.0"', 'fmiVersion="4.0"'), "FMI 4.0. FMI 2.0 and 3.0 are read"),
     "no interface": (XML.replace('<ModelExchange modelIdentifier="ramp"/>', ""), "neither Model Exchange nor"),
     "no guid": (XML.replace('guid="{ramp}"', ""), "no guid"),
@@ -99,6 +102,12 @@ def test_entities_in_the_build_description(tmp_path: Path) -> None:
     build = f'<?xml version="1.0"?>{ENTITY}<fmiBuildDescription fmiVersion="3.0">&e;</fmiBuildDescription>'
     entries = (("modelDescription.xml", XML3), ("sources/buildDescription.xml", build))
     refused(packed(tmp_path / "a.fmu", *entries), "buildDescription.xml has a document type")
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_an_entry_that_comes_twice_is_told(tmp_path: Path) -> None:
+    fmu = Fmu.open(packed(tmp_path / "a.fmu", ("modelDescription.xml", XML), ("modelDescription.xml", XML)))
+    assert fmu.problems == ["the archive holds 'modelDescription.xml' more than once, with the same contents"]
 
 
 @pytest.mark.parametrize("xml", [XML, XML3])

@@ -188,7 +188,8 @@ CALL(get)(fmi2Component m, const fmi2ValueReference *reference, size_t n, fmi2Re
     uint32_t references[BUFFER];
     int status = fresh(c);
     for (int64_t i = 0; i < (int64_t)n && status < FMI_DISCARD;) {
-        const Variables variables = {same_unit(c, reference, i, (int64_t)n, types, references), types, references};
+        const Variables variables = {same_unit(c, reference, i, (int64_t)n, types, references), types, references,
+                                     NULL};
         const int64_t unit = c->variable_unit[reference[i]];
         status = coupling_failed(c, unit, fmi_read(c->fmus[unit], &variables, values + i));
         i += variables.n;
@@ -204,7 +205,8 @@ CALL(set)(fmi2Component m, const fmi2ValueReference *reference, size_t n, const 
     int status = FMI_OK;
     c->stale = 1;
     for (int64_t i = 0; i < (int64_t)n && status < FMI_DISCARD;) {
-        const Variables variables = {same_unit(c, reference, i, (int64_t)n, types, references), types, references};
+        const Variables variables = {same_unit(c, reference, i, (int64_t)n, types, references), types, references,
+                                     NULL};
         const int64_t unit = c->variable_unit[reference[i]];
         status = coupling_failed(c, unit, fmi_write(c->fmus[unit], &variables, values + i));
         i += variables.n;

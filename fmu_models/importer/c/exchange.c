@@ -30,7 +30,7 @@ static int read_stage(Coupling *c, const Stage *s, int event)
     for (int64_t i = s->first_read; i < s->first_read + s->n_reads && status < FMI_DISCARD; i++) {
         const Group *g = c->reads + i;
         if (event || !g->discrete) {
-            const Variables variables = {g->n, c->output_types + g->first, c->output_references + g->first};
+            const Variables variables = {g->n, c->output_types + g->first, c->output_references + g->first, NULL};
             status = coupling_failed(c, g->unit, fmi_read(c->fmus[g->unit], &variables, c->outputs + g->first));
         }
     }
@@ -43,7 +43,7 @@ static int write_stage(Coupling *c, const Stage *s, int event)
     for (int64_t i = s->first_write; i < s->first_write + s->n_writes && status < FMI_DISCARD; i++) {
         const Group *g = c->writes + i;
         if (event || !g->discrete) {
-            const Variables variables = {g->n, c->input_types + g->first, c->input_references + g->first};
+            const Variables variables = {g->n, c->input_types + g->first, c->input_references + g->first, NULL};
             status = coupling_failed(c, g->unit, fmi_write(c->fmus[g->unit], &variables, c->inputs + g->first));
         }
     }

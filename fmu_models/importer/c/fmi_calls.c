@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "fmi2FunctionTypes.h"
@@ -150,16 +151,27 @@ int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
     ONE(T_INT64, int64_t, Int64, INT64_MIN, INT64_MAX)                                                                 \
     ONE(T_UINT64, uint64_t, UInt64, 0, UINT64_MAX)
 
-/* one value of such a type */
+enum { FEW = 8 }; /* elements of an array that need no memory of their own */
+
+/* the n values of a variable of such a type */
 #define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \
     case TAG: {                                                                                                        \
-        CTYPE one = (CTYPE)0;                                                                                          \
-        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, (void *)&one, 1);                 \
-        *value = (double)one;                                                                                          \
+        CTYPE few[FEW] = {0};                                                                                          \
+        CTYPE *all = n <= FEW ? few : calloc((size_t)n, sizeof *all);                                                  \
+        if (!all) {                                                                                                    \
+            return FMI_ERROR;                                                                                          \
+        }                                                                                                              \
+        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, (void *)all, (size_t)n);          \
+        for (int64_t i = 0; i < n; i++) {                                                                              \
+            value[i] = (double)all[i];                                                                                 \
+        }                                                                                                              \
+        if (all != few) {                                                                                              \
+            free(all);                                                                                                 \
+        }                                                                                                              \
         break;                                                                                                         \
     }
 
-static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double *value)
+static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double *value, int64_t n)
 {
     int status = FMI_ERROR;
     if (fmu->fmi == 2) {
@@ -171,7 +183,7 @@ static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference
     }
     switch (type) {
         NARROWER(ONE)
-    case T_FLOAT64: break;
+    case T_FLOAT64: return (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, 1, value, (size_t)n);
     }
     return status;
 }
@@ -182,35 +194,48 @@ static int fits(double value, double least, double most) { return value > least 
 
 #define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \
     case TAG: {                                                                                                        \
-        if (TAG != T_FLOAT32 && !fits(value, (double)LEAST, (double)MOST)) {                                           \
-            return FMI_ERROR;                                                                                          \
+        CTYPE few[FEW] = {0};                                                                                          \
+        CTYPE *all = n <= FEW ? few : calloc((size_t)n, sizeof *all);                                                  \
+        int fine = all != NULL;                                                                                        \
+        for (int64_t i = 0; i < n && fine; i++) {                                                                      \
+            fine = TAG == T_FLOAT32 || fits(value[i], (double)LEAST, (double)MOST);                                    \
+            all[i] = fine ? (CTYPE)value[i] : (CTYPE)0;                                                                \
         }                                                                                                              \
-        const CTYPE one = (CTYPE)value;                                                                                \
-        return (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, (const void *)&one, 1);             \
+        if (fine) {                                                                                                    \
+            status = (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, (void *)all, (size_t)n);      \
+        }                                                                                                              \
+        if (all != few) {                                                                                              \
+            free(all);                                                                                                 \
+        }                                                                                                              \
+        break;                                                                                                         \
     }
 
-static int write_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double value)
+static int write_one(const FmuInstance *fmu, Type type, const uint32_t *reference, const double *value, int64_t n)
 {
+    int status = FMI_ERROR;
     if (fmu->fmi == 2) {
-        if (!fits(value, INT_MIN, INT_MAX)) {
+        if (!fits(*value, INT_MIN, INT_MAX)) {
             return FMI_ERROR;
         }
-        const int one = (int)value;
+        const int one = (int)*value;
         return (int)CALL2(SetInteger, F_SETTERS + type)(fmu->instance, reference, 1, &one);
     }
     switch (type) {
         NARROWER(ONE)
-    case T_FLOAT64: break;
+    case T_FLOAT64: return (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, 1, value, (size_t)n);
     }
-    return FMI_ERROR;
+    return status;
 }
 #undef ONE
 
-/* number of variables of type Float64 from the i-th on */
+/* number of values of the variable that begins with the i-th */
+static int64_t size_at(const Variables *variables, int64_t i) { return variables->sizes ? variables->sizes[i] : 1; }
+
+/* number of variables of type Float64 from the i-th on, up to an array */
 static int64_t floats_from(const Variables *variables, int64_t i)
 {
     int64_t n = 0;
-    while (i + n < variables->n && variables->types[i + n] == T_FLOAT64) {
+    while (i + n < variables->n && variables->types[i + n] == T_FLOAT64 && size_at(variables, i + n) == 1) {
         n++;
     }
     return n;
@@ -223,8 +248,9 @@ int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values)
         const uint32_t *reference = variables->references + i;
         const int64_t n = floats_from(variables, i);
         if (n == 0) {
-            status = read_one(fmu, (Type)variables->types[i], reference, values + i);
-            i++;
+            const int64_t size = size_at(variables, i);
+            status = read_one(fmu, (Type)variables->types[i], reference, values + i, size);
+            i += size;
             continue;
         }
         status = fmu->fmi == 2
@@ -242,8 +268,9 @@ int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *
         const uint32_t *reference = variables->references + i;
         const int64_t n = floats_from(variables, i);
         if (n == 0) {
-            status = write_one(fmu, (Type)variables->types[i], reference, values[i]);
-            i++;
+            const int64_t size = size_at(variables, i);
+            status = write_one(fmu, (Type)variables->types[i], reference, values + i, size);
+            i += size;
             continue;
         }
         status = fmu->fmi == 2

@@ -71,16 +71,29 @@ typedef struct {
     void *function[F_COUNT];
 } FmuInstance;
 
-/* variables to read or write, in runs of equal type */
+/* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
 typedef struct {
     int64_t n;
     const int32_t *types; /* Type */
     const uint32_t *references;
+    const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
 } Variables;
 
 typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_CO_SIMULATION } MethodChoice;
 
-typedef enum { EVENT_STATE, EVENT_TIME, EVENT_STEP, EVENT_INPUT, EVENT_SLIDE, EVENT_LEAVE, EVENT_END } EventKind;
+typedef enum {
+    EVENT_STATE,
+    EVENT_TIME,
+    EVENT_STEP,
+    EVENT_INPUT,
+    EVENT_SLIDE,
+    EVENT_LEAVE,
+    EVENT_END,
+    EVENT_REST
+} EventKind;
+
+/* where events accumulate: end the run, keep the states as they are there, or go on as the FMU does */
+typedef enum { ZENO_STOP, ZENO_HOLD, ZENO_CONTINUE } ZenoChoice;
 
 typedef struct {
     double time;
@@ -126,16 +139,19 @@ typedef struct {
     int64_t event_capacity;
     MasterEvent *events;
     double *event_states; /* (event_capacity, 2, n_states): before and after */
+    int64_t on_zeno;      /* ZenoChoice */
     int64_t allowance;    /* steps after which to return RUN_MORE */
     /* progress, kept over RUN_MORE; next_time counts the rows written */
     int64_t begun, next_time, n_events;
     int64_t steps, rejected, evaluations, jacobians, slides;
-    int64_t n_switches; /* of the method, by auto */
-    double switch_time; /* of the first one */
+    int64_t n_switches;       /* of the method, by auto */
+    double switch_time;       /* of the first one */
+    int64_t accumulations;    /* at which the run did not end */
+    double accumulation_time; /* of the first one */
     /* report of an early end */
     double report_time, report_value;
     int64_t report_index;    /* indicator, state, or Function that returned an error */
-    int64_t report_other;    /* second indicator */
+    int64_t report_other;    /* second indicator; the state that does not rest, or -1 */
     double *report_gradient; /* (n_states): how the indicator depends on the states, scaled by their nominals */
 } Run;
 

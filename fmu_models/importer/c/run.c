@@ -351,6 +351,7 @@ static Outcome advance(Master *m)
         return arrive(m, fmax(end, m->t), -1.0);
     }
     const double limit = end - m->t;
+    m->h = fmin(m->h, zeno_longest_step(m));
     const double proposed = m->h;
     Outcome outcome = step_make(m, limit, &error);
     if (outcome != FINE) {
@@ -386,6 +387,31 @@ static Outcome advance(Master *m)
     return outcome == FINE ? arrive(m, t1, theta) : outcome;
 }
 
+/* the rest of the run at the limit of a Zeno sequence: as it is there, if nothing else moves or comes */
+static RunStatus hold(Master *m)
+{
+    Run *r = m->run;
+    const int indicator = (int)r->report_index;
+    r->report_other = -1;
+    if (m->inputs_vary || fmin(m->next_event, knot_after(m)) < r->stop || refresh(m) != FINE) {
+        return RUN_ZENO;
+    }
+    for (int i = 0; i < m->n; i++) {
+        const double way = fabs(m->f[i]) * (r->stop - m->t);
+        if (m->before[i] == m->x[i] && way > master_tolerances.zeno_still * fmax(fabs(m->x[i]), m->nominal[i])) {
+            r->report_other = i;
+            return RUN_ZENO;
+        }
+    }
+    log_event(m, EVENT_REST, indicator, m->z[indicator], m->z[indicator]);
+    Outcome outcome = FINE;
+    while (outcome == FINE && r->next_time < r->n_times) {
+        record_at(m, r->times[r->next_time], m->x, &outcome);
+    }
+    fmi_plain(m->fmu, F_TERMINATE);
+    return outcome == FINE ? RUN_DONE : m->ended;
+}
+
 EXPORT int32_t master_run(Master *m, Run *r)
 {
     m->run = r;
@@ -400,6 +426,9 @@ EXPORT int32_t master_run(Master *m, Run *r)
             return RUN_MORE;
         }
         outcome = advance(m);
+    }
+    if (outcome != FINE && m->ended == RUN_ZENO && r->on_zeno == ZENO_HOLD) {
+        return (int32_t)hold(m);
     }
     if (outcome != FINE) {
         return m->ended ? (int32_t)m->ended : (int32_t)RUN_FMI_ERROR;

@@ -14,6 +14,7 @@ const MasterTolerances master_tolerances = {
     .zeno_ratios = 8,
     .zeno_spread = 0.02,
     .zeno_rest = 1e-9,
+    .zeno_still = 1e-4,
     .graze = 1e-9,
     .trust = 1e-4,
     .halvings = 6,

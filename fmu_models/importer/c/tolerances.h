@@ -17,6 +17,7 @@ typedef struct {
     int zeno_ratios;      /* equal ratios of gaps in a row that make a geometric sequence */
     double zeno_spread;   /* how equal */
     double zeno_rest;     /* relative to the time: rest of the sequence below which it is declared over */
+    double zeno_still;    /* relative: a state that moves by less over the rest of the run rests at the limit */
     double graze;         /* relative to the indicator on the step: a minimum below it is looked at closely */
     double trust;         /* relative: interpolation error of an indicator up to which its polynomial is taken for it */
     int halvings;         /* of a step whose indicator is not trusted */

@@ -8,7 +8,8 @@
  *               -> the motion slides along the surface of the indicator (slide.c)
  *     Zeno:     the gaps of an indicator shrink geometrically, ratio r: they add up to gap r / (1 - r) more. An FMU
  *               that comes to rest by itself does so before the rest of the sequence is within the rounding of time, or
- *               not at all
+ *               not at all. While a sequence shrinks no step is longer than a part of its next gap: an indicator of +1
+ *               and -1 says nothing of a flight that begins and ends within a step
  *     piling up: events of whatever kind, one after the other, without progress in time
  */
 #include "zeno.h"
@@ -52,9 +53,28 @@ static Outcome sequence(Master *m, int indicator)
     w->gap = isfinite(gap) ? gap : 0.0;
     const double rest = gap * ratio / (1.0 - ratio);
     if (w->ratios >= master_tolerances.zeno_ratios && rest <= master_tolerances.zeno_rest * fabs(m->t)) {
-        return field_report(m, RUN_ZENO, m->t + rest, indicator, ratio);
+        Run *r = m->run;
+        if (r->accumulations++ == 0) {
+            r->accumulation_time = m->t + rest;
+        }
+        return r->on_zeno == ZENO_CONTINUE ? FINE : field_report(m, RUN_ZENO, m->t + rest, indicator, ratio);
     }
     return FINE;
+}
+
+double zeno_longest_step(const Master *m)
+{
+    double longest = INFINITY;
+    for (int i = 0; i < m->nz; i++) {
+        const Watch *w = &m->watch[i];
+        const double next = w->gap * w->ratio;
+        /* two gaps are no sequence yet, but where they shrink so fast the third may be the last that shows */
+        const int shrinks = w->ratios > 0 || w->ratio < 0.5;
+        if (shrinks && m->t - w->counted_time < 1.1 * next) {
+            longest = fmin(longest, fmax(0.25 * next, master_tolerances.chatter_gap * fabs(m->t)));
+        }
+    }
+    return longest;
 }
 
 Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *returned)
@@ -78,5 +98,7 @@ Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *return
         w->window = m->t;
         w->events = 0;
     }
+    /* asked to continue beyond a limit: what the FMU does there is no sliding motion */
+    *slides &= !(m->run->on_zeno == ZENO_CONTINUE && m->run->accumulations);
     return *returned ? FINE : sequence(m, indicator);
 }

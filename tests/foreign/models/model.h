@@ -6,6 +6,8 @@
  *     RESTLESS           (if need be) the discrete states want another update
  *     FAILS              (if need be) the derivatives cannot be computed: an error with a message
  *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
+ *     SIZE(v)            (if need be, FMI 3) elements of the array v, which takes as many value references
+ *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
  *     and the functions declared below
  *
  * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole
@@ -36,6 +38,10 @@
 #endif
 #ifndef FAILS
 #define FAILS 0
+#endif
+
+#ifndef SIZE
+#define SIZE(v) 1
 #endif
 
 enum { OK = 0, FAILED = 3, ROOM = 4 };
@@ -124,7 +130,8 @@ static STATUS get_many(Model *m, const REFERENCE *v, size_t n, double *values)
 {
     STATUS status = OK;
     for (size_t i = 0; i < n && status == OK; i++)
-        status = get_one(m, v[i], values + i);
+        for (unsigned k = 0; k < SIZE(v[i]) && status == OK; k++)
+            status = get_one(m, v[i] + k, values++);
     return status;
 }
 
@@ -132,7 +139,8 @@ static STATUS set_many(Model *m, const REFERENCE *v, size_t n, const double *val
 {
     STATUS status = OK;
     for (size_t i = 0; i < n && status == OK; i++)
-        status = set_one(m, v[i], values[i]);
+        for (unsigned k = 0; k < SIZE(v[i]) && status == OK; k++)
+            status = set_one(m, v[i] + k, *values++);
     return status;
 }
 
@@ -342,7 +350,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n,
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference *v, size_t n, fmi3Int32 *values, size_t m)
 {
     for (size_t i = 0; i < n; i++)
-        values[i] = ((Model *)c)->mode[v[i] - 401];
+        for (unsigned k = 0; k < SIZE(v[i]); k++)
+            *values++ = ((Model *)c)->mode[v[i] + k - 401];
     return fmi3OK;
 }
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference *u, size_t nu,
@@ -400,14 +409,25 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          const fmi3ValueReference *v, size_t n, fmi3InstanceEnvironment environment,
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate)
 {
-    return events && early ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log)
-                           : NULL;
+#ifdef REFUSES_EVENTS
+    if (events) log(environment, fmi3Error, "logStatusError", "no event mode here");
+    const bool makes = !events;
+#else
+    const bool makes = events && early;
+#endif
+    return makes ? fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log) : NULL;
 }
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 length, fmi3Boolean no_set, fmi3Boolean *event,
                       fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last)
 {
     Model *m = c;
+#ifdef REFUSES_EVENTS
+    *event = *early = false;
+    while (do_step(m, t + length))
+        update(m);
+#else
     *event = *early = do_step(m, t + length);
+#endif
     *terminate = m->terminates;
     *last = m->t;
     return fmi3OK;

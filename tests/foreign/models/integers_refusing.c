@@ -1,0 +1,3 @@
+/* integers.c without the event mode that its description declares */
+#define REFUSES_EVENTS
+#include "integers.c"

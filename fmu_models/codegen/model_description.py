@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.unit_names import base_units
+from fmu_models.base.unit_names import base_units, conversion_factor
 from fmu_models.codegen import contact_states
 from fmu_models.codegen.rights import Rights
 from fmu_models.language.inertia import blocks
@@ -35,7 +35,15 @@ BASE_UNITS = {
     "candela": "cd",
     "radian": "rad",
 }
-
+# what people read angles in; the speed that an input asks of a drive is one of turns
+DISPLAY_UNITS = {"rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}
+DRIVE_DISPLAY_UNITS = {"rad/s": "rpm"}
+# as in engine/fmi/instance.c
+LOG_CATEGORIES = {
+    "logStatusError": "why a call was refused",
+    "logStatusWarning": "what was asked for and is not done as it was asked",
+    "logEvents": "every change of the state of a contact, and every impact",
+}
 
 _INDICATOR_NAMES = {
     "depth": "bound",
@@ -70,11 +78,19 @@ class Variable:
         return self.declared_type is not None
 
     @property
+    def display_unit(self) -> str | None:
+        """The unit to show it in, where that is another; of a parameter none, as frequencies of motions stay."""
+        if self.unit is None or self.causality == "parameter":
+            return None
+        drives = DRIVE_DISPLAY_UNITS if self.causality == "input" else {}
+        return drives.get(self.unit) or DISPLAY_UNITS.get(self.unit)
+
+    @property
     def attributes(self) -> dict[str, str | None]:
         """Attributes of the value, beside what every variable has."""
         numbers = {"min": self.minimum, "max": self.maximum, "nominal": self.nominal, "start": self.start}
         kind = int if self.integer else float
-        words = {"declaredType": self.declared_type, "unit": self.unit}
+        words = {"declaredType": self.declared_type, "unit": self.unit, "displayUnit": self.display_unit}
         return words | {key: None if v is None else repr(kind(v)) for key, v in numbers.items()}
 
 
@@ -314,6 +330,15 @@ class Description:
         names = dict.fromkeys(v.unit for v in self.variables if v.unit)
         return {name: _base_unit(name) for name in names}
 
+    @property
+    def display_units(self) -> dict[str, dict[str, float]]:
+        """Per unit those that its variables are shown in, with how many of them one of it is."""
+        found: dict[str, dict[str, float]] = {}
+        for v in self.variables:
+            if v.unit and v.display_unit:
+                found.setdefault(v.unit, {})[v.display_unit] = conversion_factor(v.unit, v.display_unit)
+        return found
+
 
 def _base_unit(unit: str) -> dict[str, float] | None:
     """FMI attributes of a unit such as "N m/rad"; the radian is a base unit of FMI, and its exponents are whole.
@@ -349,4 +374,5 @@ def render(template: str, **values: Any) -> str:
 def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str, rights: Rights) -> str:
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
     values = {"d": Description(system), "system": system, "token": token, "tool": tool, "rights": rights.attributes}
+    values["log_categories"] = LOG_CATEGORIES
     return render(f"fmi{fmi_version[0]}.xml.j2", **values)

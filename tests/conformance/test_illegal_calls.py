@@ -235,6 +235,7 @@ def test_what_is_not_provided_says_so(fmu: Fmu) -> None:
             assert one.call("GetFloat64", (c_uint32 * 1)(0), c_size_t(1), (c_double * 2)(), c_size_t(2)) == ERROR
         names = (ctypes.c_char_p * 1)(b"nonsense")
         assert one.call("SetDebugLogging", c_int(1), c_size_t(1), names) == ERROR
+        assert "logStatusWarning" in one.messages[-1]
         names = (ctypes.c_char_p * 1)(b"logStatusError")
         assert one.call("SetDebugLogging", c_int(1), c_size_t(1), names) == 0
 

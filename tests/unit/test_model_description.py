@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
@@ -87,3 +88,16 @@ def test_text_is_escaped() -> None:
     for version in ("2.0", "3.0"):
         text = model_description(system, "token", version, "tool", Rights())
         assert 'description="block &amp; &#34;belt&#34; &lt;1&gt;"' in text
+
+
+def test_angles_are_shown_in_degrees_and_drives_in_turns(rig: Description) -> None:
+    by_name = {v.name: v.display_unit for v in rig.variables}
+    shown = [by_name[name] for name in ("theta", "omega", "der(omega)", "w0", "J")]
+    assert shown == ["deg", "deg/s", "deg/s2", "rpm", None]
+    degrees = 180.0 / math.pi
+    factors = {
+        "rad": {"deg": degrees},
+        "rad/s": {"deg/s": degrees, "rpm": 30.0 / math.pi},
+        "rad/s2": {"deg/s2": degrees},
+    }
+    assert {unit: pytest.approx(to) for unit, to in factors.items()} == rig.display_units

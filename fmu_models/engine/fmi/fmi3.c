@@ -20,10 +20,7 @@ const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging_on, size_t n, const fmi3String categories[])
 {
-    Instance *m = c;
-    if (instance_enter(m, PHASES_ALL, __func__) || instance_categories(m, n, categories, __func__)) return fmi3Error;
-    m->logging = logging_on;
-    return fmi3OK;
+    return (fmi3Status)instance_log(c, __func__, logging_on, n, categories);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,

@@ -106,6 +106,21 @@ class Face:
         arguments = self.references(unknowns), [self.reference(known)], [seed]
         return np.array(self.api.getDirectionalDerivative(*arguments))
 
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: np.ndarray) -> np.ndarray:
+        found = (ctypes.c_double * len(knowns))()
+        self.api.fmi3GetAdjointDerivative(
+            self.api.component,
+            (ctypes.c_uint32 * len(unknowns))(*self.references(unknowns)),
+            len(unknowns),
+            (ctypes.c_uint32 * len(knowns))(*self.references(knowns)),
+            len(knowns),
+            (ctypes.c_double * len(seed))(*seed),
+            len(seed),
+            found,
+            len(knowns),
+        )
+        return np.array(found)
+
     def get_state(self) -> Any:
         return (self.api.getFMUstate if self.two else self.api.getFMUState)()
 

@@ -228,7 +228,6 @@ def test_what_is_not_provided_says_so(fmu: Fmu) -> None:
                 one.call("SetRealInputDerivatives", (c_uint32 * 1)(0), c_size_t(1), (c_int * 1)(1), zeros()[0]) == ERROR
             )
         else:
-            assert one.call("GetAdjointDerivative", *zeros()) == ERROR
             assert one.call("EnterConfigurationMode") == ERROR
             assert one.call("GetNumberOfVariableDependencies", c_uint32(0), byref(c_size_t())) == ERROR
             assert one.call("GetFloat32", (c_uint32 * 1)(0), c_size_t(1), zeros()[0], c_size_t(1)) == ERROR

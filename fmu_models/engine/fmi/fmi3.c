@@ -249,21 +249,6 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
                         "dependencies are in modelDescription.xml (providesPerElementDependencies is false)");
 }
 
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
-                                    const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
-                                    size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
-{
-    (void)unknowns;
-    (void)n_unknowns;
-    (void)knowns;
-    (void)n_knowns;
-    (void)seed;
-    (void)n_seed;
-    (void)sensitivity;
-    (void)n_sensitivity;
-    return not_provided(c, __func__, "not provided; use fmi3GetDirectionalDerivative");
-}
-
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c)
 {
     return not_provided(c, __func__, "the model has no structural parameters");
@@ -318,6 +303,16 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     if (instance_same(c, __func__, n_knowns, n_seed) || instance_same(c, __func__, n_unknowns, n_sensitivity))
         return fmi3Error;
     return (fmi3Status)variables_directional(c, __func__, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                                    const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
+                                    size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
+{
+    if (instance_enter(c, PHASES_ALL, __func__)) return fmi3Error;
+    if (instance_same(c, __func__, n_unknowns, n_seed) || instance_same(c, __func__, n_knowns, n_sensitivity))
+        return fmi3Error;
+    return (fmi3Status)variables_adjoint(c, __func__, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
 
 /* Model Exchange */

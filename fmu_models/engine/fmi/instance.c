@@ -41,6 +41,7 @@ void instance_free(Instance *m)
         free(m->fmu_states);
         m->fmu_states = next;
     }
+    free(m->derivatives);
     free(m);
 }
 

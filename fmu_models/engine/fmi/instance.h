@@ -67,6 +67,7 @@ struct Instance {
     void (*logger)(void); /* the importer's callback, cast back by say */
     void *environment;
     FmuState *fmu_states; /* states handed out and not yet freed */
+    void *derivatives;    /* room for directional ones, made when they are first asked for */
     char name[128];
 };
 

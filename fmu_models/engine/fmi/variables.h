@@ -32,7 +32,11 @@ Status variables_none(Instance *m, const char *function, size_t n, const char *t
    initialization */
 int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value);
 
+/* derivatives of rates and outputs by all that can be set, and by time: seed has n_known numbers, sensitivity n_unknown;
+   adjoint ones the other way round */
 Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
                              const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
+Status variables_adjoint(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                         const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
 
 #endif

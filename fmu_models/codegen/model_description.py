@@ -45,6 +45,9 @@ LOG_CATEGORIES = {
     "logEvents": "every change of the state of a contact, and every impact",
 }
 
+# operations up to which it is asked how an expression depends on what is in it
+_LARGEST_EXPRESSION = 100
+
 _INDICATOR_NAMES = {
     "depth": "bound",
     "slip": "indicator",
@@ -96,10 +99,20 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unknown:
-    """An entry of the model structure: a variable and the references it depends on, all of them if ``None``."""
+    """An entry of the model structure: a variable and the references it depends on, all of them if ``None``.
+
+    ``kinds`` says of each how: by a constant factor, by one of parameters ("tunable"), or in another way ("dependent").
+    """
 
     variable: Variable
     dependencies: tuple[int, ...] | None = None
+    kinds: tuple[str, ...] | None = None
+
+    @property
+    def attributes(self) -> dict[str, str | None]:
+        """Attributes of its element, beside the reference."""
+        lists = {"dependencies": self.dependencies, "dependenciesKind": self.kinds}
+        return {key: None if v is None else " ".join(map(str, v)) for key, v in lists.items()}
 
 
 class Description:
@@ -113,6 +126,7 @@ class Description:
         self.system = system
         self.variables: list[Variable] = []
         self._reference: dict[sympy.Basic, int] = {TIME: 1}
+        self._parameters: dict[sympy.Basic, int] = {}
         self._add("time", "time", causality="independent", variability="continuous", unit="s")
         self._add_values()
         self.states = [self._add_state(state) for state in system.states]
@@ -146,6 +160,7 @@ class Description:
 
     def _add_values(self) -> None:
         for p in self.system.parameters:
+            self._parameters[p] = self._next
             self._add(
                 p.name,
                 p.description,
@@ -221,7 +236,10 @@ class Description:
     @property
     def output_unknowns(self) -> list[Unknown]:
         """Outputs, and the contact states among them, which depend on everything through the events."""
-        found = [Unknown(v, self._known(o.expression)) for v, o in zip(self.outputs, self.system.outputs, strict=True)]
+        found = [
+            self._unknown(v, self._symbols([o.expression]), o.expression)
+            for v, o in zip(self.outputs, self.system.outputs, strict=True)
+        ]
         return found + [Unknown(v) for v in self._shown_states]
 
     @property
@@ -233,7 +251,8 @@ class Description:
             *(self._accelerations[a] for a in system.rate_symbols),
             *(self._symbols([rate]) for rate in system.internal_rates),
         ]
-        return [Unknown(v, self._references(s)) for v, s in zip(self.derivatives, sources, strict=True)]
+        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
+        return [self._unknown(v, s, e) for v, s, e in zip(self.derivatives, sources, rates, strict=True)]
 
     @property
     def indicator_unknowns(self) -> list[Unknown]:
@@ -248,12 +267,63 @@ class Description:
                 "function": [c.slip, c.force_symbol],
             }
             sources += [self._symbols([e for e in behind[what] if e is not None]) for what in c.indicators]
-        return [Unknown(v, self._references(s)) for v, s in zip(self.indicators, sources, strict=True)]
+        return [self._unknown(v, s) for v, s in zip(self.indicators, sources, strict=True)]
 
     @property
     def initial_unknowns(self) -> list[Unknown]:
-        """What initialization computes, in order of reference."""
-        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self._shown_states)]
+        """What initialization computes, in order of reference.
+
+        It chooses the states of the contacts, by everything, and lets bodies bounce that move into a wall.
+        """
+        system = self.system
+        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
+        sources = [*rates, *(o.expression for o in system.outputs)]
+        variables = (*self.derivatives, *self.outputs)
+        found = [
+            self._unknown(v, behind, e, initial=True) if (behind := self._start_values([e])) is not None else Unknown(v)
+            for v, e in zip(variables, sources, strict=True)
+        ]
+        return found + [Unknown(v) for v in self._shown_states]
+
+    def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
+        """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
+        contacts = self.system.contacts
+        if any(c.reset or c.kind in ("impact", "impact_friction") for c in contacts):
+            return None
+        behind: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in contacts}
+        behind |= {c.depth_symbol: c.depth.free_symbols for c in contacts if c.depth is not None}
+        if not contacts:
+            behind |= self._free_accelerations
+        found: set[sympy.Basic] = set()
+        for symbol in set().union(*(expression.free_symbols for expression in expressions)):
+            found |= behind.get(symbol, {symbol})
+        return found if found <= self._reference.keys() | self._parameters.keys() else None
+
+    def _unknown(
+        self,
+        variable: Variable,
+        symbols: Iterable[sympy.Basic],
+        expression: sympy.Expr | None = None,
+        *,
+        initial: bool = False,
+    ) -> Unknown:
+        """An entry with what it depends on; its expression, if given, says how."""
+        known = self._reference | (self._parameters if initial else {})
+        ordered = sorted(((known[s], s) for s in symbols if s in known), key=lambda pair: pair[0])
+        kinds = ["dependent"] * len(ordered)
+        direct = self._reference.keys() | self._parameters.keys()
+        if (
+            expression is not None
+            and expression.free_symbols <= direct
+            and expression.count_ops() <= _LARGEST_EXPRESSION
+        ):
+            for i, (_, symbol) in enumerate(ordered):
+                factors = expression.diff(symbol).free_symbols
+                if not factors:
+                    kinds[i] = "constant"
+                elif not initial and factors <= self._parameters.keys():
+                    kinds[i] = "tunable"
+        return Unknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
 
     @property
     def _shown_states(self) -> list[Variable]:
@@ -315,12 +385,6 @@ class Description:
             elif symbol is TIME or isinstance(symbol, State | Input | Rate):
                 found.add(symbol)
         return found
-
-    def _known(self, expression: sympy.Expr) -> tuple[int, ...]:
-        return self._references(self._symbols([expression]))
-
-    def _references(self, symbols: Iterable[sympy.Basic]) -> tuple[int, ...]:
-        return tuple(sorted(self._reference[s] for s in symbols if s in self._reference))
 
     # units
 

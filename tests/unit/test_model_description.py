@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from fmu_models.codegen.model_description import Description, _base_unit, model_description
+from fmu_models.codegen.model_description import Description, Unknown, _base_unit, model_description
 from fmu_models.codegen.package import variant
 from fmu_models.codegen.rights import Rights
 from fmu_models.lowering.lower import lower
@@ -52,6 +52,34 @@ def test_dependencies_follow_the_equations(rig: Description) -> None:
     everything = {"theta", "omega", "w0", "w1", "w0_rate", "w1_rate"}
     assert depends["der(omega)"] == depends["F0"] == depends["alpha"] == everything
     assert "disc0_state" not in depends
+
+
+def test_how_unknowns_depend_is_said(rig: Description) -> None:
+    names = {v.reference: v.name for v in rig.variables}
+
+    def said(unknowns: list[Unknown]) -> dict[str, dict[str, str] | None]:
+        return {
+            u.variable.name: None
+            if u.dependencies is None
+            else dict(zip((names[r] for r in u.dependencies), u.kinds or (), strict=True))
+            for u in unknowns
+        }
+
+    running = said([*rig.derivative_unknowns, *rig.output_unknowns])
+    assert running["der(theta)"] == {"omega": "constant"}
+    assert running["slip0"] == {"w0": "tunable", "omega": "tunable"}
+    assert running["energy"] == {"theta": "dependent", "omega": "dependent"}
+    starting = said(rig.initial_unknowns)
+    assert starting["der(theta)"] == {"omega": "constant"}
+    assert starting["slip0"] == dict.fromkeys(["r", "R", "w0", "omega"], "dependent")
+    assert starting["energy"] == dict.fromkeys(["J", "k", "theta", "omega"], "dependent")
+    # whether the body sticks to a disc at the start depends on all that is given
+    assert starting["der(omega)"] is starting["F0"] is None
+
+
+def test_bounces_at_the_start_depend_on_everything() -> None:
+    ball = Description(lower(variant("bouncing_ball")))
+    assert {u.dependencies for u in ball.initial_unknowns} == {None}
 
 
 def test_contact_states_are_outputs_where_they_are_asked_for() -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.unit_names import base_units, conversion_factor
 from fmu_models.codegen import contact_states
+from fmu_models.codegen.c_structures import declarations
 from fmu_models.codegen.rights import Rights
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
@@ -438,5 +439,6 @@ def render(template: str, **values: Any) -> str:
 def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str, rights: Rights) -> str:
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
     values = {"d": Description(system), "system": system, "token": token, "tool": tool, "rights": rights.attributes}
-    values["log_categories"] = LOG_CATEGORIES
+    most = declarations("engine/fmi/variables.h").constants("Most", "MOST_")
+    values |= {"log_categories": LOG_CATEGORIES, "output_order": most.OUTPUT_ORDER}
     return render(f"fmi{fmi_version[0]}.xml.j2", **values)

@@ -280,3 +280,17 @@ RunStatus run_outputs(Run *r, double *y)
     }
     return RUN_OK;
 }
+
+void run_output_derivatives(Run *r, int order, double *y)
+{
+    Jets *j = &r->scratch;
+    double factorial = 1.0;
+    taylor_series(r, j, order + 1, INFINITY);
+    for (int k = 0; k <= order; k++) {
+        model_outputs(r->at.p, r->at.d, j, k);
+        factorial *= k > 0 ? k : 1;
+    }
+    for (int i = 0; i < MODEL_NY; i++) {
+        y[i] = factorial * j->y[i][order];
+    }
+}

@@ -255,10 +255,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                         const fmi2Integer order[], fmi2Real value[])
 {
-    (void)vr;
-    (void)order;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "with output derivatives (maxOutputDerivativeOrder = 0)");
+    return (fmi2Status)variables_output_derivatives(c, __func__, vr, n, order, value);
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)

@@ -215,8 +215,6 @@ NOTHING_TO(SetIntervalDecimal, "of type Clock", const fmi3Float64 intervals[])
 NOTHING_TO(SetIntervalFraction, "of type Clock", const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 NOTHING_TO(SetShiftDecimal, "of type Clock", const fmi3Float64 shifts[])
 NOTHING_TO(SetShiftFraction, "of type Clock", const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-NOTHING_TO(GetOutputDerivatives, "with output derivatives (maxOutputDerivativeOrder = 0)", const fmi3Int32 orders[],
-           fmi3Float64 values[], size_t n_values)
 #if defined(__GNUC__)
 #pragma GCC diagnostic pop
 #endif
@@ -381,6 +379,13 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
 }
 
 /* Co-Simulation */
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
+                                    fmi3Float64 values[], size_t n_values)
+{
+    if (instance_enter(c, PHASES_ALL, __func__) || instance_same(c, __func__, n, n_values)) return fmi3Error;
+    return (fmi3Status)variables_output_derivatives(c, __func__, vr, n, orders, values);
+}
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {

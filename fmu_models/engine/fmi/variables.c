@@ -202,6 +202,35 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
     return STATUS_OK;
 }
 
+Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
+                                    const int32_t *order, double *value)
+{
+    int i, phases = PHASE_STEP | PHASE_EVENT | PHASE_TERMINATED;
+    double y[MODEL_ROOM(MODEL_NY)] = {0};
+    if (instance_enter(m, m && m->core.co_simulation ? phases : 0, function)) return STATUS_ERROR;
+    if (instance_array(m, vr, n, function, "value references") || instance_array(m, order, n, function, "orders")
+        || instance_array(m, value, n, function, "values"))
+        return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++) {
+        Kind kind = variables_locate(vr[k], &i);
+        if (kind != OUTPUT)
+            return instance_refuse(m, "%s: value reference %u is %s, not an output", function, (unsigned)vr[k],
+                                   kind_names[kind]);
+        if (order[k] < 1 || order[k] > MOST_OUTPUT_ORDER)
+            return instance_refuse(m, "%s: order %d; orders 1 to %d are given", function, (int)order[k],
+                                   MOST_OUTPUT_ORDER);
+    }
+    for (size_t k = 0; k < n; k++) {
+        if (k == 0 || order[k] != order[k - 1]) run_output_derivatives(&m->core.run, order[k], y);
+        variables_locate(vr[k], &i);
+        value[k] = y[i];
+        if (!isfinite(value[k]))
+            return instance_refuse(m, "%s: output %u has no finite derivative of order %d at time %.17g", function,
+                                   (unsigned)vr[k], (int)order[k], m->core.run.at.time);
+    }
+    return STATUS_OK;
+}
+
 Status variables_none(Instance *m, const char *function, size_t n, const char *type)
 {
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from fmu_models.base.unit_names import base_units
+from fmu_models.base.unit_names import base_units, conversion_factor
 from fmu_models.codegen import contact_states
+from fmu_models.codegen.c_structures import declarations
 from fmu_models.codegen.rights import Rights
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State, per_second
@@ -35,7 +36,18 @@ BASE_UNITS = {
     "candela": "cd",
     "radian": "rad",
 }
+# what people read angles in; the speed that an input asks of a drive is one of turns
+DISPLAY_UNITS = {"rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}
+DRIVE_DISPLAY_UNITS = {"rad/s": "rpm"}
+# as in engine/fmi/instance.c
+LOG_CATEGORIES = {
+    "logStatusError": "why a call was refused",
+    "logStatusWarning": "what was asked for and is not done as it was asked",
+    "logEvents": "every change of the state of a contact, and every impact",
+}
 
+# operations up to which it is asked how an expression depends on what is in it
+_LARGEST_EXPRESSION = 100
 
 _INDICATOR_NAMES = {
     "depth": "bound",
@@ -70,20 +82,38 @@ class Variable:
         return self.declared_type is not None
 
     @property
+    def display_unit(self) -> str | None:
+        """The unit to show it in, where that is another; of a parameter none, as frequencies of motions stay."""
+        if self.unit is None or self.causality == "parameter":
+            return None
+        drives = DRIVE_DISPLAY_UNITS if self.causality == "input" else {}
+        return drives.get(self.unit) or DISPLAY_UNITS.get(self.unit)
+
+    @property
     def attributes(self) -> dict[str, str | None]:
         """Attributes of the value, beside what every variable has."""
         numbers = {"min": self.minimum, "max": self.maximum, "nominal": self.nominal, "start": self.start}
         kind = int if self.integer else float
-        words = {"declaredType": self.declared_type, "unit": self.unit}
+        words = {"declaredType": self.declared_type, "unit": self.unit, "displayUnit": self.display_unit}
         return words | {key: None if v is None else repr(kind(v)) for key, v in numbers.items()}
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """An entry of the model structure: a variable and the references it depends on, all of them if ``None``."""
+    """An entry of the model structure: a variable and the references it depends on, all of them if ``None``.
+
+    ``kinds`` says of each how: by a constant factor, by one of parameters ("tunable"), or in another way ("dependent").
+    """
 
     variable: Variable
     dependencies: tuple[int, ...] | None = None
+    kinds: tuple[str, ...] | None = None
+
+    @property
+    def attributes(self) -> dict[str, str | None]:
+        """Attributes of its element, beside the reference."""
+        lists = {"dependencies": self.dependencies, "dependenciesKind": self.kinds}
+        return {key: None if v is None else " ".join(map(str, v)) for key, v in lists.items()}
 
 
 class Description:
@@ -97,6 +127,7 @@ class Description:
         self.system = system
         self.variables: list[Variable] = []
         self._reference: dict[sympy.Basic, int] = {TIME: 1}
+        self._parameters: dict[sympy.Basic, int] = {}
         self._add("time", "time", causality="independent", variability="continuous", unit="s")
         self._add_values()
         self.states = [self._add_state(state) for state in system.states]
@@ -130,6 +161,7 @@ class Description:
 
     def _add_values(self) -> None:
         for p in self.system.parameters:
+            self._parameters[p] = self._next
             self._add(
                 p.name,
                 p.description,
@@ -205,7 +237,10 @@ class Description:
     @property
     def output_unknowns(self) -> list[Unknown]:
         """Outputs, and the contact states among them, which depend on everything through the events."""
-        found = [Unknown(v, self._known(o.expression)) for v, o in zip(self.outputs, self.system.outputs, strict=True)]
+        found = [
+            self._unknown(v, self._symbols([o.expression]), o.expression)
+            for v, o in zip(self.outputs, self.system.outputs, strict=True)
+        ]
         return found + [Unknown(v) for v in self._shown_states]
 
     @property
@@ -217,7 +252,8 @@ class Description:
             *(self._accelerations[a] for a in system.rate_symbols),
             *(self._symbols([rate]) for rate in system.internal_rates),
         ]
-        return [Unknown(v, self._references(s)) for v, s in zip(self.derivatives, sources, strict=True)]
+        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
+        return [self._unknown(v, s, e) for v, s, e in zip(self.derivatives, sources, rates, strict=True)]
 
     @property
     def indicator_unknowns(self) -> list[Unknown]:
@@ -232,12 +268,63 @@ class Description:
                 "function": [c.slip, c.force_symbol],
             }
             sources += [self._symbols([e for e in behind[what] if e is not None]) for what in c.indicators]
-        return [Unknown(v, self._references(s)) for v, s in zip(self.indicators, sources, strict=True)]
+        return [self._unknown(v, s) for v, s in zip(self.indicators, sources, strict=True)]
 
     @property
     def initial_unknowns(self) -> list[Unknown]:
-        """What initialization computes, in order of reference."""
-        return [Unknown(v) for v in (*self.derivatives, *self.outputs, *self._shown_states)]
+        """What initialization computes, in order of reference.
+
+        It chooses the states of the contacts, by everything, and lets bodies bounce that move into a wall.
+        """
+        system = self.system
+        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
+        sources = [*rates, *(o.expression for o in system.outputs)]
+        variables = (*self.derivatives, *self.outputs)
+        found = [
+            self._unknown(v, behind, e, initial=True) if (behind := self._start_values([e])) is not None else Unknown(v)
+            for v, e in zip(variables, sources, strict=True)
+        ]
+        return found + [Unknown(v) for v in self._shown_states]
+
+    def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
+        """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
+        contacts = self.system.contacts
+        if any(c.reset or c.kind in ("impact", "impact_friction") for c in contacts):
+            return None
+        behind: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in contacts}
+        behind |= {c.depth_symbol: c.depth.free_symbols for c in contacts if c.depth is not None}
+        if not contacts:
+            behind |= self._free_accelerations
+        found: set[sympy.Basic] = set()
+        for symbol in set().union(*(expression.free_symbols for expression in expressions)):
+            found |= behind.get(symbol, {symbol})
+        return found if found <= self._reference.keys() | self._parameters.keys() else None
+
+    def _unknown(
+        self,
+        variable: Variable,
+        symbols: Iterable[sympy.Basic],
+        expression: sympy.Expr | None = None,
+        *,
+        initial: bool = False,
+    ) -> Unknown:
+        """An entry with what it depends on; its expression, if given, says how."""
+        known = self._reference | (self._parameters if initial else {})
+        ordered = sorted(((known[s], s) for s in symbols if s in known), key=lambda pair: pair[0])
+        kinds = ["dependent"] * len(ordered)
+        direct = self._reference.keys() | self._parameters.keys()
+        if (
+            expression is not None
+            and expression.free_symbols <= direct
+            and expression.count_ops() <= _LARGEST_EXPRESSION
+        ):
+            for i, (_, symbol) in enumerate(ordered):
+                factors = expression.diff(symbol).free_symbols
+                if not factors:
+                    kinds[i] = "constant"
+                elif not initial and factors <= self._parameters.keys():
+                    kinds[i] = "tunable"
+        return Unknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
 
     @property
     def _shown_states(self) -> list[Variable]:
@@ -300,12 +387,6 @@ class Description:
                 found.add(symbol)
         return found
 
-    def _known(self, expression: sympy.Expr) -> tuple[int, ...]:
-        return self._references(self._symbols([expression]))
-
-    def _references(self, symbols: Iterable[sympy.Basic]) -> tuple[int, ...]:
-        return tuple(sorted(self._reference[s] for s in symbols if s in self._reference))
-
     # units
 
     @property
@@ -313,6 +394,15 @@ class Description:
         """Per unit its exponents of SI base units and its factor, for FMI's element BaseUnit; None if it cannot say."""
         names = dict.fromkeys(v.unit for v in self.variables if v.unit)
         return {name: _base_unit(name) for name in names}
+
+    @property
+    def display_units(self) -> dict[str, dict[str, float]]:
+        """Per unit those that its variables are shown in, with how many of them one of it is."""
+        found: dict[str, dict[str, float]] = {}
+        for v in self.variables:
+            if v.unit and v.display_unit:
+                found.setdefault(v.unit, {})[v.display_unit] = conversion_factor(v.unit, v.display_unit)
+        return found
 
 
 def _base_unit(unit: str) -> dict[str, float] | None:
@@ -349,4 +439,6 @@ def render(template: str, **values: Any) -> str:
 def model_description(system: HybridSystem, token: str, fmi_version: str, tool: str, rights: Rights) -> str:
     """Text of modelDescription.xml; token as in the compiled model, tool the program that writes it."""
     values = {"d": Description(system), "system": system, "token": token, "tool": tool, "rights": rights.attributes}
+    most = declarations("engine/fmi/variables.h").constants("Most", "MOST_")
+    values |= {"log_categories": LOG_CATEGORIES, "output_order": most.OUTPUT_ORDER}
     return render(f"fmi{fmi_version[0]}.xml.j2", **values)

@@ -20,6 +20,7 @@ class Face:
         self.fmu = fmu
         self.two = fmu.fmi == 2
         self.messages: list[str] = []
+        self.categories: list[str] = []
         interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
         assert interface is not None
         arguments = {
@@ -31,12 +32,23 @@ class Face:
         if self.two:
             self.api: Any = (fmi2.FMU2Slave if co_simulation else fmi2.FMU2Model)(**arguments)
             callbacks = fmi2.fmi2CallbackFunctions()
-            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda _e, _n, _s, _c, m: self.messages.append(m.decode()))
+            callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda _e, _n, _s, c, m: self._hear(c, m))
             self.api.instantiate(callbacks=callbacks, loggingOn=True, **options)
         else:
             self.api = (fmi3.FMU3Slave if co_simulation else fmi3.FMU3Model)(**arguments)
-            logger = lambda _e, _s, _c, m: self.messages.append(m.decode())  # noqa: E731  (ctypes needs a callable)
+            logger = lambda _e, _s, c, m: self._hear(c, m)  # noqa: E731  (ctypes needs a callable)
             self.api.instantiate(loggingOn=True, logMessage=logger, **options)
+
+    def _hear(self, category: bytes, message: bytes) -> None:
+        self.categories.append(category.decode())
+        self.messages.append(message.decode())
+
+    def log(self, *categories: str, on: bool = True) -> int:
+        """Ask for messages of some categories, of all without any."""
+        self.messages.clear()
+        self.categories.clear()
+        names = (ctypes.c_char_p * len(categories))(*(c.encode() for c in categories))
+        return self.call("SetDebugLogging", ctypes.c_int(on), ctypes.c_size_t(len(categories)), names)
 
     def reference(self, name: str) -> int:
         return self.fmu.variables[name].valueReference
@@ -93,6 +105,21 @@ class Face:
     def directional(self, unknowns: Sequence[str], known: str, seed: float) -> np.ndarray:
         arguments = self.references(unknowns), [self.reference(known)], [seed]
         return np.array(self.api.getDirectionalDerivative(*arguments))
+
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: np.ndarray) -> np.ndarray:
+        found = (ctypes.c_double * len(knowns))()
+        self.api.fmi3GetAdjointDerivative(
+            self.api.component,
+            (ctypes.c_uint32 * len(unknowns))(*self.references(unknowns)),
+            len(unknowns),
+            (ctypes.c_uint32 * len(knowns))(*self.references(knowns)),
+            len(knowns),
+            (ctypes.c_double * len(seed))(*seed),
+            len(seed),
+            found,
+            len(knowns),
+        )
+        return np.array(found)
 
     def get_state(self) -> Any:
         return (self.api.getFMUstate if self.two else self.api.getFMUState)()

@@ -22,7 +22,7 @@ ARROWS = {
     "engine/step": {"engine/model"},
     "engine/events": {"engine/model", "engine/step"},
     "engine/tangents": {"engine/model", "engine/step", "engine/events"},
-    "engine/fmi": {"engine/model", "engine/step", "engine/events"},
+    "engine/fmi": {"engine/model", "engine/step", "engine/events", "engine/tangents"},
     "engine/whole_run": {"engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi"},
     "engine/ensemble": {
         *("engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi", "engine/whole_run"),

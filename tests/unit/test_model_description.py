@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
-from fmu_models.codegen.model_description import Description, _base_unit, model_description
+from fmu_models.codegen.model_description import Description, Unknown, _base_unit, model_description
 from fmu_models.codegen.package import variant
 from fmu_models.codegen.rights import Rights
 from fmu_models.lowering.lower import lower
@@ -53,6 +54,34 @@ def test_dependencies_follow_the_equations(rig: Description) -> None:
     assert "disc0_state" not in depends
 
 
+def test_how_unknowns_depend_is_said(rig: Description) -> None:
+    names = {v.reference: v.name for v in rig.variables}
+
+    def said(unknowns: list[Unknown]) -> dict[str, dict[str, str] | None]:
+        return {
+            u.variable.name: None
+            if u.dependencies is None
+            else dict(zip((names[r] for r in u.dependencies), u.kinds or (), strict=True))
+            for u in unknowns
+        }
+
+    running = said([*rig.derivative_unknowns, *rig.output_unknowns])
+    assert running["der(theta)"] == {"omega": "constant"}
+    assert running["slip0"] == {"w0": "tunable", "omega": "tunable"}
+    assert running["energy"] == {"theta": "dependent", "omega": "dependent"}
+    starting = said(rig.initial_unknowns)
+    assert starting["der(theta)"] == {"omega": "constant"}
+    assert starting["slip0"] == dict.fromkeys(["r", "R", "w0", "omega"], "dependent")
+    assert starting["energy"] == dict.fromkeys(["J", "k", "theta", "omega"], "dependent")
+    # whether the body sticks to a disc at the start depends on all that is given
+    assert starting["der(omega)"] is starting["F0"] is None
+
+
+def test_bounces_at_the_start_depend_on_everything() -> None:
+    ball = Description(lower(variant("bouncing_ball")))
+    assert {u.dependencies for u in ball.initial_unknowns} == {None}
+
+
 def test_contact_states_are_outputs_where_they_are_asked_for() -> None:
     """Importers that read every output as a real number cannot open an FMU with integer outputs."""
     system = lower(variant("disc_rig"))
@@ -87,3 +116,16 @@ def test_text_is_escaped() -> None:
     for version in ("2.0", "3.0"):
         text = model_description(system, "token", version, "tool", Rights())
         assert 'description="block &amp; &#34;belt&#34; &lt;1&gt;"' in text
+
+
+def test_angles_are_shown_in_degrees_and_drives_in_turns(rig: Description) -> None:
+    by_name = {v.name: v.display_unit for v in rig.variables}
+    shown = [by_name[name] for name in ("theta", "omega", "der(omega)", "w0", "J")]
+    assert shown == ["deg", "deg/s", "deg/s2", "rpm", None]
+    degrees = 180.0 / math.pi
+    factors = {
+        "rad": {"deg": degrees},
+        "rad/s": {"deg/s": degrees, "rpm": 30.0 / math.pi},
+        "rad/s2": {"deg/s2": degrees},
+    }
+    assert {unit: pytest.approx(to) for unit, to in factors.items()} == rig.display_units

@@ -281,33 +281,16 @@ RunStatus run_outputs(Run *r, double *y)
     return RUN_OK;
 }
 
-RunStatus run_directional(Run *r, const double *xdot, const double *udot, double *dxdot, double *ydot)
+void run_output_derivatives(Run *r, int order, double *y)
 {
     Jets *j = &r->scratch;
-    taylor_load(r, j);
-    taylor_field(r, j, 0);
-    model_outputs(r->at.p, r->at.d, j, 0);
-    /* order 1 along the imposed direction instead of along time; the rates of the inputs do not change along it */
-    j->t[1] = 0.0;
-    for (int i = 0; i < MODEL_NU; i++) {
-        j->u[i][1] = udot ? udot[i] : 0.0;
+    double factorial = 1.0;
+    taylor_series(r, j, order + 1, INFINITY);
+    for (int k = 0; k <= order; k++) {
+        model_outputs(r->at.p, r->at.d, j, k);
+        factorial *= k > 0 ? k : 1;
     }
-    for (int i = 0; i < MODEL_NX; i++) {
-        j->x[i][1] = xdot ? xdot[i] : 0.0;
+    for (int i = 0; i < MODEL_NY; i++) {
+        y[i] = factorial * j->y[i][order];
     }
-    taylor_field(r, j, 1);
-    model_outputs(r->at.p, r->at.d, j, 1);
-    for (int i = 0; dxdot && i < MODEL_NQ; i++) {
-        dxdot[i] = j->x[MODEL_NQ + i][1];
-    }
-    for (int i = 0; dxdot && i < MODEL_NV; i++) {
-        dxdot[MODEL_NQ + i] = contact_rate(j, i, 1);
-    }
-    for (int i = 0; dxdot && i < MODEL_NZ; i++) {
-        dxdot[MODEL_NQ + MODEL_NV + i] = j->zrate[i][1];
-    }
-    for (int i = 0; ydot && i < MODEL_NY; i++) {
-        ydot[i] = j->y[i][1];
-    }
-    return RUN_OK;
 }

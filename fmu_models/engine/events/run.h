@@ -18,9 +18,9 @@ RunStatus run_reconsider(Run *r, int *changed);
  */
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context);
 
-/* outputs and their directional derivatives along (xdot, udot); any result pointer may be NULL */
 RunStatus run_outputs(Run *r, double *y); /* MODEL_NY */
-RunStatus run_directional(Run *r, const double *xdot, const double *udot, double *dxdot, double *ydot);
+/* their derivative in time of some order, below MODEL_MAX_ORDER, in the present contact states */
+void run_output_derivatives(Run *r, int order, double *y);
 
 /* the parts of an advance, for derivatives that are carried along */
 /* whether the run will come to its end in hours */

@@ -25,10 +25,7 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean logging_on, size_t n, const fmi2String categories[])
 {
-    Instance *m = c;
-    if (instance_enter(m, PHASES_ALL, __func__) || instance_categories(m, n, categories, __func__)) return fmi2Error;
-    m->logging = logging_on;
-    return fmi2OK;
+    return (fmi2Status)instance_log(c, __func__, logging_on, n, categories);
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
@@ -258,10 +255,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                         const fmi2Integer order[], fmi2Real value[])
 {
-    (void)vr;
-    (void)order;
-    (void)value;
-    return (fmi2Status)variables_none(c, __func__, n, "with output derivatives (maxOutputDerivativeOrder = 0)");
+    return (fmi2Status)variables_output_derivatives(c, __func__, vr, n, order, value);
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)

@@ -20,10 +20,7 @@ const char *fmi3GetVersion(void) { return fmi3Version; }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean logging_on, size_t n, const fmi3String categories[])
 {
-    Instance *m = c;
-    if (instance_enter(m, PHASES_ALL, __func__) || instance_categories(m, n, categories, __func__)) return fmi3Error;
-    m->logging = logging_on;
-    return fmi3OK;
+    return (fmi3Status)instance_log(c, __func__, logging_on, n, categories);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -218,8 +215,6 @@ NOTHING_TO(SetIntervalDecimal, "of type Clock", const fmi3Float64 intervals[])
 NOTHING_TO(SetIntervalFraction, "of type Clock", const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 NOTHING_TO(SetShiftDecimal, "of type Clock", const fmi3Float64 shifts[])
 NOTHING_TO(SetShiftFraction, "of type Clock", const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-NOTHING_TO(GetOutputDerivatives, "with output derivatives (maxOutputDerivativeOrder = 0)", const fmi3Int32 orders[],
-           fmi3Float64 values[], size_t n_values)
 #if defined(__GNUC__)
 #pragma GCC diagnostic pop
 #endif
@@ -250,21 +245,6 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
     (void)n;
     return not_provided(c, __func__,
                         "dependencies are in modelDescription.xml (providesPerElementDependencies is false)");
-}
-
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
-                                    const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
-                                    size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
-{
-    (void)unknowns;
-    (void)n_unknowns;
-    (void)knowns;
-    (void)n_knowns;
-    (void)seed;
-    (void)n_seed;
-    (void)sensitivity;
-    (void)n_sensitivity;
-    return not_provided(c, __func__, "not provided; use fmi3GetDirectionalDerivative");
 }
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c)
@@ -321,6 +301,16 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     if (instance_same(c, __func__, n_knowns, n_seed) || instance_same(c, __func__, n_unknowns, n_sensitivity))
         return fmi3Error;
     return (fmi3Status)variables_directional(c, __func__, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
+                                    const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
+                                    size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
+{
+    if (instance_enter(c, PHASES_ALL, __func__)) return fmi3Error;
+    if (instance_same(c, __func__, n_unknowns, n_seed) || instance_same(c, __func__, n_knowns, n_sensitivity))
+        return fmi3Error;
+    return (fmi3Status)variables_adjoint(c, __func__, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
 
 /* Model Exchange */
@@ -389,6 +379,13 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
 }
 
 /* Co-Simulation */
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
+                                    fmi3Float64 values[], size_t n_values)
+{
+    if (instance_enter(c, PHASES_ALL, __func__) || instance_same(c, __func__, n, n_values)) return fmi3Error;
+    return (fmi3Status)variables_output_derivatives(c, __func__, vr, n, orders, values);
+}
 
 fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {

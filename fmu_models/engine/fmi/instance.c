@@ -20,7 +20,7 @@ Instance *instance_new(const char *name, const char *token, int co_simulation, S
     m->say = say;
     m->logger = logger;
     m->environment = environment;
-    m->logging = logging;
+    m->categories = logging ? LOG_ALL : 0;
     m->quiet = quiet;
     snprintf(m->name, sizeof m->name, "%s", name && name[0] ? name : MODEL_NAME);
     if (!token || strcmp(token, MODEL_TOKEN) != 0) {
@@ -41,6 +41,7 @@ void instance_free(Instance *m)
         free(m->fmu_states);
         m->fmu_states = next;
     }
+    free(m->derivatives);
     free(m);
 }
 
@@ -48,12 +49,40 @@ Status instance_refuse(Instance *m, const char *format, ...)
 {
     char message[512];
     va_list arguments;
-    if (!m->logger || (m->quiet && !m->logging)) return STATUS_ERROR;
+    if (!m->logger || (m->quiet && !(m->categories & LOG_ERROR))) return STATUS_ERROR;
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
     m->say(m, STATUS_ERROR, "logStatusError", message);
     return STATUS_ERROR;
+}
+
+static int is_wanted(const Instance *m, LogCategory category) { return m->logger && m->categories & category; }
+
+/* an EventSink */
+static void say_event(void *instance, const ContactEvent *event)
+{
+    Instance *m = instance;
+    char message[512];
+    int used = snprintf(message, sizeof message, "t = %.10g: %s_state %s %d", event->time,
+                        model_contact_names[event->contact], event->before == event->after ? "stays" : "becomes",
+                        event->after);
+    if (event->work != 0.0 && used < (int)sizeof message)
+        snprintf(message + used, sizeof message - (size_t)used, ", impact with work %.6g J", event->work);
+    m->say(m, STATUS_OK, "logEvents", message);
+}
+
+/* contact states that differ from those before, or were struck, where the engine tells of no event by itself */
+static void say_changes(Instance *m, const signed char *before)
+{
+    Run *r = &m->core.run;
+    double work = r->impact_work;
+    for (int c = 0; c < MODEL_NC; c++) {
+        int struck = r->struck[c];
+        if (r->at.state[c] == before[c] && !struck) continue;
+        say_event(m, &(ContactEvent){r->at.time, c, before[c], r->at.state[c], struck ? work : 0.0});
+        work = struck ? 0.0 : work; /* of simultaneous impacts it is told once */
+    }
 }
 
 static const char *phase_name(int phase)
@@ -95,14 +124,36 @@ static Status check_size(Instance *m, const char *function, size_t n, size_t exp
     return instance_refuse(m, "%s: %zu %s given, the model has %zu", function, n, what, expected);
 }
 
-Status instance_categories(Instance *m, size_t n, const char *const categories[], const char *function)
+Status instance_log(Instance *m, const char *function, int on, size_t n, const char *const categories[])
 {
-    if (instance_array(m, categories, n, function, "categories")) return STATUS_ERROR;
-    for (size_t i = 0; i < n; i++)
-        if (!categories[i] || strcmp(categories[i], "logStatusError") != 0)
-            return instance_refuse(m, "%s: unknown category '%s'; there is only 'logStatusError'", function,
-                                   categories[i] ? categories[i] : "NULL");
+    static const char *const names[] = {"logStatusError", "logStatusWarning", "logEvents"};
+    int wanted = n ? 0 : LOG_ALL;
+    if (instance_enter(m, PHASES_ALL, function) || instance_array(m, categories, n, function, "categories"))
+        return STATUS_ERROR;
+    for (size_t i = 0; i < n; i++) {
+        int k = 0;
+        while (k < 3 && !(categories[i] && strcmp(categories[i], names[k]) == 0))
+            k++;
+        if (k == 3)
+            return instance_refuse(m, "%s: unknown category '%s'; there are %s, %s and %s", function,
+                                   categories[i] ? categories[i] : "NULL", names[0], names[1], names[2]);
+        wanted |= 1 << k;
+    }
+    m->categories = on ? wanted : 0;
     return STATUS_OK;
+}
+
+/* the finest tolerance that makes a difference */
+static double resolved(Instance *m, const char *function, double tolerance)
+{
+    char message[256];
+    if (tolerance >= DBL_EPSILON) return tolerance;
+    if (is_wanted(m, LOG_WARNING)) {
+        snprintf(message, sizeof message, "%s: tolerance %g is finer than numbers are; %g is used", function, tolerance,
+                 DBL_EPSILON);
+        m->say(m, STATUS_WARNING, "logStatusWarning", message);
+    }
+    return DBL_EPSILON;
 }
 
 /* an error of the engine ends the run: its state can no longer be trusted */
@@ -137,6 +188,7 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
         return instance_refuse(m, "%s: stop time %g lies before start time %g", function, stop_time, start_time);
     if (tolerance_defined && !(tolerance > 0.0))
         return instance_refuse(m, "%s: tolerance %g is not positive", function, tolerance);
+    if (tolerance_defined) tolerance = resolved(m, function, tolerance);
     /* the default is so cheap that a looser request would save nothing, and sharp events need it */
     core->run.tolerances = run_default_tolerances;
     core->run.tolerances.drift = core->co_simulation ? 0.0 : tolerance_defined ? tolerance : 1e-6;
@@ -159,6 +211,7 @@ Status instance_exit_initialization(Instance *m, const char *function)
 Status instance_settle(Instance *m, const char *function, int *changed)
 {
     Core *core = &m->core;
+    signed char before[MODEL_ROOM(MODEL_NC)];
     if (changed) *changed = 0;
     if (core->settled) return STATUS_OK;
     if (check_parameters(m, function)) return STATUS_ERROR;
@@ -166,8 +219,10 @@ Status instance_settle(Instance *m, const char *function, int *changed)
         /* start values can still be mended and the mode left again: no failure of the run yet */
         if (run_initialize(&core->run) == RUN_ERROR) return instance_refuse(m, "%s: %s", function, core->run.message);
         if (changed) *changed = 1;
-    } else if (run_reconsider(&core->run, changed) == RUN_ERROR) {
-        return failed(m, function, core->run.message);
+    } else {
+        memcpy(before, core->run.at.state, sizeof before);
+        if (run_reconsider(&core->run, changed) == RUN_ERROR) return failed(m, function, core->run.message);
+        if (is_wanted(m, LOG_EVENT)) say_changes(m, before);
     }
     core->settled = 1;
     return STATUS_OK;
@@ -189,7 +244,7 @@ Status instance_step(Instance *m, const char *function, double time, double step
                                core->stop_time);
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
     core->run.goal = end;
-    switch (run_advance(&core->run, end, stop_at_event, NULL, NULL)) {
+    switch (run_advance(&core->run, end, stop_at_event, is_wanted(m, LOG_EVENT) ? say_event : NULL, m)) {
     case RUN_ERROR: return failed(m, function, core->run.message);
     case RUN_EVENT: *event = 1; break;
     case RUN_OK:
@@ -212,10 +267,13 @@ Status instance_enter_event(Instance *m, const char *function)
 Status instance_resolve(Instance *m, const char *function)
 {
     Core *core = &m->core;
+    signed char before[MODEL_ROOM(MODEL_NC)];
     int moved = 0;
     if (!core->event_pending) return STATUS_OK;
     core->event_pending = 0;
+    memcpy(before, core->run.at.state, sizeof before);
     if (exchange_event(&core->run, &moved) == RUN_ERROR) return failed(m, function, core->run.message);
+    if (is_wanted(m, LOG_EVENT)) say_changes(m, before);
     core->event_moved |= moved;
     return STATUS_OK;
 }

@@ -35,6 +35,9 @@ enum {
 /* the numbers FMI 2 and FMI 3 give them both */
 typedef enum { STATUS_OK = 0, STATUS_WARNING = 1, STATUS_DISCARD = 2, STATUS_ERROR = 3 } Status;
 
+/* what messages are about; their names are in fmu_models/codegen/model_description.py too, with what they mean */
+typedef enum { LOG_ERROR = 1, LOG_WARNING = 2, LOG_EVENT = 4, LOG_ALL = 7 } LogCategory;
+
 /* all that an FMU state holds */
 typedef struct {
     Run run;
@@ -58,12 +61,13 @@ typedef void (*Say)(Instance *instance, Status status, const char *category, con
 struct Instance {
     Core core;
     int event_mode_used, early_return_allowed; /* FMI 3 Co-Simulation */
-    int logging;                               /* log debug messages */
-    int quiet;                                 /* without logging be silent about errors as well (FMI 3) */
+    int categories;                            /* of messages that are wanted: LogCategory */
+    int quiet;                                 /* unless they are wanted be silent about errors as well (FMI 3) */
     Say say;
     void (*logger)(void); /* the importer's callback, cast back by say */
     void *environment;
     FmuState *fmu_states; /* states handed out and not yet freed */
+    void *derivatives;    /* room for directional ones, made when they are first asked for */
     char name[128];
 };
 
@@ -89,8 +93,8 @@ Status instance_enter(Instance *m, int phases, const char *function);
 Status instance_array(Instance *m, const void *array, size_t n, const char *function, const char *what);
 /* STATUS_OK if n_values values come with n references */
 Status instance_same(Instance *m, const char *function, size_t n, size_t n_values);
-/* STATUS_OK if every one of the categories is one of ours */
-Status instance_categories(Instance *m, size_t n, const char *const categories[], const char *function);
+/* log messages of these categories only: of all without any, and of none where it is off; an error if one is not ours */
+Status instance_log(Instance *m, const char *function, int on, size_t n, const char *const categories[]);
 
 Status instance_set_up(Instance *m, const char *function, int tolerance_defined, double tolerance, double start_time,
                        int stop_defined, double stop_time);

@@ -1,11 +1,13 @@
 /* The variables of an instance: what a value reference means, reading, writing and directional derivatives. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "variables.h"
 
 #include "../events/model_exchange.h"
 #include "../events/run.h"
+#include "../tangents/point_derivative.h"
 
 static const char *const kind_names[] = {"the time",
                                          "a parameter",
@@ -200,61 +202,67 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
     return STATUS_OK;
 }
 
+Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
+                                    const int32_t *order, double *value)
+{
+    int i, phases = PHASE_STEP | PHASE_EVENT | PHASE_TERMINATED;
+    double y[MODEL_ROOM(MODEL_NY)] = {0};
+    if (instance_enter(m, m && m->core.co_simulation ? phases : 0, function)) return STATUS_ERROR;
+    if (instance_array(m, vr, n, function, "value references") || instance_array(m, order, n, function, "orders")
+        || instance_array(m, value, n, function, "values"))
+        return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++) {
+        Kind kind = variables_locate(vr[k], &i);
+        if (kind != OUTPUT)
+            return instance_refuse(m, "%s: value reference %u is %s, not an output", function, (unsigned)vr[k],
+                                   kind_names[kind]);
+        if (order[k] < 1 || order[k] > MOST_OUTPUT_ORDER)
+            return instance_refuse(m, "%s: order %d; orders 1 to %d are given", function, (int)order[k],
+                                   MOST_OUTPUT_ORDER);
+    }
+    for (size_t k = 0; k < n; k++) {
+        if (k == 0 || order[k] != order[k - 1]) run_output_derivatives(&m->core.run, order[k], y);
+        variables_locate(vr[k], &i);
+        value[k] = y[i];
+        if (!isfinite(value[k]))
+            return instance_refuse(m, "%s: output %u has no finite derivative of order %d at time %.17g", function,
+                                   (unsigned)vr[k], (int)order[k], m->core.run.at.time);
+    }
+    return STATUS_OK;
+}
+
 Status variables_none(Instance *m, const char *function, size_t n, const char *type)
 {
     if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
     return n ? instance_refuse(m, "%s: the model has no variables %s", function, type) : STATUS_OK;
 }
 
-/* the derivatives are affine in the rates of the inputs, so their slope is an exact difference */
-static RunStatus add_rate_slope(Run *r, const double *rates, double *dxdot, double *ydot)
+/* the direction of one known variable, so many times */
+static Status add_known(Instance *m, const char *function, uint32_t vr, double seed, Direction *along)
 {
-    double saved[MODEL_ROOM(MODEL_NU)], scale = 0.0;
-    double dx[2][MODEL_ROOM(MODEL_NX)], y[2][MODEL_ROOM(MODEL_NY)];
-    RunStatus status = RUN_OK;
-    for (int i = 0; i < MODEL_NU; i++)
-        scale = fmax(scale, fabs(rates[i]));
-    if (scale == 0.0) return RUN_OK;
-    memcpy(saved, r->at.du, sizeof saved);
-    for (int side = 0; side < 2 && status == RUN_OK; side++) {
-        for (int i = 0; i < MODEL_NU; i++)
-            r->at.du[i] = side * rates[i] / scale;
-        status = exchange_derivatives(r, dx[side]);
-        if (status == RUN_OK) status = run_outputs(r, y[side]);
+    int i;
+    Kind kind = variables_locate(vr, &i);
+    if (!isfinite(seed)) return instance_refuse(m, "%s: the seed of %u is not finite", function, (unsigned)vr);
+    switch (kind) {
+    case TIME: along->time += seed; return STATUS_OK;
+    case PARAMETER: along->p[i] += seed; return STATUS_OK;
+    case INPUT: along->u[i] += seed; return STATUS_OK;
+    case RATE: along->du[i] += seed; return STATUS_OK;
+    case STATE: along->x[i] += seed; return STATUS_OK;
+    case MEMORY: along->memory[variables_memory_contact(i)] += seed; return STATUS_OK;
+    default:
+        return instance_refuse(m, "%s: known %u is %s; only what can be set is supported, and the time", function,
+                               (unsigned)vr, kind_names[kind]);
     }
-    memcpy(r->at.du, saved, sizeof saved);
-    if (status != RUN_OK) return status;
-    for (int i = 0; i < MODEL_NX; i++)
-        dxdot[i] += scale * (dx[1][i] - dx[0][i]);
-    for (int i = 0; i < MODEL_NY; i++)
-        ydot[i] += scale * (y[1][i] - y[0][i]);
-    return RUN_OK;
 }
 
-Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
-                             const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
+static Status enter_derivatives(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                                const uint32_t *known, size_t n_known)
 {
-    double xdot[MODEL_ROOM(MODEL_NX)] = {0}, udot[MODEL_ROOM(MODEL_NU)] = {0}, rates[MODEL_ROOM(MODEL_NU)] = {0};
-    double dxdot[MODEL_ROOM(MODEL_NX)] = {0}, ydot[MODEL_ROOM(MODEL_NY)] = {0};
     int i;
     if (instance_enter(m, PHASES_READABLE & ~PHASE_FAILED, function)) return STATUS_ERROR;
     if (instance_array(m, unknown, n_unknown, function, "unknowns")) return STATUS_ERROR;
     if (instance_array(m, known, n_known, function, "knowns")) return STATUS_ERROR;
-    if (instance_array(m, seed, n_known, function, "seed")) return STATUS_ERROR;
-    if (instance_array(m, sensitivity, n_unknown, function, "sensitivity")) return STATUS_ERROR;
-    for (size_t k = 0; k < n_known; k++) {
-        Kind kind = variables_locate(known[k], &i);
-        if (!isfinite(seed[k])) return instance_refuse(m, "%s: seed %zu is not finite", function, k);
-        if (kind == STATE)
-            xdot[i] += seed[k];
-        else if (kind == INPUT)
-            udot[i] += seed[k];
-        else if (kind == RATE)
-            rates[i] += seed[k];
-        else
-            return instance_refuse(m, "%s: known %u is %s; only states, inputs and their rates are supported", function,
-                                   (unsigned)known[k], kind_names[kind]);
-    }
     for (size_t k = 0; k < n_unknown; k++) {
         Kind kind = variables_locate(unknown[k], &i);
         if (kind != DERIVATIVE && kind != OUTPUT)
@@ -262,10 +270,62 @@ Status variables_directional(Instance *m, const char *function, const uint32_t *
                                    (unsigned)unknown[k], kind_names[kind]);
     }
     if (m->core.phase == PHASE_INITIALIZATION && instance_settle(m, function, NULL)) return STATUS_ERROR;
-    if (run_directional(&m->core.run, xdot, udot, dxdot, ydot) == RUN_ERROR
-        || add_rate_slope(&m->core.run, rates, dxdot, ydot) == RUN_ERROR)
-        return instance_refuse(m, "%s: %s", function, m->core.run.message);
-    for (size_t k = 0; k < n_unknown; k++)
-        sensitivity[k] = variables_locate(unknown[k], &i) == OUTPUT ? ydot[i] : dxdot[i];
+    if (!m->derivatives) m->derivatives = calloc(1, point_derivative_room());
+    return m->derivatives ? STATUS_OK : instance_refuse(m, "%s: out of memory", function);
+}
+
+static Status read_derivatives(Instance *m, const char *function, const Direction *along, const uint32_t *unknown,
+                               size_t n, double *value)
+{
+    int i;
+    double dx[MODEL_ROOM(MODEL_NX)] = {0}, dy[MODEL_ROOM(MODEL_NY)] = {0};
+    point_derivative(&m->core.run, along, m->derivatives, dx, dy);
+    for (size_t k = 0; k < n; k++) {
+        value[k] = variables_locate(unknown[k], &i) == OUTPUT ? dy[i] : dx[i];
+        if (!isfinite(value[k]))
+            return instance_refuse(m, "%s: unknown %u has no finite derivative at time %.17g", function,
+                                   (unsigned)unknown[k], m->core.run.at.time);
+    }
     return STATUS_OK;
+}
+
+Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                             const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
+{
+    Direction along = {0};
+    if (enter_derivatives(m, function, unknown, n_unknown, known, n_known)) return STATUS_ERROR;
+    if (instance_array(m, seed, n_known, function, "seed")) return STATUS_ERROR;
+    if (instance_array(m, sensitivity, n_unknown, function, "sensitivity")) return STATUS_ERROR;
+    for (size_t k = 0; k < n_known; k++)
+        if (add_known(m, function, known[k], seed[k], &along)) return STATUS_ERROR;
+    return read_derivatives(m, function, &along, unknown, n_unknown, sensitivity);
+}
+
+Status variables_adjoint(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                         const uint32_t *known, size_t n_known, const double *seed, double *sensitivity)
+{
+    double *column = NULL;
+    Status status = STATUS_OK;
+    if (enter_derivatives(m, function, unknown, n_unknown, known, n_known)) return STATUS_ERROR;
+    if (instance_array(m, seed, n_unknown, function, "seed")) return STATUS_ERROR;
+    if (instance_array(m, sensitivity, n_known, function, "sensitivity")) return STATUS_ERROR;
+    for (size_t i = 0; i < n_unknown; i++)
+        if (!isfinite(seed[i])) return instance_refuse(m, "%s: seed %zu is not finite", function, i);
+    if (n_unknown == 0 || n_known == 0) {
+        for (size_t k = 0; k < n_known; k++)
+            sensitivity[k] = 0.0;
+        return STATUS_OK;
+    }
+    column = calloc(n_unknown, sizeof *column);
+    if (!column) return instance_refuse(m, "%s: out of memory", function);
+    for (size_t k = 0; k < n_known && status == STATUS_OK; k++) {
+        Direction along = {0};
+        status = add_known(m, function, known[k], 1.0, &along);
+        if (status == STATUS_OK) status = read_derivatives(m, function, &along, unknown, n_unknown, column);
+        sensitivity[k] = 0.0;
+        for (size_t i = 0; i < n_unknown && status == STATUS_OK; i++)
+            sensitivity[k] += seed[i] * column[i];
+    }
+    free(column);
+    return status;
 }

@@ -15,11 +15,17 @@ typedef struct {
     double indicators[MODEL_ROOM(MODEL_NI)];
 } Evaluation;
 
+/* highest order of derivatives of outputs in time */
+typedef enum { MOST_OUTPUT_ORDER = 5 } Most;
+
 Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value);
 Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value);
 Status variables_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value);
 /* reference of the rate of an input, 0 for the reference of anything else */
 uint32_t variables_rate_of(uint32_t vr);
+/* derivatives of outputs in time, each of its order, at the present time (Co-Simulation) */
+Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
+                                    const int32_t *order, double *value);
 /* what a value reference means, and the index among its kind */
 Kind variables_locate(uint32_t vr, int *index);
 /* the contact of memory number i, or how many memories there are if i is beyond them */
@@ -32,7 +38,11 @@ Status variables_none(Instance *m, const char *function, size_t n, const char *t
    initialization */
 int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value);
 
+/* derivatives of rates and outputs by all that can be set, and by time: seed has n_known numbers, sensitivity n_unknown;
+   adjoint ones the other way round */
 Status variables_directional(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
                              const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
+Status variables_adjoint(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown,
+                         const uint32_t *known, size_t n_known, const double *seed, double *sensitivity);
 
 #endif

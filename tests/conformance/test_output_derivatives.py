@@ -1,0 +1,87 @@
+"""Derivatives of outputs in time: with them the outputs are extrapolated."""
+
+from __future__ import annotations
+
+import ctypes
+from itertools import pairwise
+from math import factorial
+
+import numpy as np
+import pytest
+from faces import Face, face
+
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.run import simulate
+
+HIGHEST = 5
+
+
+def derivatives(one: Face, names: list[str], order: int) -> np.ndarray:
+    n = len(names)
+    values = (ctypes.c_double * n)()
+    vr, orders = (ctypes.c_uint32 * n)(*one.references(names)), (ctypes.c_int32 * n)(*([order] * n))
+    size = [ctypes.c_size_t(n)]
+    function = "GetRealOutputDerivatives" if one.two else "GetOutputDerivatives"
+    if one.call(function, vr, size[0], orders, values, *([] if one.two else size)) != 0:
+        raise ValueError(one.messages[-1])
+    return np.array(values)
+
+
+@pytest.fixture(scope="module")
+def pause(fmu: Fmu) -> tuple[float, float]:
+    """A time in the middle of the longest pause between two events, and how long nothing happens from then."""
+    if not fmu.outputs:
+        pytest.skip("the model has no output")
+    times = [0.0, *(event.time for event in simulate(fmu, 2.0).events), 2.0]
+    begin, end = max(pairwise(times), key=lambda pair: pair[1] - pair[0])
+    return (begin + end) / 2, (end - begin) / 2
+
+
+def test_they_extrapolate_outputs(fmu: Fmu, pause: tuple[float, float]) -> None:
+    time, quiet = pause
+    with face(fmu) as one:
+        one.initialize()
+        one.step(0.0, time)
+        before = one.get(fmu.outputs)
+        # a step over which the series converges: terms shrink at least fourfold
+        h = 0.9 * quiet
+        terms = [before, *(derivatives(one, fmu.outputs, k) / factorial(k) for k in range(1, HIGHEST + 1))]
+        scale = np.abs(terms[:3]).max() + 1e-3
+        while any(np.abs(term).max() * h**k > 4.0**-k * scale for k, term in enumerate(terms) if k > 1):
+            h /= 2
+        one.step(time, h)
+        after = one.get(fmu.outputs)
+    wrong = [np.abs(after - sum(term * h**k for k, term in enumerate(terms[:n]))).max() for n in range(1, HIGHEST + 2)]
+    # each order makes less of the error that is left: the next terms are at most a quarter of the last
+    assert wrong[-1] <= 4.0**-HIGHEST * scale
+    for order in range(1, HIGHEST + 1):
+        last = np.abs(terms[order] * h**order).max()
+        if last > 1e-10 * scale:
+            assert wrong[order] < max(wrong[order - 1], 4.0 ** -(order + 1) * scale), order
+
+
+def test_the_first_is_the_directional_derivative_along_the_motion(fmu: Fmu, pause: tuple[float, float]) -> None:
+    with face(fmu) as one:
+        one.initialize()
+        one.set({f"{name}_rate": 0.3 for name in fmu.inputs})
+        one.step(0.0, pause[0])
+        along = [*((f"der({name})", name) for name in fmu.states), *((f"{name}_rate", name) for name in fmu.inputs)]
+        expected = one.directional(fmu.outputs, "time", 1.0)
+        for rate, name in along:
+            expected += one.directional(fmu.outputs, name, one.get([rate])[0])
+        scale = np.abs(expected).max() + 1.0
+        assert derivatives(one, fmu.outputs, 1) == pytest.approx(expected, rel=1e-9, abs=1e-10 * scale)
+
+
+def test_orders_and_variables_that_there_are_not(fmu: Fmu, pause: tuple[float, float]) -> None:
+    declared = fmu.description.coSimulation
+    assert declared and declared.maxOutputDerivativeOrder == HIGHEST
+    with face(fmu) as one:
+        with pytest.raises(ValueError, match="before initialization"):
+            derivatives(one, fmu.outputs, 1)
+        one.initialize()
+        for order in (0, -1, HIGHEST + 1):
+            with pytest.raises(ValueError, match="orders 1 to 5"):
+                derivatives(one, fmu.outputs, order)
+        with pytest.raises(ValueError, match="a state, not an output"):
+            derivatives(one, fmu.states[:1], 1)

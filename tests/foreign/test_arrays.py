@@ -17,6 +17,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver, simulate_any
 from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.report.run_summary import summary
 from fmu_models.simulation.results import read_trajectory
 from fmu_models.simulation.signal import Signal
 
@@ -37,6 +38,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <Int32 name="count" valueReference="401" causality="output" variability="discrete"><Dimension start="3"/></Int32>
 <Enumeration name="level" valueReference="451" causality="output" variability="discrete" declaredType="Level"/>
 <String name="word" valueReference="461" causality="output"><Start value="a"/></String>
+<String name="said" valueReference="463" causality="input"><Start value="b"/></String>
 <String name="label" valueReference="462" causality="parameter" variability="fixed"><Start value="b"/></String>
 <UInt64 name="m" valueReference="500" causality="structuralParameter" variability="fixed" start="2"/>
 </ModelVariables>
@@ -103,6 +105,7 @@ def test_a_file_keeps_the_shape(fmu: Fmu, tmp_path: Path) -> None:
         head = next(csv.reader(file))
     assert head[:3] == ["time [s]", "x[1] [m]", "x[2] [m]"]
     assert head[-4:] == ["count[1] [1]", "count[2] [1]", "count[3] [1]", "level [1]"]
+    assert list(summary(fmu, recording)["ranges"]) == ["x[1]", "x[2]", "count[1]", "count[2]", "count[3]", "level"]
     type(recording)(run, {"A": "matrix"}, None).write(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5") as file:
         stored: Any = file["values"]
@@ -127,6 +130,8 @@ def test_a_file_keeps_the_shape(fmu: Fmu, tmp_path: Path) -> None:
         ({"parameters": {"B[1]": 1.0}}, "no parameter 'B[1]'"),
         ({"parameters": {"m": 3}}, "'m' of 'arrays' is a structural parameter, .* keeps its start value 2"),
         ({"inputs": {"u": 1.0}}, "'u' is an array of 2. Set its elements: 'u[1]' to 'u[2]'"),
+        ({"inputs": {"said": 1.0}}, "'said' cannot be set: it is of type String"),
+        ({"inputs": {"sad": 1.0}}, "no input 'sad'"),
         ({"parameters": {"label": 1.0}}, "'label' cannot be set: it is of type String"),
     ],
 )

@@ -75,9 +75,9 @@ def export(
         name = model if kept_by_name(model) else MODELS.load(model).name
         path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
-        states = {"contact_states": bool(expose)}
+        options["contact_states"] = bool(expose)
         with console.progress("compiling") as advance:
-            write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, advance=advance, **options, **states)
+            write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, advance=advance, **options)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),

@@ -14,6 +14,7 @@ from build import build
 from models import FOLDER
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver, simulate_any
 from fmu_models.importer.experiment import Experiment, perform
@@ -145,6 +146,11 @@ def test_what_cannot_be_recorded_or_swept(fmu: Fmu) -> None:
         simulate_any(fmu, 1.0, record=["word"])
     with Driver(fmu) as driver, pytest.raises(StickslipError, match=r"takes scalars; 'A.1,1.' is an element"):
         driver.sweep(1.0, {"A[1,1]": [1.0, 2.0]})
+
+
+def test_units_take_single_numbers(fmu: Fmu) -> None:
+    with pytest.raises(StickslipError, match=r"Unit 'a': 'A\[1,1\]' is an element of an array; units take single"):
+        CoupledSystem("one", {"a": Unit(fmu, parameters={"A[1,1]": 1.0})}, stop_time=1.0)
 
 
 def test_sizes_that_disagree(fmu: Fmu, tmp_path: Path) -> None:

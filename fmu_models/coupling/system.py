@@ -77,6 +77,9 @@ class CoupledSystem(Shown):
             try:
                 request.start_values(unit.fmu, unit.parameters, unit.start)
                 request.table(unit.fmu, unit.inputs, 0.0, 1.0)
+                for variable in (*unit.parameters, *unit.start, *unit.inputs):
+                    if variable not in unit.fmu.variables:
+                        raise StickslipError(f"'{variable}' is an element of an array; units take single numbers.")
             except StickslipError as error:
                 raise Misfit(f"Unit '{name}': {error}", "units", name) from error
             for variable in unit.inputs:

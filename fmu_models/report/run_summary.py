@@ -14,6 +14,7 @@ from fmu_models.base import console
 from fmu_models.base.table import Cell, number, table
 from fmu_models.base.terminal_table import terminal
 from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
+from fmu_models.fmu.elements import owner
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 
@@ -32,8 +33,8 @@ def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = Non
     """What happened, as plain data, ready for JSON; a number that is not finite is null."""
     trajectory, origin = recording.trajectory, recording.provenance
     rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
-    ours = (*fmu.states, *fmu.outputs)
-    shown = [n for n in trajectory.values if (n in ours if fmu.ours else n not in rates and n not in fmu.inputs)]
+    ours, unshown = (*fmu.states, *fmu.outputs), {*rates, *fmu.inputs}
+    shown = [n for n in trajectory.values if (n in ours if fmu.ours else owner(n, fmu.variables) not in unshown)]
     # the engine inside our FMUs tells of contacts, the master of event indicators
     contacts = fmu.contacts if fmu.ours and not trajectory.method else []
     content = {

@@ -14,9 +14,11 @@ from build import build
 from models import FOLDER
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import Driver, simulate_any
 from fmu_models.importer.experiment import Experiment, perform
+from fmu_models.report.run_summary import summary
 from fmu_models.simulation.results import read_trajectory
 from fmu_models.simulation.signal import Signal
 
@@ -37,6 +39,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <Int32 name="count" valueReference="401" causality="output" variability="discrete"><Dimension start="3"/></Int32>
 <Enumeration name="level" valueReference="451" causality="output" variability="discrete" declaredType="Level"/>
 <String name="word" valueReference="461" causality="output"><Start value="a"/></String>
+<String name="said" valueReference="463" causality="input"><Start value="b"/></String>
 <String name="label" valueReference="462" causality="parameter" variability="fixed"><Start value="b"/></String>
 <UInt64 name="m" valueReference="500" causality="structuralParameter" variability="fixed" start="2"/>
 </ModelVariables>
@@ -103,6 +106,7 @@ def test_a_file_keeps_the_shape(fmu: Fmu, tmp_path: Path) -> None:
         head = next(csv.reader(file))
     assert head[:3] == ["time [s]", "x[1] [m]", "x[2] [m]"]
     assert head[-4:] == ["count[1] [1]", "count[2] [1]", "count[3] [1]", "level [1]"]
+    assert list(summary(fmu, recording)["ranges"]) == ["x[1]", "x[2]", "count[1]", "count[2]", "count[3]", "level"]
     type(recording)(run, {"A": "matrix"}, None).write(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5") as file:
         stored: Any = file["values"]
@@ -127,6 +131,8 @@ def test_a_file_keeps_the_shape(fmu: Fmu, tmp_path: Path) -> None:
         ({"parameters": {"B[1]": 1.0}}, "no parameter 'B[1]'"),
         ({"parameters": {"m": 3}}, "'m' of 'arrays' is a structural parameter, .* keeps its start value 2"),
         ({"inputs": {"u": 1.0}}, "'u' is an array of 2. Set its elements: 'u[1]' to 'u[2]'"),
+        ({"inputs": {"said": 1.0}}, "'said' cannot be set: it is of type String"),
+        ({"inputs": {"sad": 1.0}}, "no input 'sad'"),
         ({"parameters": {"label": 1.0}}, "'label' cannot be set: it is of type String"),
     ],
 )
@@ -140,6 +146,11 @@ def test_what_cannot_be_recorded_or_swept(fmu: Fmu) -> None:
         simulate_any(fmu, 1.0, record=["word"])
     with Driver(fmu) as driver, pytest.raises(StickslipError, match=r"takes scalars; 'A.1,1.' is an element"):
         driver.sweep(1.0, {"A[1,1]": [1.0, 2.0]})
+
+
+def test_units_take_single_numbers(fmu: Fmu) -> None:
+    with pytest.raises(StickslipError, match=r"Unit 'a': 'A\[1,1\]' is an element of an array; units take single"):
+        CoupledSystem("one", {"a": Unit(fmu, parameters={"A[1,1]": 1.0})}, stop_time=1.0)
 
 
 def test_sizes_that_disagree(fmu: Fmu, tmp_path: Path) -> None:

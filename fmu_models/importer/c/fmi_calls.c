@@ -151,7 +151,7 @@ int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
     ONE(T_INT64, int64_t, Int64, INT64_MIN, INT64_MAX)                                                                 \
     ONE(T_UINT64, uint64_t, UInt64, 0, UINT64_MAX)
 
-enum { FEW = 8 }; /* elements of an array that need no memory of their own */
+enum { FEW = 2 }; /* elements of an array that need no memory of their own */
 
 /* the n values of a variable of such a type */
 #define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \

@@ -35,6 +35,8 @@ Vector = NDArray[np.float64]
 
 # periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
 PATIENCE = 1000.0
+# of the size of a state: a start nearer to its level is on it, and does not cross it at once
+ON_LEVEL = 1e-9
 
 
 class FmuSection(SectionSystem):
@@ -188,6 +190,10 @@ class FmuSection(SectionSystem):
     def _where(self) -> Where:
         raise NotImplementedError
 
+    def _placed(self, starts: Vector) -> Vector:
+        """Starts (m, n) brought onto the section where only rounding keeps them off it."""
+        return starts
+
     def _repeats(self, periods: Vector) -> Vector:
         """(m,) what the engine takes for the period: that of a step of a strobe, that of the forcing of the others."""
         return periods
@@ -243,7 +249,7 @@ class FmuSection(SectionSystem):
         variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
         given = self.states[: -1 if phased else None]
-        values = np.stack([*constants.values(), *jobs.starts.T[: len(given)]], axis=1)
+        values = np.stack([*constants.values(), *self._placed(jobs.starts).T[: len(given)]], axis=1)
         periods = self.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / self.sizes()[:n]
@@ -347,6 +353,13 @@ class Crossing(FmuSection):
     def dimension(self) -> int:
         """The level binds one of the states; the phase counts instead where there is one."""
         return len(self.fmu.states) - (not self.forced)
+
+    def _placed(self, starts: Vector) -> Vector:
+        column = self.states.index(self.state)
+        near = np.abs(starts[:, column] - self.level) <= ON_LEVEL * self.sizes()[column]
+        placed = starts.copy()
+        placed[near, column] = self.level
+        return placed
 
     def _where(self) -> Where:
         return Where(KINDS.LEVEL, self.fmu.variables[self.state].valueReference, self.level, self.direction)

@@ -173,6 +173,7 @@ def make(
     count = min(workers or os.cpu_count() or 1, len(chunks))
     found: list[Rows | None] = [None] * len(chunks)
     errors: list[BaseException] = []
+    ended: list[None] = []
     counter = itertools.count()  # one number to one thread: its next() is atomic
     done = threading.Condition()
 
@@ -184,16 +185,18 @@ def make(
                     done.notify()
         except BaseException as error:
             errors.append(error)
-            with done:
-                done.notify()
+        with done:
+            ended.append(None)
+            done.notify()
 
     threads = [threading.Thread(target=work, daemon=True) for _ in range(count)]
     try:
         for thread in threads:
             thread.start()
-        while any(thread.is_alive() for thread in threads):
+        while len(ended) < count:
             with done:
-                done.wait(0.05)
+                if len(ended) < count:
+                    done.wait(0.05)
             progress(sum(one is not None for one in found) / len(chunks))
     except BaseException:
         stop[0] = 1

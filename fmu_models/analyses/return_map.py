@@ -14,21 +14,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fmu_models.analyses.section_system import SectionSystem, named_point
+from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.simulation.run import check_names
-from fmu_models.simulation.sections import Crossing, Follower, Section
+from fmu_models.simulation.run import check_names, check_value
+from fmu_models.simulation.sections import Follower, Section, SectionPoint
 from fmu_models.simulation.tangent import flow_derivative
 
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
 
 
-class ReturnMap(Shown):
+class ReturnMap(SectionSystem):
     """A function of the value of one state, nan where the motion does not return in time.
+
+    As a section system its points have one number, so that all analyses take it too.
 
     Attributes:
         fmu: the model; one instance of it makes all the motions.
@@ -45,7 +50,7 @@ class ReturnMap(Shown):
         section: Section,
         cap: float,
         start: Start | None = None,
-        accept: Callable[[Crossing], bool] | None = None,
+        accept: Callable[[SectionPoint], bool] | None = None,
         parameters: Mapping[str, float] | None = None,
         inputs: Mapping[str, float] | None = None,
         tolerance: float = 1e-14,
@@ -66,8 +71,83 @@ class ReturnMap(Shown):
         self.fmu, self.state, self.section, self.cap = fmu, state, section, cap
         self._start = {} if start is None else start
         self._accept = accept
-        self._run = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {}), "tolerance": tolerance}
+        self._run: dict[str, Any] = {
+            "parameters": dict(parameters or {}),
+            "inputs": dict(inputs or {}),
+            "tolerance": tolerance,
+        }
         self._follower = Follower(fmu, section, **self._run)
+        self.values = {**self._run["parameters"], **self._run["inputs"]}
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return str(self.fmu.description.modelName)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The state that is mapped."""
+        return (self.state,)
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        """Parameters and inputs."""
+        return [*self.fmu.parameters, *self.fmu.inputs]
+
+    def at(self, **values: float) -> Self:
+        """The map at other values of parameters and inputs."""
+        for name, value in values.items():
+            self.check(name, np.array([value], dtype=float))
+        run: dict[str, Any] = dict(self._run)
+        for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs)):
+            run[kind] = {**run[kind], **{name: float(v) for name, v in values.items() if name in known}}
+        others: dict[str, Any] = {
+            "section": self.section,
+            "cap": self.cap,
+            "start": self._start,
+            "accept": self._accept,
+        }
+        return type(self)(self.fmu, self.state, **others, **run)
+
+    def check(self, name: str, values: NDArray[np.float64]) -> None:
+        """Raises StickslipError: no such parameter or input, or a value out of its range."""
+        check_names(self.fmu, "parameter", {name: None}, self.parameters)
+        for value in (np.min(values), np.max(values)):
+            check_value(self.fmu, name, float(value))
+
+    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> NDArray[np.float64]:
+        """(1,) a value of the state."""
+        default = float(self.fmu.variables[self.state].start or 0.0)
+        return named_point(self.name, self.states, np.array([default]), given)
+
+    def sizes(self) -> NDArray[np.float64]:
+        """(1,) nominal value of the state."""
+        return np.array([float(getattr(self.fmu.variables[self.state], "nominal", None) or 1.0)])
+
+    def step(
+        self,
+        points: NDArray[np.float64],
+        varied: Mapping[str, NDArray[np.float64]] | None = None,
+        *,
+        derivative: bool = True,
+    ) -> Step:
+        """One return of points (m, 1), one after the other."""
+        m = len(points)
+        after, slopes, times = np.full((m, 1), np.nan), np.full((m, 1, 1), np.nan), np.full(m, np.nan)
+        why: dict[int, str] = {}
+        for i, x in enumerate(points[:, 0].tolist()):
+            system = self.at(**{name: float(v[i]) for name, v in varied.items()}) if varied else self
+            try:
+                back = system.crossing(x)
+                slopes[i] = system.slope(x) if derivative and back is not None else np.nan
+            except StickslipError as error:
+                why[i] = str(error)
+                continue
+            if back is None:
+                why[i] = f"the motion does not return within {self.cap:g} s"
+            else:
+                after[i, 0], times[i] = back.states[self.state], back.time
+        return Step(after, slopes, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "state": self.state, "section": self.section, "cap": self.cap}
@@ -81,15 +161,15 @@ class ReturnMap(Shown):
         found = self.crossing(x)
         return math.nan if found is None else found.states[self.state]
 
-    def start(self, x: float) -> dict[str, float]:
+    def states_at(self, x: float) -> dict[str, float]:
         """The states at the start for a value of the state; those left out have their defaults."""
         if callable(self._start):
             return dict(self._start(float(x)))
         return {**self._start, self.state: float(x)}
 
-    def crossing(self, x: float) -> Crossing | None:
+    def crossing(self, x: float) -> SectionPoint | None:
         """The return itself, or None."""
-        for one in self._follower.follow(self.start(x), self.cap):
+        for one in self._follower.follow(self.states_at(x), self.cap):
             if self._accept is None or self._accept(one):
                 return one
         return None
@@ -103,7 +183,7 @@ class ReturnMap(Shown):
         back = self.crossing(x)
         if back is None:
             return math.nan
-        found = flow_derivative(self.fmu, back.time, start=self.start(x), **self._run)
+        found = flow_derivative(self.fmu, back.time, start=self.states_at(x), **self._run)
         change = dict(zip(found.states, (found.by_start @ self._direction(x, found.states)).tolist(), strict=True))
         later = change[self.section.state] / back.rates[self.section.state]
         return change[self.state] - back.rates[self.state] * later
@@ -113,5 +193,5 @@ class ReturnMap(Shown):
         if not callable(self._start):
             return np.array([float(name == self.state) for name in names])
         h = 1e-5 * max(1.0, abs(x))
-        over, below = self.start(x + h), self.start(x - h)
+        over, below = self.states_at(x + h), self.states_at(x - h)
         return np.array([(over[name] - below[name]) / (2 * h) if name in over else 0.0 for name in names])

@@ -85,7 +85,7 @@ def rotation_number(
     turns = middle + np.mod(turns - middle + 0.5, 1.0) - 0.5
     whole, half = _mean(turns), _mean(turns[: len(turns) // 2])
     value = float(np.mod(whole, 1.0))
-    named = (round(locked * value), locked) if locked else None
+    named = (round(locked * value) % locked, locked) if locked else None
     return RotationNumber(value if named is None else named[0] / named[1], abs(whole - half), steps, named)
 
 

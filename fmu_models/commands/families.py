@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from fmu_models.base import console
@@ -17,6 +16,7 @@ from fmu_models.commands.arguments import NAMED, is_scene, scene_of
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
+    import numpy as np
     from rich.console import Console
 
     from fmu_models.analyses.section_system import SectionSystem
@@ -135,6 +135,8 @@ def ranges(given: Sequence[str], count: int) -> dict[str, np.ndarray]:
     Raises:
         StickslipError: another number of them than ``count``, or not of that form.
     """
+    import numpy as np
+
     found: dict[str, np.ndarray] = {}
     for text in given:
         name, _, values = text.partition("=")

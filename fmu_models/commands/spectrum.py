@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from fmu_models.base import console
@@ -35,6 +34,8 @@ def spectrum(
 
     Example: stickslip spectrum hinge_clearance --forcing f --set f=0.408 --figure lines.png
     """
+    import numpy as np
+
     from fmu_models.analyses.attractors import claimed
     from fmu_models.analyses.fmu_sections import Strobe
     from fmu_models.analyses.jobs import Jobs

@@ -32,7 +32,9 @@ class Compute(Shown):
     Attributes:
         kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe":
             the states once per period, and how many different ones are left at the end; "orbit": the periodic motion
-            near the start, stable or not, and its multipliers; or a kind of the user's own, see ``kinds``.
+            near the start, stable or not, and its multipliers; "lyapunov": the exponents of the motion that the run
+            becomes; "spectrum": the lines of the periodic motion that it becomes; or a kind of the user's own, see
+            ``kinds``.
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.

@@ -26,7 +26,7 @@ from fmu_models.fmu.library import library, unload
 C = declarations(
     "engine/model/run_state.h",
     *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run", "sensitivity_run")),
-    *("engine/model/model.h", "engine/ensemble/ensemble.h"),
+    *("engine/model/model.h", "engine/ensemble/request.h"),
 )
 RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))

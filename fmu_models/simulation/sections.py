@@ -52,7 +52,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Crossing(Shown):
+class SectionPoint(Shown):
     """One of them.
 
     Attributes:
@@ -156,7 +156,9 @@ class Follower:
             fmu.variables[section.state].valueReference, float(section.level), section.direction
         )
 
-    def follow(self, start: Mapping[str, float], stop_time: float, *, start_time: float = 0.0) -> Iterator[Crossing]:
+    def follow(
+        self, start: Mapping[str, float], stop_time: float, *, start_time: float = 0.0
+    ) -> Iterator[SectionPoint]:
         """The crossings up to ``stop_time``, one after the other; the motion goes on only as far as they are asked for.
 
         Raises:
@@ -177,11 +179,11 @@ class Follower:
         request = whole_run.Request(np.array([stop_time], dtype=float), self._recorded)
         return self._each(request, self._motions)
 
-    def _each(self, request: whole_run.Request, motion: int) -> Iterator[Crossing]:
+    def _each(self, request: whole_run.Request, motion: int) -> Iterator[SectionPoint]:
         n = len(self.fmu.states)
         for row in whole_run.crossings(self._engine, self._instance, request, self._section):
             time, *values = row.tolist()
-            yield Crossing(
+            yield SectionPoint(
                 time,
                 dict(zip(self.fmu.states, values[:n], strict=True)),
                 dict(zip(self.fmu.states, values[n : 2 * n], strict=True)),

@@ -10,10 +10,10 @@ CUSUM a small step. Source: Montgomery, Introduction to Statistical Quality Cont
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 WEIGHT, WIDTH = 0.2, 3.0
 SLACK, DECISION = 0.5, 5.0
@@ -34,7 +34,7 @@ class Chart:
     out: np.ndarray
 
 
-def control_chart(values: Sequence[float], deviations: Sequence[float]) -> Chart:
+def control_chart(values: ArrayLike, deviations: ArrayLike) -> Chart:
     """The charts of values (n,) with the standard deviation (n,) of each."""
     x, sd = np.asarray(values, float), np.asarray(deviations, float)
     first = x[:FIRST]

@@ -168,8 +168,8 @@ def from_file(path: Path) -> Answers:
             units[name] = unit
     join = document.text("join") if "join" in document.data else None
     confirm = document.flag("confirm") if "confirm" in document.data else False
-    texts = (_texts(document, table) for table in ("values", "kinds", "read"))
-    return Answers(columns, units, *texts, join, confirm)
+    values, kinds, read = (_texts(document, table) for table in ("values", "kinds", "read"))
+    return Answers(columns, units, values, kinds, read, join, confirm)
 
 
 def _texts(document: Document, table: str) -> dict[str, str]:

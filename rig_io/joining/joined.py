@@ -53,7 +53,8 @@ def joined(tables: Sequence[Table], rule: str | None, sizes: Mapping[str, float]
         return _by_time(tables)
     if len(tables) != 2:
         raise StickslipError(f"{_names(tables)}: two recorders write two files, found {len(tables)}.")
-    return Joined(*on_one_clock(*map(_in_seconds, tables), sizes))
+    first, second = map(_in_seconds, tables)
+    return Joined(*on_one_clock(first, second, sizes))
 
 
 def _names(tables: Sequence[Table]) -> str:

@@ -6,10 +6,15 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import logging
+import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field, replace
 from datetime import datetime
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +26,8 @@ from rig_io.logs.table import Table, check_file
 EXTRA = "daq"
 _COLUMNS = "columns.bin"
 LARGEST = 1 << 36  # bytes of all columns
+PATIENCE = 60.0  # s for a small file, on a machine that is busy
+SLOWEST = 1e5  # bytes/s of a sound one; workbooks come near it
 
 
 class Damaged(StickslipError):
@@ -81,7 +88,7 @@ def table_of(
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         try:
-            found, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=Limits.default())
+            found, rows = isolated(_parsed, parse, str(path), room, dict(options), limits=limits_for(path))
         except Damaged as error:
             raise StickslipError(
                 f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again."
@@ -104,14 +111,24 @@ def table_of(
     )
 
 
+def limits_for(path: Path) -> Limits:
+    """Ample for a sound file of that size: some damaged ones send their parser in circles."""
+    return replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
+
+
 def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:
     return {name: np.fromfile(file, np.float64, rows, offset=8 * rows * place) for place, name in enumerate(names)}
 
 
 def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[str, str]) -> tuple[Channels, int]:
     """In the child: the file parsed, its columns written as float64 one after the other; without their values."""
+    # parsers complain of a damaged file in tracebacks of their own; what there is to say, the error says
+    sys.unraisablehook = lambda _: None
+    logging.disable(logging.CRITICAL)
     try:
-        found = parse(path, **options)
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = parse(path, **options)
         lengths = {one.name: len(one.values) for one in found.channels}
         if not found.channels:
             why = "; ".join(f"'{name}' is {reason}" for name, reason in list(found.left_out.items())[:8])

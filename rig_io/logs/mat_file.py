@@ -8,12 +8,14 @@ shows them in files that MATLAB has saved, and arrays are transposed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+
+LONG = 1000  # values
 
 
 class Damaged(StickslipError):
@@ -24,8 +26,8 @@ class Damaged(StickslipError):
 class Array:
     """One variable. kind: "numeric", "complex", "cell", "struct", "object", "char", "sparse" or "function".
 
-    values: (n,) column after column, None where it is not numeric; fields: of a struct with one element that is no
-    field itself.
+    values: (n,) column after column, None where it is not numeric, or ``stored`` in a file; fields: of a struct
+    with one element that is no field itself.
     """
 
     name: str
@@ -33,6 +35,28 @@ class Array:
     shape: tuple[int, ...] = ()
     values: np.ndarray | None = None
     fields: tuple[Array, ...] = ()
+    stored: str = ""
+
+
+def stored_arrays(path: str, hdf5: bool, room: str) -> list[Array]:
+    """As `arrays`, with the values of long ones in files of a folder, named ``stored``: a pipe between processes would
+    hold them several times."""
+    return [_stored(found, room, str(place)) for place, found in enumerate(arrays(path, hdf5))]
+
+
+def _stored(found: Array, room: str, name: str) -> Array:
+    if found.values is not None and len(found.values) > LONG:
+        np.save(f"{room}/{name}.npy", found.values)
+        return replace(found, values=None, stored=f"{room}/{name}.npy")
+    inner = (_stored(one, room, f"{name}-{place}") for place, one in enumerate(found.fields))
+    return replace(found, fields=tuple(inner))
+
+
+def taken(found: Array) -> Array:
+    """An array with its values, wherever they are."""
+    if found.stored:
+        return replace(found, values=np.load(found.stored), stored="")
+    return replace(found, fields=tuple(map(taken, found.fields)))
 
 
 def arrays(path: str, hdf5: bool) -> list[Array]:

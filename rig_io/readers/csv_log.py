@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -143,7 +143,7 @@ def _table(path: Path, layout: Layout, blocks: Iterator[tuple[bytes, bool]]) -> 
                 parts[j].append(frame[j].to_numpy())
                 continue
             try:
-                found, zone = stamps.instants(frame[j], layout.kinds[j], layout.dates)
+                found, zone = stamps.instants(frame.loc[:, j], layout.kinds[j], layout.dates)
             except StickslipError as error:
                 raise StickslipError(
                     f"'{path}', from line {line} on, column '{layout.names[j]}': {error}. Write all in one zone."
@@ -255,6 +255,8 @@ def _frame(path: Path, block: bytes, layout: Layout, wanted: Sequence[int], line
         return _parsed(block, layout, wanted)
     except (ValueError, OverflowError, pandas.errors.ParserError):
         text = block.decode("utf-8").replace("\r", "")
+        if any(len(_raw(row, layout)) != len(layout.names) for row in text.split("\n")[:-1]):
+            raise _uneven_row(path, block, layout, line) from None
         plain = "\n".join(
             layout.separator.replace(BLANKS, " ").join("NaN" if is_none(c) else c for c in _raw(row, layout))
             for row in text.split("\n")[:-1]
@@ -273,7 +275,7 @@ def _parsed(block: bytes, layout: Layout, wanted: Sequence[int]) -> DataFrame:
     import pandas
 
     everything = range(len(layout.names))
-    kinds = {j: np.float64 if layout.kinds[j] == "number" else "string" for j in everything}
+    kinds: Any = {j: np.float64 if layout.kinds[j] == "number" else "string" for j in everything}
     found = pandas.read_csv(
         BytesIO(block),
         sep=layout.separator,
@@ -288,7 +290,7 @@ def _parsed(block: bytes, layout: Layout, wanted: Sequence[int]) -> DataFrame:
         skip_blank_lines=False,
         encoding="utf-8",
     )
-    return found[list(wanted)]
+    return found.loc[:, list(wanted)]
 
 
 def _uneven_row(path: Path, block: bytes, layout: Layout, line: int) -> StickslipError:

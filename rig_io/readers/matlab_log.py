@@ -6,14 +6,16 @@ has no units: they come from ``datapackage.json``.
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.processes import IsolatedFailure, Limits, isolated
-from rig_io.logs.mat_file import Array, Damaged, arrays
+from fmu_models.base.processes import IsolatedFailure, isolated
+from rig_io.logs.guarded import limits_for
+from rig_io.logs.mat_file import Array, Damaged, stored_arrays, taken
 from rig_io.logs.table import Reader, Table, check_file
 
 HEADER = 128  # bytes of version 5 before the first variable; the last four are version and byte order
@@ -52,7 +54,7 @@ def table_of(path: Path, variables: Iterable[Array]) -> Table:
             scalars[found.name] = float(found.values[0])
         else:
             with np.errstate(invalid="ignore"):  # of a NaN that signals; it stays NaN
-                columns[found.name] = found.values.astype(np.float64)
+                columns[found.name] = found.values.astype(np.float64, copy=False)
     _check_columns(path, columns, left_out)
     return Table(f"'{path}'", columns, {}, None, scalars, left_out)
 
@@ -75,7 +77,9 @@ def _variables(path: Path) -> list[Array]:
             f"with -v7: {_SAVE}."
         )
     try:
-        return isolated(arrays, str(path), hdf5, limits=Limits.default())
+        with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
+            found = isolated(stored_arrays, str(path), hdf5, room, limits=limits_for(path))
+            return [taken(one) for one in found]
     except Damaged as error:
         raise StickslipError(
             f"'{path}' is damaged or cut off: {error}. Copy it again from its source, or save it again: {_SAVE}."

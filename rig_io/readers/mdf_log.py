@@ -24,11 +24,8 @@ def read(path: Path, **options: str) -> Table:
 
 def channels(path: str, group: str = "") -> Channels:
     """The signals of a file; in the child."""
-    import logging
-
     from asammdf import MDF
 
-    logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     with MDF(path) as file:
         filled = [i for i, one in enumerate(file.groups) if one.channel_group.cycles_nr and len(one.channels) > 1]
         if not filled:

@@ -76,7 +76,8 @@ class Importer:
             rate = f.derivatives()
             if self.habits.probes:
                 self._place(f, end + 3.0 * (end - begin), x + 10.0 * (end - begin) * rate)
-                f.derivatives(), self._indicators(f)
+                f.derivatives()
+                self._indicators(f)
                 self._place(f, begin, x)
             reached, there = end, self._trial(f, end)
             changed = (self._indicators(f) > 0.0) != signs

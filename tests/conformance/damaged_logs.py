@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import signal
 import tempfile
 import warnings
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,31 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from rig_io.logs import guarded
 from rig_io.readers import READERS, matlab_log
+
+PATIENCE = 10  # s that a reader may take for a damaged file
+
+
+class Hangs(BaseException):
+    """A parser goes in circles; nothing that it catches itself."""
+
+
+@contextmanager
+def stopped_after(seconds: int) -> Iterator[None]:
+    """Raise `Hangs` after so long, where there are alarms."""
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+
+    def ring(*_: object) -> None:
+        raise Hangs
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def read_here(name: str, path: Path) -> None:
@@ -62,12 +90,15 @@ def fuzz(name: str, suffix: str, data: bytes, first: int, count: int) -> dict[st
         for number in range(first, first + count):
             path.write_bytes(damaged(data, np.random.default_rng([7, number])))
             try:
-                read_here(name, path)
+                with stopped_after(PATIENCE):
+                    read_here(name, path)
                 found["read"] += 1
+            except Hangs:  # which the guard of a reader turns into a word, as it does want of memory
+                found["stopped"] += 1
             except StickslipError as error:
                 assert str(path) in str(error), f"case {number} does not name the file: {error}"
                 found["refused"] += 1
-            except MemoryError:  # what the guard of a reader turns into a word
+            except MemoryError:
                 found["refused"] += 1
             except BaseException as error:
                 raise RuntimeError(f"{name}, case {number}: {type(error).__name__}: {error}") from error

@@ -7,6 +7,7 @@ import gzip
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -97,7 +98,7 @@ def xlsx(path: Path, log: Mapping[str, np.ndarray]) -> None:
     from openpyxl import Workbook
 
     book = Workbook()
-    book.active.title = "Remarks"
+    book.create_sheet("Remarks")
     sheet = book.create_sheet("Run 1")
     sheet.append([f"{name} [{UNITS[name]}]" for name in log])
     for row in zip(*log.values(), strict=True):
@@ -109,7 +110,8 @@ def ods(path: Path, log: Mapping[str, np.ndarray]) -> None:
     import pandas
 
     frame = pandas.DataFrame({f"{name} [{UNITS[name]}]": v for name, v in log.items()})
-    frame.to_excel(path, sheet_name="Run 1", index=False, engine="odf")
+    engine: Any = "odf"
+    frame.to_excel(path, sheet_name="Run 1", index=False, engine=engine)
 
 
 def packed(write: Callable[[Path, Mapping[str, np.ndarray]], None]) -> Callable[[Path, Mapping[str, np.ndarray]], None]:

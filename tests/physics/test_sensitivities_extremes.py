@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_derivatives_are_right_or_said_to_be_too_large(tmp_path: Path) -> None:
 def test_derivatives_of_chaos_end_in_words() -> None:
     """A motion between stops whose neighbours leave it by a factor e every 4 s."""
     with SensitiveRun(HINGE, by=["x", "v"]) as kept:
-        run = {"start": {"x": 0.0, "v": 0.03}, "parameters": {"f": 0.37}}
+        run: dict[str, Any] = {"start": {"x": 0.0, "v": 0.03}, "parameters": {"f": 0.37}}
         found = kept.run([200.0, 400.0, 600.0], **run)
         assert np.isfinite(found.derivative).all() and np.isfinite(found.event_derivative).all()
         assert np.abs(found.derivative[-1]).max() > 1e60

@@ -23,7 +23,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.oscillators.woodpecker import MODEL
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import Crossing, Section, crossings
+from fmu_models.simulation.sections import Section, SectionPoint, crossings
 
 TOY = Fmu.open(built("woodpecker"))
 STICK, SLIP_MINUS, OPEN, CLOSED = 0, -1, 2, 3
@@ -43,7 +43,7 @@ TWINS = (-0.493433022180, -0.578477420763)
 SIMULTANEOUS = -0.7577872573
 
 
-def jams(crossing: Crossing) -> bool:
+def jams(crossing: SectionPoint) -> bool:
     return crossing.contacts["lower_friction"] == STICK
 
 

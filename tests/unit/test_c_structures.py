@@ -33,6 +33,7 @@ def mirrored() -> list[tuple[str, Any]]:
             ("whole_run/sensitivity_run.h", engine.C.structure(name))
             for name in ("RunStart", "WholeRun", "SensitivityRun", "ContactEvent")
         ),
+        ("ensemble/request.h", engine.C.structure("Ensemble")),
         *(("fmi_calls.h", s) for s in (instance.Log, instance.FmuInstance, instance.Variables, instance.Run)),
         *(("fmi_calls.h", s) for s in (instance.Update, instance.Stepped, instance._C.structure("MasterEvent"))),
         *(("exchange.h", composite._C.structure(name)) for name in ("Group", "Stage", "Coupling")),

@@ -332,11 +332,11 @@ def test_no_sidecar_breaks_the_reader(tmp_path_factory, data) -> None:
 def test_files_that_are_not_there(package: Path, tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match=r"no log .*b\.csv'.*Did you mean 'a\.csv'"):
         read_log(package / "b.csv")
-    with pytest.raises(StickslipError, match=r"no log .*a\.parquet'"):
-        read_log(package / "a.parquet")
-    (package / "a.parquet").write_text("PAR1")
+    with pytest.raises(StickslipError, match=r"no log .*a\.doc'"):
+        read_log(package / "a.doc")
+    (package / "a.doc").write_text("PAR1")
     with pytest.raises(StickslipError, match="no known kind"):
-        read_log(package / "a.parquet")
+        read_log(package / "a.doc")
     with pytest.raises(StickslipError, match="is a package of logs"):
         read_log(package)
     with pytest.raises(StickslipError, match=r"no datapackage\.json in"):

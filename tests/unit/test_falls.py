@@ -53,9 +53,10 @@ def first_root(c: np.ndarray, values: np.ndarray) -> float:
     if not below.size:
         return -1.0
     i = int(below[0])
-    return brentq(
+    root = brentq(
         lambda s: np.polynomial.polynomial.polyval(s, c), EVERY[i - 1], EVERY[i], xtol=1e-300, rtol=4 * ROUNDING
     )
+    return float(root)  # pyright: ignore[reportArgumentType]  (no full output is asked for)
 
 
 @pytest.mark.parametrize("ratio", [0.26, 0.5, 0.8, 1.0])

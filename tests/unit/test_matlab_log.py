@@ -264,7 +264,7 @@ def test_no_damage_breaks_the_reader(tmp_path_factory, data) -> None:
 @posix
 def test_a_crash_while_reading_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = saved(tmp_path, t=TIME)
-    monkeypatch.setattr(matlab_log, "arrays", isolated_functions.crash_on)
+    monkeypatch.setattr(matlab_log, "stored_arrays", isolated_functions.crash_on)
     with pytest.raises(StickslipError, match=r"log\.mat' is damaged, or unpacks .* crashed \(SIGSEGV.*Copy it again"):
         read_table(path)
 

@@ -48,6 +48,8 @@ static void ensemble_unit(const Job *job, int chosen, double (*directions)[EXTEN
     }
 }
 
+int64_t stickslip_ensemble_memory(int64_t longest) { return arrival_numbers(longest); }
+
 static double ensemble_norm(const double *v, int n)
 {
     double sum = 0.0;

@@ -15,7 +15,7 @@ static double *arrival_ring(const Arrival *a) { return a->e->memory; }
 
 static double *arrival_held(const Arrival *a) { return a->e->memory + a->e->longest * ARRIVAL_WIDTH; }
 
-int64_t stickslip_ensemble_memory(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1); }
+int64_t arrival_numbers(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1); }
 
 void arrival_start(Arrival *a, const Ensemble *e)
 {

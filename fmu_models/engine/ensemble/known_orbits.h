@@ -2,7 +2,8 @@
 #ifndef STICKSLIP_KNOWN_ORBITS_H
 #define STICKSLIP_KNOWN_ORBITS_H
 
-#include "ensemble.h"
+#include "../model/run_state.h"
+#include "request.h"
 
 /* the points of the last steps, and for how many steps each period has held */
 typedef struct {
@@ -12,6 +13,8 @@ typedef struct {
     int64_t met;      /* known points met in a row */
 } Arrival;
 
+/* numbers that are kept on the way, in e->memory */
+int64_t arrival_numbers(int64_t longest);
 void arrival_start(Arrival *a, const Ensemble *e);
 /* the period that the motion has come to with this point; 0: none yet */
 int64_t arrival_period(Arrival *a, const Run *r);

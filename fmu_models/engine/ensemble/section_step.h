@@ -3,7 +3,8 @@
 #define STICKSLIP_SECTION_STEP_H
 
 #include "../tangents/tangent.h"
-#include "ensemble.h"
+#include "../model/run_state.h"
+#include "request.h"
 
 /* what is known of a motion on its way */
 typedef struct {

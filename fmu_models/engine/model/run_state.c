@@ -63,6 +63,8 @@ void run_shift_time(Run *r, double by)
     }
     for (int c = 0; c < MODEL_NC; c++) {
         r->at.settles[c] += by;
+        r->closings[c].struck += by;
+        r->closings[c].closed += by;
     }
 }
 

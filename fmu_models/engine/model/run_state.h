@@ -129,7 +129,8 @@ void run_reset(Run *r);
 /* after any write to p, u, du, x or time: forget the step in use (p: derive the constants anew) */
 void run_parameters_changed(Run *r);
 void run_touched(Run *r);
-/* the same run at a time that is later by so much, for a motion whose forcing is the same there */
+/* the same run at a time that is later by so much, for a motion whose forcing is the same there: every time that a run
+   keeps moves with it */
 void run_shift_time(Run *r, double by);
 
 /* RUN_ERROR with a message */

@@ -1,0 +1,72 @@
+"""Diagrams, basins, exponents, charts, sections and spectra from the shell."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+import xarray
+
+SUPPORT = ("discontinuous_support", "--forcing", "omega")
+SCENE = Path(__file__).parents[2] / "data" / "scenes" / "hinge_clearance_figure_4.toml"
+
+
+def test_a_diagram_with_table_and_picture(stickslip, tmp_path):
+    asked = ("diagram", *SUPPORT, "--over", "omega=0.9:1.1:5", "--start", "x=0", "--direction", "both")
+    answer = stickslip(*asked, "-o", "d.csv", "--figure", "d.png", "--json")
+    assert answer.code == 0 and answer.json["periods"] == [[1] * 5, [1] * 5]
+    assert answer.json["words"][0][0] == "1-0" and answer.json["files"] == ["d.csv", "d.png"]
+    rows = list(csv.DictReader((tmp_path / "d.csv").read_text("utf-8").splitlines()))
+    assert len(rows) == 10 and {row["direction"] for row in rows} == {"up", "down"}
+    assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
+    again = stickslip(*asked, "-o", "d.csv")
+    assert again.code == 2 and "exists" in again.err
+
+
+def test_basins_as_a_data_set(stickslip, tmp_path):
+    asked = ("--set", "omega=1.18", "--over", "x=-8:8:9", "--over", "v=-8:8:9")
+    answer = stickslip("basins", *SUPPORT, *asked, "-o", "b.nc", "--json")
+    assert answer.code == 0 and sum(answer.json["shares"]) == pytest.approx(1.0)
+    assert [one["period"] for one in answer.json["attractors"]] == [1, 1]
+    with xarray.open_dataset(tmp_path / "b.nc", engine="scipy") as found:
+        assert found["attractor"].values.tolist() == answer.json["labels"]
+
+
+def test_exponents_of_a_map_a_model_and_a_scene(stickslip):
+    henon = stickslip("lyapunov", "henon", "--steps", 20_000, "--json").json
+    assert henon["exponents"][0] == pytest.approx(0.419, abs=0.02) and henon["unit"] == "1"
+    hinge = stickslip("lyapunov", SCENE, "--steps", 400, "--transient", 20, "--json").json
+    assert len(hinge["exponents"]) == 2 and hinge["zero"] is None
+    assert "2 Lyapunov exponents" in stickslip("lyapunov", "henon", "--steps", 2000).out
+
+
+def test_a_chart_a_section_and_a_spectrum(stickslip):
+    rig = ("disc_rig", "--period", 1, "--autonomous", "--what", "stick", "--transient", 34, "--points", 6)
+    found = stickslip("chart", *rig, "--over", "w0=0.2:1.8:3", "--over", "w1=-0.6:1:3", "--json").json
+    assert found["runs"] == 9 and set(found["classes"]) <= {"none", "disc0", "disc1", "disc0, disc1"}
+    section = stickslip("section", *SUPPORT, "--level", "v=0", "--down", "--points", 3, "--json").json
+    assert [point[0] for point in section["points"]] == pytest.approx([4.334229130298108] * 3, abs=1e-12)
+    lines = stickslip("spectrum", "hinge_clearance", "--forcing", "f", "--set", "f=0.429", "--json").json
+    assert lines["lines"] and lines["period"] == 1
+    assert lines["amplitude"][1] == pytest.approx(0.03590083221883138, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("diagram", "discontinuous_support", "--over", "omega=0.9:1:3"), "needs a period"),
+        (("diagram", *SUPPORT, "--over", "omega=0.9:1"), "NAME=FROM:TO:COUNT"),
+        (("diagram", *SUPPORT, "--over", "omega=0.9:1:3", "--over", "f0=0:1:3"), "1 range is needed"),
+        (("basins", *SUPPORT, "--over", "y=0:1:3"), "no state 'y'"),
+        (("section", *SUPPORT, "--level", "x=0", "--impacts", "support"), "name one of them"),
+        (("section", "henon", "--period", "1"), "is a map"),
+        (("spectrum", "henon"), "is a map"),
+        (("lyapunov", "henon", "-o", "x.txt"), ".csv"),
+        (("lyapunov", "henon", "--figure", "x.gif"), "known format"),
+    ],
+)
+def test_bad_arguments_are_refused(stickslip, tmp_path, arguments, said):
+    answer = stickslip(*arguments)
+    assert answer.code == 2 and said in " ".join(answer.err.split())
+    assert list(tmp_path.iterdir()) == []

@@ -44,6 +44,9 @@ def export(
             "--license", help="Licence of the model: a name such as MIT, or a file.", rich_help_panel="Rights"
         ),
     ] = None,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="MODEL is an FMU: build it once more and compare, writing nothing.")
+    ] = False,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -57,6 +60,8 @@ def export(
     from fmu_models.codegen.package import kept_by_name
     from fmu_models.fmu.fmu import Fmu
 
+    if verify:
+        return _verify(model, json)
     rights = Rights(author, copyright_line, license_) if author or copyright_line or license_ else None
     names = [name.strip() for name in platform.split(",") if name.strip()]
     built = chosen_platforms(names)
@@ -98,6 +103,17 @@ def export(
             out.print(f"  {what:10s} {', '.join(content[what]) or 'none'}")
 
     console.say(json, content, show)
+
+
+def _verify(path: str, json: bool) -> None:
+    from fmu_models.fmu.verification import verify
+
+    found = verify(path)
+    content = {"file": path, "entries": found.entries, "differences": list(found.differences)}
+    if found.differences:
+        console.say(json, content, lambda out: None)
+        raise StickslipError(f"'{path}' is not what its model gives:\n" + "\n".join(found.differences))
+    console.say(json, content, lambda out: out.print(f"{path}: all {found.entries} files are what its model gives"))
 
 
 def _export_scene(scene: Scene, path: Path, values: dict[str, float], **options: Any) -> None:

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,17 @@ def test_map_tells_jumps_bifurcations_and_the_negative_map(stickslip):
     calm = stickslip("map", "logistic", "--set", "r=2", "--lyapunov")
     assert "Lyapunov exponents: -inf" in calm.out
     assert "none found" in stickslip("map", "henon", "--period", "3").out
+
+
+def test_export_verifies_what_was_exported(stickslip, tmp_path):
+    assert stickslip("export", "block_on_belt", "--set", "mu_s=0.9", "-o", "belt.fmu").code == 0
+    done = stickslip("export", "--verify", "belt.fmu", "--json")
+    assert done.code == 0 and done.json["differences"] == []
+    with zipfile.ZipFile(tmp_path / "belt.fmu", "a") as archive:
+        archive.writestr("resources/more.txt", "x")
+    altered = stickslip("export", "--verify", "belt.fmu")
+    assert altered.code == 2 and "resources/more.txt: not what the model gives" in altered.err
+    assert files(tmp_path) == {"belt.fmu"}
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])

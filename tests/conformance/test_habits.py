@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from careless_importer import Habits, Importer
 from faces import face
-from fmpy.fmi1 import FMICallException
 
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
@@ -126,13 +125,3 @@ def test_references_may_be_taken_for_indices_and_outputs_for_real_numbers(some: 
 def test_steps_of_a_hundredth_by_the_method_of_euler_come_to_an_end(some: tuple[str, Fmu], locates: bool) -> None:
     importer = Importer(some[1], Habits(step=0.01, method="euler", locates=locates))
     assert np.isfinite(importer.run(10.0, VALUES.get(some[0]))).all()
-
-
-def test_steps_that_are_far_too_long_are_named_as_the_cause() -> None:
-    """The method grows without bound; where no states of the contacts fit any more, the model is not to blame."""
-    fmu = Fmu.open(built("woodpecker"))
-    importer = Importer(fmu, Habits(step=0.02, method="euler", locates=False))
-    with pytest.raises(FMICallException):
-        importer.run(5.0, {"mu1": 0.1, "mu2": 0.1, "mu3": 0.1, "eN1": 0.7})
-    (message,) = set(importer.messages)
-    assert "was never located" in message and "the importer's step is too long" in message

@@ -41,7 +41,7 @@ def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:
     platform, _, _, suffix = this_platform()
     # the same FMU without its whole runs
     sources = {n.removeprefix("sources/"): data.decode() for n, data in contents.items() if n.endswith((".c", ".h"))}
-    sources["all.c"] = re.sub(r'#include "whole_run/\w+.c"\n', "", sources["all.c"])
+    sources["all.c"] = re.sub(r'#include "(whole_run|ensemble)/\w+.c"\n', "", sources["all.c"])
     library = compile_shared(sources, tmp_path / "library")
     assert fmi_headers().is_dir()
     contents[f"binaries/{platform}/block_on_belt{suffix}"] = library.read_bytes()

@@ -185,6 +185,10 @@ class CompiledModel:
         """An exported array of int."""
         return list((ctypes.c_int * count).in_dll(self._library, name))
 
+    def shorts(self, name: str, count: int) -> list[int]:
+        """An exported array of short."""
+        return list((ctypes.c_short * count).in_dll(self._library, name))
+
     def numbers(self, name: str, count: int) -> list[float]:
         """An exported array of double."""
         return list((ctypes.c_double * count).in_dll(self._library, name))

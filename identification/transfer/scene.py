@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.registry import moved
+from fmu_models.base.toml_document import Document
+from fmu_models.scene.check import checked_scene
 from fmu_models.scene.read import read_scene
 from identification.transfer.values import HandedValue
 
@@ -45,13 +47,14 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
         unit = _unit(scene, one, source)
         if one.in_unit(unit, f"'{source}'") != scene.parameters[one.target]:
             _put(document, one, unit, source)
+    text = tomlkit.dumps(document)
+    written = checked_scene(Document(target, text))  # what it names relative to itself lies beside the target
+    for one in values:
+        expected = one.in_unit(_unit(scene, one, source), f"'{source}'")
+        if abs(written.parameters[one.target] - expected) > 1e-12 * abs(expected):
+            raise StickslipError(f"'{source}': '{one.target}' could not be changed. Change it by hand.")
     with write_whole(target, overwrite=overwrite) as temporary:
-        temporary.write_text(tomlkit.dumps(document), "utf-8")
-        written = read_scene(temporary)
-        for one in values:
-            expected = one.in_unit(_unit(scene, one, source), f"'{source}'")
-            if abs(written.parameters[one.target] - expected) > 1e-12 * abs(expected):
-                raise StickslipError(f"'{source}': '{one.target}' could not be changed. Change it by hand.")
+        temporary.write_text(text, "utf-8")
     return target
 
 

@@ -47,14 +47,14 @@ def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, ov
         unit = _unit(scene, one, source)
         if one.in_unit(unit, f"'{source}'") != scene.parameters[one.target]:
             _put(document, one, unit, source)
-    text = tomlkit.dumps(document)
-    written = checked_scene(Document(target, text))  # what it names relative to itself lies beside the target
-    for one in values:
-        expected = one.in_unit(_unit(scene, one, source), f"'{source}'")
-        if abs(written.parameters[one.target] - expected) > 1e-12 * abs(expected):
-            raise StickslipError(f"'{source}': '{one.target}' could not be changed. Change it by hand.")
     with write_whole(target, overwrite=overwrite) as temporary:
-        temporary.write_text(text, "utf-8")
+        temporary.write_text(tomlkit.dumps(document), "utf-8")
+        # what it names relative to itself lies beside the target
+        written = checked_scene(Document(target, temporary.read_text("utf-8")))
+        for one in values:
+            expected = one.in_unit(_unit(scene, one, source), f"'{source}'")
+            if abs(written.parameters[one.target] - expected) > 1e-12 * abs(expected):
+                raise StickslipError(f"'{source}': '{one.target}' could not be changed. Change it by hand.")
     return target
 
 

@@ -359,6 +359,9 @@ static Outcome advance(Master *m)
     }
     const double length = m->length;
     const double longer = length * step_growth(m, error);
+    if (!m->stiff) {
+        m->last_error = fmax(error, 1e-4);
+    }
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
     m->step_error = error;

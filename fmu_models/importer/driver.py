@@ -422,4 +422,8 @@ def _note(method: str, c: Any) -> str:
         note += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
     if c.slides:
         note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
+    if c.most_surfaces > 1:
+        note += f", along {c.most_surfaces} surfaces at once"
+    if c.by_convention:
+        note += " (their fields are no sum of one term for each surface: the mean is a convention there)"
     return note

@@ -60,7 +60,8 @@ def motion_error(
 ) -> MotionError:
     """The error for a status of the master; ``message`` is what the FMU logged last."""
     time, index = report.report_time, report.report_index
-    about = status in (RUN.CHATTERING, RUN.CHATTERING_OF_TWO, RUN.ZENO, RUN.BAD_INDICATOR)
+    chatters = RUN.CHATTERING, RUN.CHATTERING_OF_TWO, RUN.CHATTERING_OF_MANY
+    about = status in (*chatters, RUN.ZENO, RUN.BAD_INDICATOR)
     indicator = index if about else None
     text = _text(fmu, status, report, states, gradient)
     told = (RUN.FMI_ERROR, RUN.NOT_FINITE, RUN.STEP_TOO_SMALL, RUN.EVENT_ITERATION, RUN.STALLS, RUN.DISCARD)
@@ -135,8 +136,14 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
     if status == RUN.CHATTERING_OF_TWO:
         other = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (
-            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet "
-            "the mean of the fields is not determined: give the model a state of its own for one of them."
+            f"{which} chatters at {at} while the motion slides along the surface of {other}, and the motion along both "
+            "cannot be computed: the FMU does not lead there from all sides, or does not choose its equations by the "
+            "sides alone. Give the model a state of its own for one of them."
+        )
+    if status == RUN.CHATTERING_OF_MANY:
+        return (
+            f"{which} chatters at {at} while the motion slides along {value:.0f} surfaces, and that many at once are "
+            "computed. Give the model a state of its own for one of them."
         )
     return (
         f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface "

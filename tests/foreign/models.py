@@ -48,6 +48,19 @@ MODELS = {
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
     "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "bar": Foreign(
+        ("y", "v", "w"),
+        (0.0, 1.0, 0.3),
+        (("mu_1", 1.0), ("mu_2", 0.5), ("pull", 0.8), ("twist", 0.1), ("arm", 1.0)),
+        ("side_1", "side_2"),
+        indicators=2,
+        depends=(2, 3),
+    ),
+    "cross": Foreign(("x", "y", "w"), (0.3, 0.2, 0.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "hook": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "nudges"), indicators=2, depends=(1, 2)),
+    "relays": Foreign(
+        ("a", "b", "c", "d", "e"), (1.0, 2.0, 3.0, 4.0, 5.0), (), (), indicators=5, depends=(1, 2, 3, 4, 5)
+    ),
     "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),

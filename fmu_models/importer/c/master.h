@@ -113,6 +113,7 @@ typedef enum {
     RUN_EVENT_ITERATION,
     RUN_CHATTERING,
     RUN_CHATTERING_OF_TWO,
+    RUN_CHATTERING_OF_MANY,
     RUN_ZENO,
     RUN_EVENTS_PILE_UP,
     RUN_STALLS,
@@ -144,10 +145,11 @@ typedef struct {
     /* progress, kept over RUN_MORE; next_time counts the rows written */
     int64_t begun, next_time, n_events;
     int64_t steps, rejected, evaluations, jacobians, slides;
-    int64_t n_switches;       /* of the method, by auto */
-    double switch_time;       /* of the first one */
-    int64_t accumulations;    /* at which the run did not end */
-    double accumulation_time; /* of the first one */
+    int64_t most_surfaces, by_convention; /* slid along at once; such motions whose mean is a convention */
+    int64_t n_switches;                   /* of the method, by auto */
+    double switch_time;                   /* of the first one */
+    int64_t accumulations;                /* at which the run did not end */
+    double accumulation_time;             /* of the first one */
     /* report of an early end */
     double report_time, report_value;
     int64_t report_index;    /* indicator, state, or Function that returned an error */

@@ -36,7 +36,7 @@ static void record_at(Master *m, double t, const double *x, Outcome *outcome)
     if (r->recorded.n == 0) {
         return;
     }
-    if (m->slide.active) {
+    if (m->slide.n) {
         *outcome = slide_values(m, t, x, values);
         return;
     }
@@ -105,7 +105,7 @@ static Outcome refresh(Master *m)
 {
     Outcome outcome = events_sides(m);
     outcome = outcome == FINE ? motion_rates(m, m->t, m->x, m->f) : outcome;
-    for (int i = 0; i < m->slots && outcome == FINE; i++) {
+    for (int i = 0; i < m->nz && outcome == FINE; i++) {
         if (!isfinite(m->z[i])) {
             return field_report(m, RUN_BAD_INDICATOR, m->t, i, m->z[i]);
         }
@@ -162,7 +162,7 @@ static Outcome start(Master *m)
     m->calm_needed = 20;
     m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
     m->last_error = 0.0;
-    m->slide.active = 0;
+    m->slide.n = 0;
     m->length = 0.0;
     m->pace_steps = 0;
     m->pace_time = r->start;
@@ -190,7 +190,6 @@ static Outcome start(Master *m)
 static Outcome begin_slide(Master *m, int indicator)
 {
     Run *r = m->run;
-    const double since = m->t - master_tolerances.chatter_gap * fmax(fabs(m->t), r->stop - r->start);
     m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1
                                                                                                : 0;
     m->slide_time = m->t;
@@ -203,7 +202,7 @@ static Outcome begin_slide(Master *m, int indicator)
     }
     while (r->n_events > 0) {
         const MasterEvent *last = &r->events[r->n_events - 1];
-        if (last->kind != EVENT_STATE || last->indicator != indicator || last->time < since) {
+        if (last->kind != EVENT_STATE || last->indicator != indicator || !zeno_at_once(m, last->time)) {
             break;
         }
         r->n_events--;
@@ -245,18 +244,20 @@ typedef struct {
 
 static Outcome handle_event(Master *m, const Causes *causes)
 {
-    const int sliding = m->slide.active;
-    const int on = m->slide.indicator;
+    const int sliding = m->slide.n;
     memcpy(m->before, m->x, (size_t)m->n * sizeof *m->x);
     if (zeno_stalled(m) != FINE) {
         return STOP;
     }
-    if (sliding && (m->fired[on] || m->fired[m->nz])) {
-        log_event(m, EVENT_LEAVE, on, m->z[on], 0.0);
-        const Outcome outcome = slide_leave(m, m->fired[on] ? 1.0 : -1.0);
-        m->fired[on] = m->fired[m->nz] = 0;
+    for (int i = 0; i < m->nz && m->slide.n; i++) {
+        if (!m->fired[i] || !slide_along(m, i)) {
+            continue;
+        }
+        log_event(m, EVENT_LEAVE, i, m->z[i], 0.0);
+        m->fired[i] = 0;
+        const Outcome outcome = slide_leave(m, i);
         if (outcome != FINE) {
-            return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, on, 0.0);
+            return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, i, 0.0);
         }
     }
     Outcome outcome = events_update(m, 1, causes->jump);
@@ -281,13 +282,13 @@ static Outcome handle_event(Master *m, const Causes *causes)
                       ? field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_ERROR)
                       : watch_fired(m);
     }
-    if (outcome == FINE && m->slide.active && sliding) {
-        int left = 0;
+    for (int left = 0; outcome == FINE && m->slide.n && sliding && left >= 0;) {
+        const int first = m->slide.indicator[0];
         outcome = slide_resume(m, &left);
-        if (left) {
-            log_event(m, EVENT_LEAVE, on, 0.0, 0.0);
+        if (left >= 0) {
+            log_event(m, EVENT_LEAVE, left, 0.0, 0.0);
         }
-        outcome = outcome == SHORTER ? field_report(m, RUN_CHATTERING, m->t, on, 0.0) : outcome;
+        outcome = outcome == SHORTER ? field_report(m, RUN_CHATTERING, m->t, first, 0.0) : outcome;
     }
     return outcome;
 }
@@ -305,7 +306,8 @@ static Outcome arrive(Master *m, double t1, double theta)
         memcpy(m->f, m->f1, (size_t)m->n * sizeof *m->x);
     }
     m->t = t1;
-    Outcome outcome = m->slide.active ? slide_project(m) : FINE;
+    /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
+    Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
     outcome = outcome == FINE ? field_at(m, m->t, m->x) : outcome;
     if (outcome != FINE) {
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
@@ -333,7 +335,7 @@ static Outcome arrive(Master *m, double t1, double theta)
         outcome = refresh(m);
         step_careful(m);
     } else if (outcome == FINE && m->nz && !m->terminate) {
-        memcpy(m->z, m->samples, (size_t)m->slots * sizeof *m->z);
+        memcpy(m->z, m->samples, (size_t)m->nz * sizeof *m->z);
     }
     return outcome == FINE ? record_here(m) : outcome;
 }
@@ -347,7 +349,7 @@ static Outcome advance(Master *m)
         /* nothing to integrate: an event at once, or the rounding of its time */
         memcpy(m->x1, m->x, (size_t)m->n * sizeof *m->x);
         memcpy(m->f1, m->f, (size_t)m->n * sizeof *m->x);
-        memcpy(m->samples, m->z, (size_t)m->slots * sizeof *m->z);
+        memcpy(m->samples, m->z, (size_t)m->nz * sizeof *m->z);
         return arrive(m, fmax(end, m->t), -1.0);
     }
     const double limit = end - m->t;

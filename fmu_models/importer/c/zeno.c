@@ -22,8 +22,8 @@
 
 void zeno_reset(Master *m)
 {
-    memset(m->watch, 0, (size_t)m->slots * sizeof *m->watch);
-    for (int i = 0; i < m->slots; i++) {
+    memset(m->watch, 0, (size_t)m->nz * sizeof *m->watch);
+    for (int i = 0; i < m->nz; i++) {
         m->watch[i].time = m->watch[i].counted_time = m->watch[i].window = -INFINITY;
     }
     m->stalled = 0;
@@ -77,12 +77,18 @@ double zeno_longest_step(const Master *m)
     return longest;
 }
 
+int zeno_at_once(const Master *m, double time)
+{
+    const double length = m->run->stop - m->run->start;
+    return m->t - time <= master_tolerances.chatter_gap * fmax(fabs(m->t), length);
+}
+
 Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *returned)
 {
     const MasterTolerances *tolerances = &master_tolerances;
     Watch *w = &m->watch[indicator];
     const double length = m->run->stop - m->run->start;
-    const int at_once = m->t - w->time <= tolerances->chatter_gap * fmax(fabs(m->t), length);
+    const int at_once = zeno_at_once(m, w->time);
     *returned = at_once && w->moved && !moved;
     w->returns = at_once ? w->returns + 1 : 0;
     w->time = m->t;

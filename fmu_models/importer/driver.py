@@ -18,7 +18,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import instance, request
+from fmu_models.importer import instance, request, structure
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
@@ -41,15 +41,20 @@ def simulate_any(
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
     on_zeno: str = "stop",
+    parameters: Mapping[str, float] | None = None,
     **options: Any,
 ) -> Trajectory:
-    """Run an FMU once; ``options`` are those of ``Driver.run``.
+    """Run an FMU once; ``options`` are those of ``Driver.run``, ``parameters`` may be structural ones too.
 
     Raises:
         StickslipError: see ``Driver``.
     """
-    with Driver(fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno) as driver:
-        return driver.run(stop_time, **options)
+    fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+    sizes, others = structure.split(fmu, parameters or {})
+    with Driver(
+        fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno, structural_parameters=sizes
+    ) as driver:
+        return driver.run(stop_time, parameters=others, **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,7 @@ class Driver(Shown):
             the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+        structural_parameters: values of those on which sizes of arrays depend (FMI 3).
         on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
             as they are there, if nothing else moves), "continue" (whatever the FMU does then).
 
@@ -90,6 +96,7 @@ class Driver(Shown):
         tolerance: float = 1e-8,
         record: Sequence[str] | None = None,
         on_zeno: str = "stop",
+        structural_parameters: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
             raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
@@ -98,7 +105,9 @@ class Driver(Shown):
             raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
         if on_zeno not in ON_ZENO:
             raise StickslipError(f"Where events accumulate a run can {', '.join(ON_ZENO)}; found '{on_zeno}'.")
-        self.fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        self._opened = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        self._structure = dict(structural_parameters or {})
+        self.fmu = structure.configured(self._opened, self._structure)
         if method == "auto" and self.fmu.description.modelExchange is None:
             method = "co-simulation"
         if method == "co-simulation" and on_zeno != "stop":
@@ -147,7 +156,8 @@ class Driver(Shown):
         )
 
     def _load(self) -> instance.Instance:
-        return instance.Instance(self.fmu, co_simulation=self.method == "co-simulation")
+        co_simulation = self.method == "co-simulation"
+        return instance.Instance(self.fmu, co_simulation=co_simulation, structure=self._structure)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "method": self.method, "tolerance": self.tolerance}
@@ -366,6 +376,8 @@ class Driver(Shown):
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
         note = _note(self.method, prepared.c)
+        if prepared.c.jacobians and self._instance.calls.directional:
+            note += ", Jacobians by the FMU's directional derivatives"
         if self.method == "co-simulation" and self._instance.remark:
             note += f", {self._instance.remark}"
         if status == RUN.TERMINATED:

@@ -111,8 +111,8 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
         variable = variables.get(owner(name, variables))
         if variable is not None and variable.causality == "structuralParameter":
             raise StickslipError(
-                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend; it keeps its start "
-                f"value {variable.start}. Export the FMU with another one."
+                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend: it is set when the "
+                "FMU is loaded (structural_parameters of the Driver), not for a run."
             )
         if variable is None or variable.causality != "parameter":
             has = [name for name, v in variables.items() if v.causality == "parameter" and is_numeric(fmu, name)]

@@ -94,6 +94,8 @@ def test_a_directional_derivative_saves_evaluations(model: Models) -> None:
     exact = simulate_any(model("van_der_pol"), 200.0, **options)
     # three stages and the end of the step, two or three iterations: a Jacobian by differences would add two each
     assert exact.evaluations < 11 * exact.steps
+    assert exact.method.endswith("Jacobians by the FMU's directional derivatives")
+    assert "directional" not in simulate_any(model("robertson"), 1.0, method="stiff").method
 
 
 def test_outputs_within_the_step_before_the_method_changes_are_those_of_that_step(model: Models) -> None:

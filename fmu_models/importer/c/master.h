@@ -31,6 +31,8 @@ typedef enum {
     F_TERMINATE,
     F_BOOLEAN_STATUS,
     F_REAL_STATUS,
+    F_ENTER_CONFIGURATION,
+    F_EXIT_CONFIGURATION,
     F_GETTERS,
     F_SETTERS = F_GETTERS + 11,
     F_COUNT = F_SETTERS + 11
@@ -57,6 +59,14 @@ typedef struct {
     char message[1024];
 } Log;
 
+/* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
+typedef struct {
+    int64_t n;
+    const int32_t *types; /* Type */
+    const uint32_t *references;
+    const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
+} Variables;
+
 /* an instance of an FMU */
 typedef struct {
     int64_t fmi; /* 2 or 3 */
@@ -67,17 +77,11 @@ typedef struct {
     int64_t resets;             /* reset before a run; the first run of an instance needs none */
     int64_t n_state_references; /* fewer than states where a state is an array */
     const uint32_t *state_references, *derivative_references;
+    Variables structure; /* structural parameters to set in configuration mode */
+    const double *structure_values;
     void *instance;
     void *function[F_COUNT];
 } FmuInstance;
-
-/* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
-typedef struct {
-    int64_t n;
-    const int32_t *types; /* Type */
-    const uint32_t *references;
-    const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
-} Variables;
 
 typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_CO_SIMULATION } MethodChoice;
 

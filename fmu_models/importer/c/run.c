@@ -129,6 +129,11 @@ static Outcome initialize(Master *m)
     if (status >= FMI_DISCARD) {
         return field_report(m, RUN_FMI_ERROR, m->t, F_RESET, status);
     }
+    /* which puts sizes of arrays back too */
+    status = fmu->resets ? fmi_configure(fmu) : FMI_OK;
+    if (status >= FMI_DISCARD) {
+        return field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_CONFIGURATION, status);
+    }
     status = fmi_write(fmu, &r->starts, r->start_values);
     if (status >= FMI_DISCARD) {
         return field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, status);

@@ -50,6 +50,7 @@ class Chart(Pictured):
         made: (rows, columns) whether the cell was run; the others lie between equal ones.
         failures: why, by row and column.
         runs: how many were made.
+        how: of ``SectionSystem``.
     """
 
     model: str
@@ -60,6 +61,7 @@ class Chart(Pictured):
     values: Vector
     made: NDArray[np.bool_]
     failures: Mapping[tuple[int, int], str]
+    how: str = ""
 
     @property
     def runs(self) -> int:
@@ -89,7 +91,12 @@ class Chart(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         counts = {name: int((self.labels == i).sum()) for i, name in enumerate(self.classes)}
-        return {**{name: values for name, values in self.axes.items()}, "cells": counts, "failed": len(self.failures)}
+        return {
+            **{name: values for name, values in self.axes.items()},
+            "cells": counts,
+            "failed": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def chart(
@@ -162,7 +169,7 @@ def chart(
     for cell, (_, value) in kept.items():
         numbers[cell], made[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
-    return Chart(system.name, what, values, classes, indices, numbers, made, failures)
+    return Chart(system.name, what, values, classes, indices, numbers, made, failures, system.how)
 
 
 def _in_order(label: str) -> tuple[Any, ...]:

@@ -32,11 +32,13 @@ from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.flow import constants_of
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
-from fmu_models.simulation.run import check_names, check_value
+from fmu_models.simulation.run import check_names, check_value, simulate
 from fmu_models.simulation.sections import Section
+from fmu_models.simulation.trajectory import Trajectory
 
 Vector = NDArray[np.float64]
 
@@ -88,7 +90,7 @@ class FmuSection(SectionSystem):
     @cached_property
     def _columns(self) -> list[tuple[str, int]]:
         """Each number of a point and its place in a row of the engine: states, memories of all contacts, time."""
-        n, contacts = len(self.fmu.states), self.fmu.contacts
+        n, contacts = len(self.fmu.states), self.contacts
         memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self._memories]
         return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
 
@@ -101,7 +103,7 @@ class FmuSection(SectionSystem):
 
     @cached_property
     def _contacts(self) -> tuple[str, ...]:
-        return tuple(self.fmu.contacts)
+        return tuple(self.fmu.contacts) if self.fmu.ours else ()
 
     @cached_property
     def _parameters(self) -> list[str]:
@@ -109,7 +111,7 @@ class FmuSection(SectionSystem):
 
     @cached_property
     def _memories(self) -> list[str]:
-        return self.fmu.memories
+        return self.fmu.memories if self.fmu.ours else []
 
     @property
     def how(self) -> str:
@@ -203,6 +205,11 @@ class FmuSection(SectionSystem):
         }
         states = {name: value for name, value in found.items() if name in self.fmu.states}
         return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
+
+    def trajectory(self, point: Vector, times: Vector) -> Trajectory:
+        """The motion from a point (n,), whose phase is left out, from 0 to the last of some times (m,), s."""
+        given: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
+        return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **given)
 
     @abstractmethod
     def _where(self) -> Where:
@@ -450,8 +457,8 @@ class Impacts(FmuSection):
     def __init__(self, fmu: Fmu, contact: str, *, ends: bool = False, **others: Any) -> None:
         if not fmu.ours:
             raise StickslipError(
-                f"'{fmu.description.modelName}' is not of this suite and tells no contacts. Take a level of a state, as "
-                "the gap where it is one, or a strobe."
+                f"'{fmu.description.modelName}' is not of this suite and tells no contacts. Take a level of a state, "
+                "as the gap where it is one, or a strobe."
             )
         super().__init__(fmu, **others)
         check_names(fmu, "contact", {contact: None}, fmu.contacts)

@@ -135,3 +135,7 @@ class ImporterSteps:
         if begin.section is not None and not flow.crossed:
             raise StickslipError("a motion beside this one does not come to the section")
         return np.append(flow.states, flow.time)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # another process loads the FMU for itself
+        return ImporterSteps, (self.fmu, self.tolerance)

@@ -68,6 +68,7 @@ class Exponents(Pictured):
         shares: per contact the share of the time in contact or stick.
         sum: of all exponents, per step.
         transient: what the motion was at first; None if it did not change.
+        how: of ``SectionSystem``.
     """
 
     values: Vector
@@ -80,6 +81,7 @@ class Exponents(Pictured):
     lost: int
     shares: Mapping[str, float]
     transient: Transient | None = None
+    how: str = ""
 
     @property
     def sum(self) -> float:
@@ -109,7 +111,7 @@ class Exponents(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
-        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient}
+        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient, "how": self.how or None}
 
     def _heading(self) -> str:
         return f"{len(self.values)} Lyapunov exponents"
@@ -198,6 +200,7 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
         lost=int((~np.isfinite(values)).sum()),
         shares=shares,
         transient=transient,
+        how=system.how,
     )
 
 

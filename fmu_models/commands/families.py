@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
 
 System = Annotated[
-    str, typer.Argument(metavar="MODEL", help=f"A map, an .fmu file, a scene (.toml), or a model: {NAMED}.")
+    str,
+    typer.Argument(metavar="MODEL", help=f"A map, an .fmu file, of others too, a scene (.toml), or a model: {NAMED}."),
 ]
 Start = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")]
 Forcing = Annotated[
@@ -169,6 +170,7 @@ def tell(
                 found.to_xarray().to_netcdf(temporary, engine="scipy")
     if figure is not None:
         found.figure(figure, overwrite=overwrite)
+    content["how"] = getattr(found, "how", "")
     content["files"] = [str(path) for path in (output, figure) if path]
 
     def show(out: Console) -> None:

@@ -120,12 +120,11 @@ class FlowDriver(Driver):
         known = np.empty((0, 0))
         if derivative:
             known = np.full_like(self._tangents, math.nan) if c.missed else self._tangents.copy()
-        return Flow(float(c.report_time), status == RUN.CROSSED, *self._ends.copy(), known)
+        start, start_rates, states, rates = self._ends.copy()
+        return Flow(float(c.report_time), status == RUN.CROSSED, start, start_rates, states, rates, known)
 
 
 def constants_of(fmu: Fmu) -> list[str]:
     """Names of the numbers that can be set for a motion and stay: parameters and inputs."""
     kinds = ("parameter", "input")
     return [n for n, v in fmu.variables.items() if v.causality in kinds and request.is_number(fmu, n)]
-
-

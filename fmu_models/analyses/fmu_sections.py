@@ -233,7 +233,7 @@ class FmuSection(SectionSystem):
             return self._imported(self._importer, points, varied or {}, derivative)
         rows = self.run(Jobs(points, varied or {}, derivatives=derivative), np.zeros(1, np.int32))
         lost = np.flatnonzero(rows.filled == 0)
-        said = {int(i): rows.messages.get(int(i)) or self._said(int(rows.outcomes[i])) for i in lost}
+        said = {int(i): rows.messages.get(int(i), "the motion goes to infinity") for i in lost}
         derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
         return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], said)
 
@@ -252,7 +252,7 @@ class FmuSection(SectionSystem):
             try:
                 flow = importer.flow(points[i, :n], begin, derivative=derivative)
                 if begin.section is not None and not flow.crossed:
-                    why[i] = self._said(families.LOST)
+                    why[i] = self._lost(float(periods[i]))
                     continue
                 scale = np.append(np.ones(n), periods[i] or 1.0)
                 ends[i] = np.append(flow.states, flow.time)[:k] / scale[:k]
@@ -276,10 +276,10 @@ class FmuSection(SectionSystem):
             rates[i] = flow.start_rates
         return rates
 
-    def _said(self, outcome: int) -> str:
-        if outcome == families.LOST:
-            return f"the section is not met again within {PATIENCE:g} {'periods' if self.forced else 's'}"
-        return "the motion goes to infinity"
+    def _lost(self, period: float) -> str:
+        """That the section is not met, and how long it was waited for."""
+        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE:g} s"
+        return f"the section is not met within {waited}"
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
         """The rows of some jobs, in one call of the engine per chain."""
@@ -292,6 +292,7 @@ class FmuSection(SectionSystem):
         periods = self.periods(jobs.varied, len(jobs))
         sizes = (len(self.fmu.states), len(self.contacts))
         made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
+        lost = np.flatnonzero(made.outcomes == families.LOST)
         points = made.points[..., places]
         derivatives = made.jacobians
         if jobs.derivatives:
@@ -313,7 +314,7 @@ class FmuSection(SectionSystem):
             made.outcomes,
             made.recurs,
             made.orbits,
-            made.messages,
+            {int(i): self._lost(float(periods[i])) for i in lost} | dict(made.messages),
         )
 
     def _runs(self, jobs: Jobs) -> Runs:

@@ -168,8 +168,8 @@ def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
         return
     place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
     outcome, steps = int(made.outcomes[bad[0]]), int(made.steps[bad[0]])
-    why = {families.ESCAPED: "leaves every bound", families.LOST: "does not meet the section again"}.get(outcome)
-    why = why or f"cannot be continued ({made.messages.get(int(bad[0]), families.OUTCOMES[outcome])})"
+    said = made.messages.get(int(bad[0]), families.OUTCOMES[outcome])
+    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({said})"
     raise StickslipError(
         f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
         "or change the parameters."

@@ -289,20 +289,22 @@ def _files(
 def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, str]:
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
-    from fmu_models.codegen.model_description import Description, model_description, render
+    from fmu_models.codegen.model_description import model_description, render
+    from fmu_models.codegen.model_structure import ModelStructure
 
     generated = sources(system)
     token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
+    structure = ModelStructure(system)
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
     files = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
-    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool, rights)
+    files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
     files |= rights.files
-    files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
+    files["documentation/index.html"] = render("index.html.j2", v=structure.variables, system=system, tool=tool)
     return files
 
 

@@ -26,6 +26,22 @@ def rates(system: HybridSystem) -> list[tuple[sympy.Expr, sympy.Expr]]:
     return found + [(sympy.Symbol(f"{state.name}'"), rate) for state, rate in internal]
 
 
+def outputs(system: HybridSystem) -> list[sympy.Basic]:
+    """The outputs, from the forces, slip speeds and depths of contacts by the names lambda_, v_ and d_<contact>."""
+    named: dict[sympy.Basic, sympy.Basic] = {
+        symbol: sympy.Symbol(f"{letter}_{contact.name}")
+        for contact in system.contacts
+        for letter, symbol in (
+            *(("lambda", contact.force_symbol), ("v", contact.slip_symbol)),
+            *(("d", contact.depth_symbol), ("s", contact.sign_symbol)),
+        )
+        if symbol is not None
+    }
+    for state, rate in zip(system.driven, system.rate_symbols, strict=True):
+        named[rate] = sympy.Symbol(f"{state.name}'")
+    return [sympy.sympify(output.expression).xreplace(named) for output in system.outputs]
+
+
 def of_contact(contact: ContactDynamics) -> dict[str, Line]:
     """What a contact is made of, by its kind."""
     named = {

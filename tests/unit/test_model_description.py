@@ -6,7 +6,7 @@ import dataclasses
 import math
 
 import pytest
-from lxml import etree
+from lxml import etree  # type: ignore[attr-defined]  # compiled, without types
 
 from fmu_models.codegen.model_description import model_description
 from fmu_models.codegen.model_structure import ModelStructure, Unknown

@@ -4,7 +4,8 @@
     binaries/<platform>/<model>.so             compiled here
     sources/all.c ...                          the model's generated C and the engine in its folders, for importers
                                                that compile
-    documentation/index.html                   the variables once more, for people
+    documentation/index.html                   equations, contacts, variables, versions, for people
+    model.png, terminalsAndIcons/              pictures, and what is connected to what in editors
     documentation/licenses/license.txt         under what it may be handed on
 
 The file depends on its input alone: no paths, and no date but SOURCE_DATE_EPOCH; the same mechanism gives the same
@@ -224,7 +225,7 @@ def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
     return own and all(law in LAWS.members() for law in (laws or {}).values())
 
 
-def kept_folder(*options: str) -> Path:
+def kept_folder(*options: str | bytes) -> Path:
     """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
     parts = (_sources_digest(), *options, this_platform().fmi3, date)
@@ -272,7 +273,7 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
 def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict[str, bytes | str]:
     """Contents of the archive by name; the compiler runs for as many platforms at once as there are processors."""
     platforms = chosen_platforms(packaging.platforms)
-    files: dict[str, bytes | str] = {**_texts(system, fmi_version, packaging.rights or Rights())}
+    files = _texts(system, fmi_version, packaging.rights or Rights())
     c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
     with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         built = {
@@ -291,23 +292,26 @@ def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict
     return files
 
 
-def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, str]:
+def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, bytes | str]:
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
-    from fmu_models.codegen.model_description import Description, model_description, render
+    from fmu_models.codegen.documentation import documents
+    from fmu_models.codegen.model_description import model_description, render
+    from fmu_models.codegen.model_structure import ModelStructure
 
     generated = sources(system)
     token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
+    structure = ModelStructure(system)
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
-    files = {f"sources/{name}": text for name, text in c_files.items()}
+    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
-    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool, rights)
+    files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
     files |= rights.files
-    files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
+    files |= documents(structure, fmi_version, token.group(1), tool, rights)
     return files
 
 

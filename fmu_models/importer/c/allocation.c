@@ -17,7 +17,7 @@ static double *take(double *block, size_t *used, size_t n)
 static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
 {
     size_t used = 0;
-    const size_t n = (size_t)m->n, nz = (size_t)m->nz;
+    const size_t n = (size_t)m->n, slots = (size_t)m->nz + 1;
     double **vectors[] = {&m->x,     &m->f,         &m->nominal, &m->before, &m->x1,          &m->f1,         &m->stage,
                           &m->error, &m->error_low, &m->seed,    &m->point,  &m->slide.point, &m->slide.check};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) {
@@ -31,10 +31,10 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->jacobian = take(block, &used, n * n);
     m->real_lu = take(block, &used, n * n);
     m->complex_lu = take(block, &used, 2 * n * n);
-    m->z = take(block, &used, nz);
-    m->z1 = take(block, &used, nz);
-    m->slide.z = take(block, &used, nz);
-    m->samples = take(block, &used, NODES_AND_CHECK * nz);
+    m->z = take(block, &used, slots);
+    m->z1 = take(block, &used, slots);
+    m->slide.z = take(block, &used, slots);
+    m->samples = take(block, &used, NODES_AND_CHECK * slots);
     m->node_inverse = take(block, &used, NODE_TABLE);
     m->slide.normal = take(block, &used, SURFACES * n);
     m->slide.gradient = take(block, &used, SURFACES * n);
@@ -65,11 +65,11 @@ EXPORT Master *master_new(const FmuInstance *fmu, int64_t inputs, int64_t values
     m->fmu = fmu;
     m->n = (int)fmu->n_states;
     m->nz = (int)fmu->n_indicators;
-    const size_t n = (size_t)m->n, nz = (size_t)m->nz;
+    const size_t n = (size_t)m->n, slots = (size_t)m->nz + 1;
     double *block = calloc(lay_out(m, NULL, (size_t)inputs, (size_t)values) + 1, sizeof *block);
     m->real_pivot = calloc(2 * n + 1, sizeof *m->real_pivot);
-    m->side = calloc(2 * nz + 1, sizeof *m->side);
-    m->watch = calloc(nz + 1, sizeof *m->watch);
+    m->side = calloc(2 * slots, sizeof *m->side);
+    m->watch = calloc(slots, sizeof *m->watch);
     if (!block || !m->real_pivot || !m->side || !m->watch) {
         free(block);
         m->x = NULL;
@@ -78,7 +78,7 @@ EXPORT Master *master_new(const FmuInstance *fmu, int64_t inputs, int64_t values
     }
     lay_out(m, block, (size_t)inputs, (size_t)values);
     m->complex_pivot = m->real_pivot + n;
-    m->fired = m->side + nz;
+    m->fired = m->side + slots;
     search_nodes(m);
     return m;
 }

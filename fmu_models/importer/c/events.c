@@ -38,7 +38,7 @@
 Outcome events_sides(Master *m)
 {
     const Outcome outcome = motion_indicators(m, m->t, m->x, m->z);
-    for (int i = 0; i < m->nz; i++) {
+    for (int i = 0; i < m->slots; i++) {
         m->side[i] = m->z[i] > 0.0 ? 1 : -1;
     }
     return outcome;
@@ -120,12 +120,12 @@ Outcome events_locate(Master *m, double latest, double *theta)
     double from = 0.0, width = 1.0;
     int halvings = 0;
     *theta = -1.0;
-    memset(m->fired, 0, (size_t)m->nz);
-    if (m->nz == 0) {
+    memset(m->fired, 0, (size_t)m->slots);
+    if (m->slots == 0) {
         return FINE;
     }
     Outcome outcome = method_dense(m);
-    memcpy(m->samples, m->z, (size_t)m->nz * sizeof *m->z);
+    memcpy(m->samples, m->z, (size_t)m->slots * sizeof *m->z);
     while (from < 1.0 && outcome == FINE) {
         Finding finding;
         int which = 0;
@@ -146,13 +146,13 @@ Outcome events_locate(Master *m, double latest, double *theta)
                 outcome = polish(m, which, latest, theta);
             }
             outcome = outcome == FINE ? beyond_zero(m, which, theta) : outcome;
-            for (int i = 0; i < m->nz && outcome == FINE; i++) {
+            for (int i = 0; i < m->slots && outcome == FINE; i++) {
                 m->fired[i] = (signed char)search_beyond(m, i, m->z1[i]);
             }
             m->fired[which] = 1;
             return outcome;
         }
-        memcpy(m->samples, m->samples + (SEARCH_NODES - 1) * m->nz, (size_t)m->nz * sizeof *m->z);
+        memcpy(m->samples, m->samples + (SEARCH_NODES - 1) * m->slots, (size_t)m->slots * sizeof *m->z);
         from += width;
         if (halvings > 0 && fmod(from, 2.0 * width) == 0.0) {
             width *= 2.0;

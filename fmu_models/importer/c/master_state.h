@@ -49,6 +49,7 @@ typedef struct {
     const FmuInstance *fmu;
     Run *run;
     int n, nz, nu;
+    int slots;     /* nz, and one more where the run ends at a section */
     double t;      /* where the run is */
     double h;      /* proposed length of the next step */
     double *x, *f; /* states and derivatives there */
@@ -58,7 +59,7 @@ typedef struct {
     int64_t knot;                   /* the piece of the input table in use */
     int inputs_vary;                /* within it */
     double next_event;              /* time event of the FMU */
-    int terminate;
+    int terminate, crossed;
     RunStatus ended; /* why, once a part has said STOP */
     int fresh;       /* f is to be computed anew */
     int bad_state;   /* whose derivative was not finite */

@@ -56,7 +56,7 @@ Outcome search_sample(Master *m, double theta, double *z)
 {
     dense_value(m, theta, m->point);
     const Outcome outcome = motion_indicators(m, m->t + theta * m->length, m->point, z);
-    for (int i = 0; i < m->nz && outcome == FINE; i++) {
+    for (int i = 0; i < m->slots && outcome == FINE; i++) {
         if (!isfinite(z[i])) {
             return field_report(m, RUN_BAD_INDICATOR, m->t + theta * m->length, i, z[i]);
         }
@@ -227,7 +227,7 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
     const double side = m->side[i];
     double v[NODES], scale = 0.0;
     for (int k = 0; k < NODES; k++) {
-        v[k] = side * m->samples[k * m->nz + i];
+        v[k] = side * m->samples[k * m->slots + i];
         scale = fmax(scale, fabs(v[k]));
     }
     for (int j = 0; j < NODES; j++) {
@@ -243,7 +243,7 @@ static Outcome search_one(Master *m, Search *search, const double *check, int ma
         return FINE;
     }
     int first = 1;
-    while (first < NODES && !search_beyond(m, i, m->samples[first * m->nz + i])) {
+    while (first < NODES && !search_beyond(m, i, m->samples[first * m->slots + i])) {
         first++;
     }
     if (!certainly_clear(search, mismatch, scale, first < NODES ? NODE[first - 1] : 1.0)) {
@@ -315,13 +315,13 @@ Outcome search_close(Master *m, int i, double *low, double *high)
 Outcome search_interval(Master *m, double from, double width, int may_halve, Finding *finding, int *which, double *low,
                         double *high)
 {
-    double *check = m->samples + NODES * m->nz;
+    double *check = m->samples + NODES * m->slots;
     Outcome outcome = search_sample(m, from + CHECK * width, check);
     for (int k = 1; k < NODES && outcome == FINE; k++) {
-        outcome = search_sample(m, from + NODE[k] * width, m->samples + k * m->nz);
+        outcome = search_sample(m, from + NODE[k] * width, m->samples + k * m->slots);
     }
     *finding = CLEAR;
-    for (int i = 0; i < m->nz && outcome == FINE; i++) {
+    for (int i = 0; i < m->slots && outcome == FINE; i++) {
         Search search = {.i = i, .from = from, .width = width};
         Finding one;
         outcome = search_one(m, &search, check, may_halve, &one);

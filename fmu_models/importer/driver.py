@@ -110,8 +110,12 @@ class Driver(Shown):
         self.fmu = structure.configured(self._opened, self._structure)
         if method == "auto" and self.fmu.description.modelExchange is None:
             method = "co-simulation"
-        if method == "co-simulation" and on_zeno != "stop":
-            raise StickslipError(f"'{on_zeno}' where events accumulate belongs to methods of integration.")
+        if method == "co-simulation" and on_zeno == "hold":
+            raise StickslipError(
+                "Where events accumulate an FMU is held by methods of integration, found co-simulation."
+            )
+        if method == "co-simulation" and self.fmu.ours:
+            on_zeno = "continue"  # its contacts come to rest
         if record is not None:
             request.check_recorded(self.fmu, record)
         self.method, self.tolerance = method, float(tolerance)
@@ -422,9 +426,7 @@ def _length(which: str, given: float | None) -> float:
 
 def _note(method: str, c: Any) -> str:
     """The method of a run in words."""
-    if method == "co-simulation":
-        return "co-simulation"
-    note = NAMES.get(method, NAMES["dop853"])
+    note = method if method == "co-simulation" else NAMES.get(method, NAMES["dop853"])
     if method == "auto" and c.n_switches:
         note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:

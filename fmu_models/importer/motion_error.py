@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
 
 RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
+METHOD = declarations("importer/c/master.h").constants("MethodChoice", "METHOD_")
 ZENO = declarations("importer/c/master.h").constants("ZenoChoice", "ZENO_")
 KINDS = {number: name.lower().replace("_", " ") for name, number in vars(RUN).items()}
 
@@ -71,6 +72,8 @@ def motion_error(
 
 
 def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+    if index < 0:
+        return "the FMU"
     name = indicator_name(fmu, index)
     variables = dependencies(fmu, index, states, gradient)
     return (
@@ -82,6 +85,8 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
 
 def _held(report: Any, states: Sequence[str]) -> str:
     """What the user can ask for, or why it was not done."""
+    if report.method == METHOD.CO_SIMULATION:
+        return "The run can go on as the FMU does: on_zeno, --on-zeno continue."
     if report.on_zeno != ZENO.HOLD:
         return "The run can be held there, or go on as the FMU does: on_zeno, --on-zeno."
     if report.report_other >= 0:

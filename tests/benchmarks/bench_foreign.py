@@ -51,6 +51,8 @@ class Case:
 CASES = (
     Case("van der Pol, mu = 1", "van_der_pol", 2000.0, {}, 50),
     Case("bouncing ball", "ball", 8.0, {"e": 0.9}, 50),
+    Case("Dahlquist", "dahlquist", 10.0, {}, 10),
+    Case("time events, as Stair", "clock", 9.95, {}, 10),
     Case("van der Pol, mu = 1000", "van_der_pol", 2000.0, {"mu": 1000.0}, 5),
     Case("Robertson", "robertson", 1e4, {}, 5),
 )

@@ -35,6 +35,7 @@ INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "step
 FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)), directional=True)
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
+    "dahlquist": Foreign(("x",), (1.0,), (("k", 1.0),)),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
     "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     # ball.c as tools write it: an edge of h < 0, remembered between events
@@ -84,6 +85,7 @@ MODELS = {
         indicators=1,
         directional=True,
     ),
+    "ball_steps": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), co_simulation=True),
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 

@@ -9,6 +9,7 @@
 #include "cosimulation.h"
 
 #include "field.h"
+#include "zeno.h"
 
 #include <float.h>
 #include <math.h>
@@ -100,7 +101,7 @@ RunStatus cosimulation_run(Master *m)
     Run *r = m->run;
     RunStatus status = RUN_DONE;
     if (r->steps == 0) {
-        m->stalled = 0;
+        zeno_reset(m);
         status = m->fmu->event_mode ? event_mode(m, 0, 0) : RUN_DONE;
         status = status == RUN_DONE ? record(m) : status;
     }
@@ -120,6 +121,7 @@ RunStatus cosimulation_run(Master *m)
         if (status == RUN_DONE && !m->terminate && m->fmu->event_mode && (event || timed || jump)) {
             status = event_mode(m, 1, jump);
             note(m, event ? EVENT_STATE : timed ? EVENT_TIME : EVENT_INPUT);
+            status = status == RUN_DONE && event && zeno_told(m) == STOP ? m->ended : status;
         } else if (status == RUN_DONE && !m->terminate && arrived && m->nu && field_inputs(m, m->t) != FINE) {
             status = REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
         }

@@ -145,12 +145,14 @@ class Driver(Shown):
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
+        unrecordable = ", ".join(request.unrecordable(self.fmu))
+        self._missing = f"; not recorded, for they are no numbers: {unrecordable}" if unrecordable else ""
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
         # what all runs have in common
         self._blank = instance.Run(
             tolerance=self.tolerance,
             method=METHODS[method],
-            recorded=self._recorded.c(),
+            recorded=self._recorded.c,
             event_capacity=EVENT_CAPACITY,
             on_zeno=ON_ZENO[on_zeno],
             events=request.address(self._events),
@@ -331,9 +333,9 @@ class Driver(Shown):
         values = np.empty((times.size, len(self._recorded.names)))
         c = instance.Run.from_buffer_copy(self._blank)
         c.start, c.stop, c.n_times = start_time, stop_time, times.size
-        c.starts, c.start_values = starts.c(), request.address(start_values)
+        c.starts, c.start_values = starts.c, request.address(start_values)
         c.times, c.states, c.values = map(request.address, (times, states, values))
-        c.inputs, c.n_knots = table.inputs.c(), table.times.size
+        c.inputs, c.n_knots = table.inputs.c, table.times.size
         c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
         c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
         return _Prepared(c, start_values, states, values, (starts, table, times))
@@ -386,8 +388,7 @@ class Driver(Shown):
             note += f", {self._instance.remark}"
         if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        if unrecordable := request.unrecordable(self.fmu):
-            note += f"; not recorded, for they are no numbers: {', '.join(unrecordable)}"
+        note += self._missing
         steps, evaluations = prepared.c.steps, prepared.c.evaluations
         return Trajectory(times[:n], values, self._units, events, steps, evaluations, note, arrays=self._arrays)
 

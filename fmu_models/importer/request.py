@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,6 +54,7 @@ class Selection:
             np.array([size for n in counts for size in (n, *[0] * (n - 1))[:n]], dtype=np.int32),
         )
 
+    @cached_property
     def c(self) -> Any:
         return instance.Variables(len(self.names), *map(address, (self.types, self.references, self.sizes)))
 

@@ -7,9 +7,9 @@
     attractor   which of the motions found it is, by its period and its events
 
 With ``refine`` the chart is made on a coarse grid first, and its distances are halved until all cells are there. A new
-cell is taken to be of the class of the one before it; it is run where one beside it is of another class, and so on until
-every cell beside another class has been run. What is narrower than the coarse grid is found only where it leaves a trace
-on it.
+cell is taken to be of the class of the one before it; it is run where one beside it is of another class, and so on
+until every cell beside another class has been run. What is narrower than the coarse grid is found only where it leaves
+a trace on it.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 
 #include "instance.h"
 
-/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/model_description.py) */
+/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/variables.py) */
 typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
 
 /* a result of the engine for the present values, computed when first asked for */

@@ -7,7 +7,7 @@ indicators.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -75,6 +75,7 @@ class Variable:
     minimum: float | None = None
     maximum: float | None = None
     derivative: int | None = None
+    intermediate: bool = False
 
     @property
     def integer(self) -> bool:
@@ -133,7 +134,7 @@ class Description:
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
         self.derivatives = [self._add_derivative(state) for state in self.states]
-        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated"}
+        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated", "intermediate": True}
         self.outputs = [self._add(o.name, o.description, unit=o.unit, **continuous) for o in system.outputs]
         self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
         kinds = sorted({contact.kind for contact in system.contacts})
@@ -149,6 +150,7 @@ class Description:
             for contact in system.contacts
             for what in contact.indicators
         ]
+        self.clocks = list(self._clocks())
 
     @property
     def _next(self) -> int:
@@ -195,6 +197,7 @@ class Description:
             start=state.start,
             unit=state.unit,
             nominal=state.nominal,
+            intermediate=True,
         )
 
     def _add_derivative(self, state: Variable) -> Variable:
@@ -206,6 +209,7 @@ class Description:
             initial="calculated",
             unit=per_second(state.unit or "1"),
             derivative=state.reference,
+            intermediate=True,
         )
 
     def _add_memory(self, contact: ContactDynamics) -> Variable:
@@ -232,7 +236,24 @@ class Description:
             maximum=max(contact_states.CONTACT_STATES),
         )
 
+    def _clocks(self) -> Iterator[Variable]:
+        """The clocks of FMI 3, whose references follow those of the variables."""
+        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
+        for reference, (contact, name) in enumerate(names, start=self._next):
+            yield Variable(
+                reference=reference,
+                name=f"{contact.name}.{name}",
+                description=f"{contact.description}: {contact_states.TICKS[name]}",
+                causality="output" if contact.name in self.system.shown_clocks else "local",
+                variability="discrete",
+            )
+
     # model structure
+
+    @property
+    def clock_unknowns(self) -> list[Unknown]:
+        """The clocks among the outputs, which depend on everything through the events."""
+        return [Unknown(v) for v in self.clocks if v.causality == "output"]
 
     @property
     def output_unknowns(self) -> list[Unknown]:

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     Model = str | os.PathLike[str] | Mechanism
 
 FMI_VERSIONS = ("2.0", "3.0")
+EXPOSED = ("states", "clocks")
 
 
 def export(
@@ -54,7 +55,7 @@ def export(
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
-    contact_states: bool = False,
+    expose: Sequence[str] = (),
     rights: Rights | None = None,
     platforms: Sequence[str] = (HOST,),
     advance: Callable[[float], None] = lambda _: None,
@@ -70,7 +71,8 @@ def export(
         contacts: names of those to keep; all if None.
         laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
-        contact_states: the states of the contacts, which are integers, are outputs and not local variables.
+        expose: "states" and "clocks" of the contacts are outputs and not local variables; the states are integers, the
+            clocks of FMI 3 are no numbers, and not every importer reads either.
         rights: author, copyright and licence of the model; the engine's licence alone if None.
         platforms: those it holds a library for, by name, as ``toolchain.platforms``; all are built here.
         advance: called with the part of the libraries that are built.
@@ -80,13 +82,13 @@ def export(
         ``path``.
 
     Raises:
-        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
-            written, a value that the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law, version or thing to expose, ``path`` exists and ``overwrite`` is
+            false or cannot be written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
     if (
         not values
-        and not contact_states
+        and not expose
         and rights is None
         and tuple(platforms) == (HOST,)
         and isinstance(model, str | os.PathLike)
@@ -98,8 +100,9 @@ def export(
     from fmu_models.lowering.lower import lower
 
     system = lower(variant(model, contacts, laws))
-    if contact_states:
-        system = dataclasses.replace(system, shown_states=frozenset(contact.name for contact in system.contacts))
+    if expose:
+        names = frozenset(contact.name for contact in system.contacts)
+        system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
     changed = _with_values(system, values or {})
     options = {"rights": rights, "platforms": platforms, "advance": advance}
     return write(changed, path, **options, fmi_version=fmi_version, overwrite=overwrite)
@@ -250,6 +253,16 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) ->
     return found
 
 
+def _exposed(expose: Sequence[str], fmi_version: str) -> list[str]:
+    """The fields of a system that say so."""
+    for what in expose:
+        if what not in EXPOSED:
+            raise StickslipError(f"There is no '{what}' to expose. Choose {' or '.join(EXPOSED)}.")
+    if "clocks" in expose and fmi_version == "2.0":
+        raise StickslipError("FMI 2.0 has no clocks to expose. Export FMI 3.0, or expose the states.")
+    return [f"shown_{what}" for what in expose]
+
+
 def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:
     """The system with other start values of its parameters."""
     from fmu_models.language.values import check_values
@@ -308,8 +321,8 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
 
 def _engine(fmi_version: str) -> dict[str, str]:
     """The engine's C files for one version of FMI."""
-    other = "fmi/fmi2.c" if fmi_version == "3.0" else "fmi/fmi3.c"
-    return {name: text for name, text in engine_sources().items() if name != other}
+    other = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
+    return {name: text for name, text in engine_sources().items() if not name.startswith(other)}
 
 
 def _all_c(system: HybridSystem, fmi_version: str) -> str:

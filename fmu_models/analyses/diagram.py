@@ -43,6 +43,7 @@ class Diagram(Pictured):
             nan where it was not asked for.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
+        how: of ``SectionSystem``.
     """
 
     model: str
@@ -57,6 +58,7 @@ class Diagram(Pictured):
     exponents: Vector
     failures: Mapping[tuple[str, float], str]
     steps: int
+    how: str = ""
 
     def word(self, direction: int, value: int) -> str:
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
@@ -87,7 +89,12 @@ class Diagram(Pictured):
         return f"Diagram of {self.model} over {self.over}: {len(self.values)} values, {', '.join(self.directions)}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {self.over: self.values, "periods": np.unique(self.periods), "failures": len(self.failures)}
+        return {
+            self.over: self.values,
+            "periods": np.unique(self.periods),
+            "failures": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def orbit_diagram(
@@ -167,6 +174,7 @@ def orbit_diagram(
         shaped(growth),
         failures=_failures(made, order, swept, ways),
         steps=int(made.steps.sum()),
+        how=system.how,
     )
 
 

@@ -7,31 +7,20 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
 
 
+@bundled
 def diagram(
-    model: f.System,
     over: f.Ranges,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
-    every: f.Every = 1,
-    autonomous: f.Autonomous = False,
-    level: f.Level = None,
-    down: f.Down = False,
-    impacts: f.Impacts = None,
+    section: f.Section,
+    *,
     direction: Annotated[str, typer.Option(help="Of the sweep: up, down, both.")] = "up",
     transient: Annotated[int, typer.Option(help="Steps at each value that are not kept.", min=0)] = 250,
     points: Annotated[int, typer.Option(help="Points kept where a motion does not repeat itself.", min=1)] = 50,
     workers: f.Workers = None,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    files: f.Files,
 ) -> None:
     """Show where motions stay over a parameter, swept up and down.
 
@@ -39,27 +28,16 @@ def diagram(
     """
     from fmu_models.analyses.diagram import orbit_diagram
 
-    f.check_files(output, figure, overwrite)
+    files.check()
     ((name, values),) = f.ranges(over, 1).items()
-    system = f.system_of(
-        model,
-        settings=settings,
-        contacts=contacts,
-        forcing=forcing,
-        period=period,
-        every=every,
-        autonomous=autonomous,
-        level=level,
-        down=down,
-        impacts=impacts,
-    )
+    system = section.system()
     with console.progress("sweeping") as advance:
         found = orbit_diagram(
             system,
             name,
             values,
             direction=direction,
-            start=f.start_of(model, start),
+            start=section.starts(),
             transient=transient,
             points=points,
             workers=workers,
@@ -75,4 +53,4 @@ def diagram(
         "steps": found.steps,
         "failures": [f"{way}, {name} = {value:g}: {why}" for (way, value), why in found.failures.items()],
     }
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

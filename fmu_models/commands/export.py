@@ -59,8 +59,8 @@ def export(
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
     """
+    from fmu_models.codegen.package import Packaging, kept_by_name
     from fmu_models.codegen.package import export as write_fmu
-    from fmu_models.codegen.package import kept_by_name
     from fmu_models.fmu.fmu import Fmu
 
     if verify:
@@ -68,7 +68,7 @@ def export(
     rights = Rights(author, copyright_line, license_) if author or copyright_line or license_ else None
     names = [name.strip() for name in platform.split(",") if name.strip()]
     built = chosen_platforms(names)
-    options: dict[str, Any] = {"rights": rights, "platforms": names, "overwrite": overwrite}
+    options: dict[str, Any] = {"fmi_version": fmi, "overwrite": overwrite}
     values = console.assignments(settings, "parameter")
     if is_scene(model):
         scene = scene_of(model, contacts)
@@ -76,14 +76,15 @@ def export(
         if expose:
             raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
         with console.progress("compiling") as advance:
-            _export_scene(scene, path, values, fmi_version=fmi, advance=advance, **options)
+            _export_scene(scene, path, values, packaging=Packaging(rights, names, advance), **options)
     else:
         name = model if kept_by_name(model) else MODELS.load(model).name
         path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
         options["expose"] = [what.strip() for what in (expose or "").split(",") if what.strip()]
         with console.progress("compiling") as advance:
-            write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, advance=advance, **options)
+            options["packaging"] = Packaging(rights, names, advance)
+            write_fmu(model, path, contacts=kept, values=values, **options)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),

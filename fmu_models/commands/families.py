@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.commands.arguments import NAMED, is_scene, scene_of
+from fmu_models.commands.bundles import Without
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
@@ -23,88 +26,128 @@ if TYPE_CHECKING:
     from fmu_models.base.shown import Pictured
     from fmu_models.fmu.fmu import Fmu
 
-System = Annotated[
-    str, typer.Argument(metavar="MODEL", help=f"A map, an .fmu file, a scene (.toml), or a model: {NAMED}.")
-]
-Start = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")]
-Forcing = Annotated[
-    str | None, typer.Option(metavar="NAME", help="The parameter that is the frequency of the forcing: a strobe.")
-]
-Period = Annotated[float | None, typer.Option(help="Instead: period of the forcing, s.")]
-Every = Annotated[int, typer.Option(help="Periods of the forcing in one step of the strobe.", min=1)]
-Autonomous = Annotated[bool, typer.Option("--autonomous", help="Nothing forces the motion; look at it every --period.")]
-Level = Annotated[
-    str | None, typer.Option(metavar="STATE=VALUE", help="The section is where a state crosses a level, upward.")
-]
-Down = Annotated[bool, typer.Option("--down", help="With --level: downward.")]
-Impacts = Annotated[str | None, typer.Option(metavar="CONTACT", help="The section is where a contact begins.")]
-Workers = Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")]
-Drawn = Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")]
 Ranges = Annotated[list[str], typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced.")]
+Workers = Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)]
 
 SUFFIXES = (".csv", ".nc")
 
 
-def check_files(output: Path | None, figure: Path | None, overwrite: bool) -> None:
-    """Refuse before the work what could not be written after it."""
-    refuse_existing(output, figure, overwrite=overwrite)
-    if output is not None and output.suffix.lower() not in SUFFIXES:
-        raise StickslipError(f"'{output}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen.")
-    if figure is not None:
-        from fmu_models.report.figures import check_format
+@dataclass(frozen=True)
+class Section:
+    """A model and the section that its motions are looked at: what every command about families takes."""
 
-        check_format(figure)
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL", help=f"A map, an .fmu file, of others too, a scene (.toml), or a model: {NAMED}."
+        ),
+    ]
+    settings: Settings = None
+    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None
+    contacts: Contacts = None
+    forcing: Annotated[
+        str | None, typer.Option(metavar="NAME", help="The parameter that is the frequency of the forcing: a strobe.")
+    ] = None
+    period: Annotated[float | None, typer.Option(help="Instead: period of the forcing, s.")] = None
+    every: Annotated[int, typer.Option(help="Periods of the forcing in one step of the strobe.", min=1)] = 1
+    autonomous: Annotated[
+        bool, typer.Option("--autonomous", help="Nothing forces the motion; look at it every --period.")
+    ] = False
+    level: Annotated[
+        str | None, typer.Option(metavar="STATE=VALUE", help="The section is where a state crosses a level, upward.")
+    ] = None
+    down: Annotated[bool, typer.Option("--down", help="With --level: downward.")] = False
+    impacts: Annotated[str | None, typer.Option(metavar="CONTACT", help="The section is where a contact begins.")] = (
+        None
+    )
+
+    def system(self) -> SectionSystem:
+        """The system that the options describe.
+
+        Raises:
+            StickslipError: options that contradict one another, or as the section does.
+        """
+        from fmu_models.analyses import fmu_sections
+        from fmu_models.analyses.iteration import Iteration
+        from fmu_models.fmu.load import load
+
+        model, forcing, period = self.model, self.forcing, self.period
+        every, autonomous = self.every, self.autonomous
+        values = console.assignments(self.settings, "parameter")
+        if not is_scene(model) and model in MAPS.members():
+            if forcing or period or self.level or self.impacts or self.contacts:
+                raise StickslipError(f"'{model}' is a map: every step of it is the section. Leave the section out.")
+            return Iteration.of(MAPS.load(model), values)
+        if self.level and self.impacts:
+            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
+        if is_scene(model):
+            fmu, values, said = _of_scene(model, self.contacts, values)
+            forcing, period = forcing or (None if period else said[0]), period or (None if forcing else said[1])
+            every, autonomous = max(every, said[2]), autonomous or said[3]
+        else:
+            fmu = load(model, contacts=console.chosen(self.contacts))
+        common: dict[str, Any] = {"forcing": forcing, "period": period, "parameters": values}
+        if self.impacts:
+            return fmu_sections.Impacts(fmu, self.impacts, **common)
+        if self.level:
+            ((state, value),) = console.assignments([self.level], "level").items()
+            return fmu_sections.Crossing(fmu, state, value, -1 if self.down else 1, **common)
+        return fmu_sections.Strobe(fmu, every=every, autonomous=autonomous, **common)
+
+    def starts(self) -> dict[str, float]:
+        """Start values that are given, and what a scene says beside them."""
+        given = console.assignments(self.start, "start value")
+        return {**scene_of(self.model, None).start, **given} if is_scene(self.model) else given
 
 
-def system_of(
-    model: str,
-    *,
-    settings: Sequence[str] | None = None,
-    contacts: str | None = None,
-    forcing: str | None = None,
-    period: float | None = None,
-    every: int = 1,
-    autonomous: bool = False,
-    level: str | None = None,
-    down: bool = False,
-    impacts: str | None = None,
-) -> SectionSystem:
-    """The system that arguments describe.
-
-    Raises:
-        StickslipError: arguments that contradict one another, or as the section does.
-    """
-    from fmu_models.analyses import fmu_sections
-    from fmu_models.analyses.iteration import Iteration
-    from fmu_models.fmu.load import load
-
-    values = console.assignments(settings, "parameter")
-    if not is_scene(model) and model in MAPS.members():
-        if forcing or period or level or impacts or contacts:
-            raise StickslipError(f"'{model}' is a map: every step of it is the section. Leave the section out.")
-        return Iteration.of(MAPS.load(model), values)
-    if level and impacts:
-        raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
-    if is_scene(model):
-        fmu, values, said = _of_scene(model, contacts, values)
-        forcing, period = forcing or (None if period else said[0]), period or (None if forcing else said[1])
-        every, autonomous = max(every, said[2]), autonomous or said[3]
-    else:
-        fmu = load(model, contacts=console.chosen(contacts))
-    common: dict[str, Any] = {"forcing": forcing, "period": period, "parameters": values}
-    if impacts:
-        return fmu_sections.Impacts(fmu, impacts, **common)
-    if level:
-        ((state, value),) = console.assignments([level], "level").items()
-        return fmu_sections.Crossing(fmu, state, value, -1 if down else 1, **common)
-    return fmu_sections.Strobe(fmu, every=every, autonomous=autonomous, **common)
+Strobe = Annotated[Section, Without("level", "down", "impacts")]
+ForcedStrobe = Annotated[Section, Without("autonomous", "level", "down", "impacts")]
 
 
-def start_of(model: str, start: Sequence[str] | None) -> dict[str, float]:
-    """Start values from arguments, and what a scene says beside them."""
-    given = console.assignments(start, "start value")
-    return {**scene_of(model, None).start, **given} if is_scene(model) else given
+@dataclass(frozen=True)
+class Files:
+    """Where what was found goes."""
+
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")
+    ] = None
+    figure: Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")] = None
+    overwrite: Overwrite = False
+    json: Json = False
+
+    def check(self) -> None:
+        """Refuse before the work what could not be written after it."""
+        refuse_existing(self.output, self.figure, overwrite=self.overwrite)
+        if self.output is not None and self.output.suffix.lower() not in SUFFIXES:
+            raise StickslipError(
+                f"'{self.output}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen."
+            )
+        if self.figure is not None:
+            from fmu_models.report.figures import check_format
+
+            check_format(self.figure)
+
+    def tell(self, found: Pictured, content: dict[str, Any]) -> None:
+        """Write what was found, and say it."""
+        if self.output is not None:
+            with write_whole(self.output, overwrite=self.overwrite) as temporary:
+                if self.output.suffix.lower() == ".csv":
+                    found.frame.to_csv(temporary, float_format="%.17g")
+                else:
+                    found.to_xarray().to_netcdf(temporary, engine="scipy")
+        if self.figure is not None:
+            found.figure(self.figure, overwrite=self.overwrite)
+        content["how"] = getattr(found, "how", "")
+        content["files"] = [str(path) for path in (self.output, self.figure) if path]
+
+        def show(out: Console) -> None:
+            out.print(found.summary(), markup=False, highlight=False)
+            for row in content.get("failures", [])[:10]:
+                out.print(f"failed: {row}", markup=False)
+            for path in content["files"]:
+                out.print(f"written: {path}")
+
+        console.say(self.json, content, show)
 
 
 def _of_scene(
@@ -155,30 +198,6 @@ def ranges(given: Sequence[str], count: int) -> dict[str, np.ndarray]:
             f"{count} range{'s are' if count > 1 else ' is'} needed, found {len(found)}: --over NAME=..."
         )
     return found
-
-
-def tell(
-    found: Pictured, content: dict[str, Any], output: Path | None, figure: Path | None, overwrite: bool, json: bool
-) -> None:
-    """Write what was found, and say it."""
-    if output is not None:
-        with write_whole(output, overwrite=overwrite) as temporary:
-            if output.suffix.lower() == ".csv":
-                found.frame.to_csv(temporary, float_format="%.17g")
-            else:
-                found.to_xarray().to_netcdf(temporary, engine="scipy")
-    if figure is not None:
-        found.figure(figure, overwrite=overwrite)
-    content["files"] = [str(path) for path in (output, figure) if path]
-
-    def show(out: Console) -> None:
-        out.print(found.summary(), markup=False, highlight=False)
-        for row in content.get("failures", [])[:10]:
-            out.print(f"failed: {row}", markup=False)
-        for path in content["files"]:
-            out.print(f"written: {path}")
-
-    console.say(json, content, show)
 
 
 def finite(value: float) -> float | None:

@@ -15,7 +15,7 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
-from fmu_models.codegen.package import export
+from fmu_models.codegen.package import Packaging, export
 from fmu_models.codegen.rights import ENGINE_LICENSE, FOLDER, Rights
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators import MODELS
@@ -77,8 +77,9 @@ def _options(fmu: Fmu, name: str, folder: Path) -> dict[str, Any]:
         "contacts": None if set(fmu.contacts) == set(all_contacts) else list(fmu.contacts),
         "values": {key: value for key, value in starts.items() if declared.get(key, value) != value},
         "expose": sorted(shown),
-        "rights": _rights(fmu, folder),
-        "platforms": sorted(place.name for place in (fmu.folder / "binaries").iterdir()),
+        "packaging": Packaging(
+            _rights(fmu, folder), sorted(place.name for place in (fmu.folder / "binaries").iterdir())
+        ),
         "fmi_version": f"{fmu.fmi}.0",
     }
 

@@ -199,7 +199,9 @@ def _constants(
             name: float(s * prior.value / v) if v else None for name, s, v in zip(names, shift, values, strict=False)
         }
         constants.append(
-            Constant(prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative)
+            Constant(
+                prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative, prior.stated
+            )
         )
     return tuple(constants), np.sqrt(power)
 

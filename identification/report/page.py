@@ -139,11 +139,11 @@ def summary(findings: Findings) -> list[str]:
         f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
     ]
     worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
+    parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation)
+    total, noise, scale = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
     said.append(
-        f"Least well known is {worst.name}, to {100 * worst.total_deviation / max(abs(worst.value), 1e-300):.2g} % "
-        f"({100 * worst.standard_deviation / max(abs(worst.value), 1e-300):.2g} % from noise, "
-        f"{100 * worst.scale_deviation / max(abs(worst.value), 1e-300):.2g} % from the rig's constants; one standard "
-        "deviation)."
+        f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
+        f"noise, {scale:.2g} % from the rig's constants; one standard deviation)."
     )
     for family in findings.families:
         passed = sum(one.passed for one in family.members)

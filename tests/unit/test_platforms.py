@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
+from fmu_models.codegen.package import Packaging, export
 from fmu_models.toolchain.platforms import PLATFORMS, platforms, this_platform
 
 # machine numbers of ELF, PE and Mach-O headers
@@ -28,7 +28,9 @@ OWN = ("fmi2", "fmi3", "stickslip_")
 def everywhere(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     path = tmp_path_factory.mktemp("all") / "belt.fmu"
     seen: list[float] = []
-    export("block_on_belt", path, platforms=["all"], fmi_version=request.param, advance=seen.append)
+    export(
+        "block_on_belt", path, packaging=Packaging(platforms=["all"], advance=seen.append), fmi_version=request.param
+    )
     assert seen == pytest.approx(np.arange(1, len(PLATFORMS) + 1) / len(PLATFORMS))
     return request.param, path
 
@@ -122,5 +124,5 @@ def test_names_of_platforms() -> None:
 )
 def test_platforms_that_are_not_there(tmp_path: Path, names: list[str], message: str) -> None:
     with pytest.raises(StickslipError, match=message):
-        export("block_on_belt", tmp_path / "belt.fmu", platforms=names)
+        export("block_on_belt", tmp_path / "belt.fmu", packaging=Packaging(platforms=names))
     assert not list(tmp_path.iterdir())

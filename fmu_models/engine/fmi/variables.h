@@ -4,7 +4,7 @@
 
 #include "instance.h"
 
-/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/model_description.py) */
+/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/variables.py) */
 typedef enum {
     TIME,
     PARAMETER,

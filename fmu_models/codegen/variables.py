@@ -1,7 +1,8 @@
 """The variables of an FMU.
 
 Their order is that of the value references, from 1, which engine/fmi/variables.c counts through: time, parameters,
-inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators.
+inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators; the
+clocks of FMI 3 follow.
 Outputs that are the same quantity share one reference in FMI 2.0, and the places of all others stay their references.
 In FMI 3.0, where an alias is no variable of its own, they stay apart: checkers miss such outputs among the initial
 unknowns. The derivative of a coordinate is listed beside its velocity: it has to name the state that it belongs to.
@@ -9,6 +10,7 @@ unknowns. The derivative of a coordinate is listed beside its velocity: it has t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +52,7 @@ class Variable:
 
     Attributes:
         derivative: the reference of the state that it is the derivative of.
+        intermediate: it can be read inside a step of Co-Simulation (FMI 3).
         same_as: a variable listed before that is the same quantity.
     """
 
@@ -66,6 +69,7 @@ class Variable:
     minimum: float | None = None
     maximum: float | None = None
     derivative: int | None = None
+    intermediate: bool = False
     same_as: Variable | None = None
 
     @property
@@ -101,6 +105,7 @@ class Variables:
     def __init__(self) -> None:
         self.listed: list[Variable] = []
         self.indicators: list[Variable] = []
+        self.clocks: list[Variable] = []
         self.types: dict[str, str] = {}
 
     def _add(self, name: str, description: str, **attributes: Any) -> Variable:
@@ -155,7 +160,7 @@ class SystemVariables(Variables):
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
         self.derivatives = [self._add_derivative(state) for state in self.states]
-        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated"}
+        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated", "intermediate": True}
         first: dict[tuple[sympy.Expr, str], Variable] = {}
         self.outputs: list[Variable] = []
         for o in system.outputs:
@@ -176,6 +181,19 @@ class SystemVariables(Variables):
             for contact in system.contacts
             for what in contact.indicators
         ]
+        self.clocks = list(self._clocks())
+
+    def _clocks(self) -> Iterator[Variable]:
+        """The clocks of FMI 3, whose references follow those of the variables."""
+        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
+        for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
+            yield Variable(
+                reference=reference,
+                name=f"{contact.name}.{name}",
+                description=f"{contact.description}: {contact_states.TICKS[name]}",
+                causality="output" if contact.name in self.system.shown_clocks else "local",
+                variability="discrete",
+            )
 
     def _add_values(self) -> None:
         for p in self.system.parameters:
@@ -202,6 +220,7 @@ class SystemVariables(Variables):
             start=state.start,
             unit=state.unit,
             nominal=state.nominal,
+            intermediate=True,
         )
 
     def _add_derivative(self, state: Variable) -> Variable:
@@ -213,6 +232,7 @@ class SystemVariables(Variables):
             initial="calculated",
             unit=per_second(state.unit or "1"),
             derivative=state.reference,
+            intermediate=True,
         )
 
     def _add_memory(self, contact: ContactDynamics) -> Variable:

@@ -41,6 +41,7 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->slide.fields = take(block, &used, SIDES * n);
     m->u = take(block, &used, inputs);
     m->slide.values = take(block, &used, values);
+    m->clocked = take(block, &used, values);
     return used;
 }
 

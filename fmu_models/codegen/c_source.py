@@ -151,7 +151,8 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     return [
         _function("model_slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
         _function("model_depth", body(depths)),
-        _function("model_inertia", inertia.lines),
+        # of constants there is room for order 0 alone, and it alone is asked for: compilers see that where it is said
+        _function("model_inertia", [*(["k = 0;"] if system.constant_inertia else []), *inertia.lines]),
         _function("model_acceleration", acceleration.lines),
         _by_contact("law", [law.lines for law in laws]),
         _by_contact("release", [body(release, *met) for release in releases]),

@@ -3,7 +3,7 @@
     modelDescription.xml                       variables, units, structure
     binaries/<platform>/<model>.so             compiled here
     sources/all.c ...                          the model's generated C and the engine in its folders, for importers
-                                               that compile
+                                               that compile, by CMakeLists.txt too
     documentation/index.html                   equations, contacts, variables, versions, for people
     model.png, terminalsAndIcons/              pictures, and what is connected to what in editors
     documentation/licenses/license.txt         under what it may be handed on
@@ -37,7 +37,7 @@ from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.compiler import compile_shared, engine_sources
-from fmu_models.toolchain.platforms import HOST, this_platform
+from fmu_models.toolchain.platforms import HOST, PLATFORMS, this_platform
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
@@ -309,6 +309,9 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
     files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
+    folders = {p.fmi3: p.fmi2 if fmi_version == "2.0" else p.fmi3 for p in PLATFORMS.values()}
+    header = f"fmi{fmi_version[0]}Functions.h"
+    files["sources/CMakeLists.txt"] = render("CMakeLists.txt.j2", name=system.name, header=header, folders=folders)
     files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
     files |= rights.files
     files |= documents(structure, fmi_version, token.group(1), tool, rights)
@@ -321,13 +324,20 @@ def _engine(fmi_version: str) -> dict[str, str]:
     return {name: text for name, text in engine_sources().items() if name != other}
 
 
+# of a model with one contact gcc takes accesses to another one for real, behind conditions that rule them out
+_ONE_CONTACT = """#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Warray-bounds"
+#endif
+"""
+
+
 def _all_c(system: HybridSystem, fmi_version: str) -> str:
     """The one file that is compiled."""
     names = ["model.c", *(name for name in _engine(fmi_version) if name.endswith(".c"))]
     includes = "\n".join(f'#include "{name}"' for name in names)
     nominals = ", ".join(repr(state.nominal) for state in system.states)
     return (
-        f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
+        f"/* {system.name}: generated model and engine as one translation unit */\n{_ONE_CONTACT}{includes}\n\n"
         f"const double model_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
     )
 

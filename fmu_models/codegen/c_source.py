@@ -13,6 +13,7 @@ from typing import Any
 
 import sympy
 
+from fmu_models.codegen import contact_states
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
 from fmu_models.codegen.jets import Constants, Recurrences, Slots
@@ -369,6 +370,7 @@ def _facts(system: HybridSystem) -> list[str]:
         "resets": (c.reset_sides for c in system.contacts),
         "is_impact": (c.kind == "impact" for c in system.contacts),
         "poisson": (c.poisson for c in system.contacts),
+        "clocks": (contact_states.clocks(c.kind) for c in system.contacts),
     }
     partners = ", ".join(str(-1 if c.partner is None else c.partner) for c in system.contacts) or "-1"
     return [

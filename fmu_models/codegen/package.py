@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     Model = str | os.PathLike[str] | Mechanism
 
 FMI_VERSIONS = ("2.0", "3.0")
+EXPOSED = ("states", "clocks")
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def export(
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
-    contact_states: bool = False,
+    expose: Sequence[str] = (),
     packaging: Packaging = PLAIN,
     fmi_version: str = "3.0",
     overwrite: bool = False,
@@ -93,7 +94,8 @@ def export(
         contacts: names of those to keep; all if None.
         laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
-        contact_states: the states of the contacts, which are integers, are outputs and not local variables.
+        expose: "states" and "clocks" of the contacts are outputs and not local variables; the states are integers, the
+            clocks of FMI 3 are no numbers, and not every importer reads either.
         packaging: rights, platforms and progress.
         fmi_version: "2.0" or "3.0".
 
@@ -101,11 +103,11 @@ def export(
         ``path``.
 
     Raises:
-        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
-            written, a value that the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law, version or thing to expose, ``path`` exists and ``overwrite`` is
+            false or cannot be written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
-    if not values and not contact_states and packaging.plain and isinstance(model, str | os.PathLike):
+    if not values and not expose and packaging.plain and isinstance(model, str | os.PathLike):
         kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(kept, temporary)
@@ -113,8 +115,9 @@ def export(
     from fmu_models.lowering.lower import lower
 
     system = lower(variant(model, contacts, laws))
-    if contact_states:
-        system = dataclasses.replace(system, shown_states=frozenset(contact.name for contact in system.contacts))
+    if expose:
+        names = frozenset(contact.name for contact in system.contacts)
+        system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
     changed = _with_values(system, values or {})
     return write(changed, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
 
@@ -261,6 +264,16 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) ->
     return found
 
 
+def _exposed(expose: Sequence[str], fmi_version: str) -> list[str]:
+    """The fields of a system that say so."""
+    for what in expose:
+        if what not in EXPOSED:
+            raise StickslipError(f"There is no '{what}' to expose. Choose {' or '.join(EXPOSED)}.")
+    if "clocks" in expose and fmi_version == "2.0":
+        raise StickslipError("FMI 2.0 has no clocks to expose. Export FMI 3.0, or expose the states.")
+    return [f"shown_{what}" for what in expose]
+
+
 def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:
     """The system with other start values of its parameters."""
     from fmu_models.language.values import check_values
@@ -320,8 +333,8 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
 
 def _engine(fmi_version: str) -> dict[str, str]:
     """The engine's C files for one version of FMI."""
-    other = "fmi/fmi2.c" if fmi_version == "3.0" else "fmi/fmi3.c"
-    return {name: text for name, text in engine_sources().items() if name != other}
+    other = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
+    return {name: text for name, text in engine_sources().items() if not name.startswith(other)}
 
 
 # of a model with one contact gcc takes accesses to another one for real, behind conditions that rule them out

@@ -9,6 +9,7 @@ unknowns. The derivative of a coordinate is listed beside its velocity: it has t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from fmu_models.language.quantities import TIME, Parameter, State, per_second
 if TYPE_CHECKING:
     import sympy
 
+    from fmu_models.language.declaration import Output
     from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
 BASE_UNITS = {
@@ -51,6 +53,7 @@ class Variable:
     Attributes:
         derivative: the reference of the state that it is the derivative of.
         same_as: a variable listed before that is the same quantity.
+        intermediate: FMI 3 importers may read it inside a step.
     """
 
     reference: int
@@ -67,6 +70,7 @@ class Variable:
     maximum: float | None = None
     derivative: int | None = None
     same_as: Variable | None = None
+    intermediate: bool = False
 
     @property
     def shared_reference(self) -> int:
@@ -101,6 +105,7 @@ class Variables:
     def __init__(self) -> None:
         self.listed: list[Variable] = []
         self.indicators: list[Variable] = []
+        self.clocks: list[Variable] = []
         self.types: dict[str, str] = {}
 
     def _add(self, name: str, description: str, **attributes: Any) -> Variable:
@@ -155,13 +160,9 @@ class SystemVariables(Variables):
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
         self.derivatives = [self._add_derivative(state) for state in self.states]
-        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated"}
-        first: dict[tuple[sympy.Expr, str], Variable] = {}
         self.outputs: list[Variable] = []
-        for o in system.outputs:
-            same = first.get((o.expression, o.unit))
-            self.outputs.append(self._add(o.name, o.description, unit=o.unit, same_as=same, **continuous))
-            first.setdefault((o.expression, o.unit), self.outputs[-1])
+        for output in system.outputs:
+            self.outputs.append(self._add_output(output))
         self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
         kinds = sorted({contact.kind for contact in system.contacts})
         self.types = {contact_states.type_name(kind): contact_states.meaning(kind) for kind in kinds}
@@ -176,6 +177,7 @@ class SystemVariables(Variables):
             for contact in system.contacts
             for what in contact.indicators
         ]
+        self.clocks = list(self._clocks())
 
     def _add_values(self) -> None:
         for p in self.system.parameters:
@@ -202,6 +204,7 @@ class SystemVariables(Variables):
             start=state.start,
             unit=state.unit,
             nominal=state.nominal,
+            intermediate=True,
         )
 
     def _add_derivative(self, state: Variable) -> Variable:
@@ -213,6 +216,20 @@ class SystemVariables(Variables):
             initial="calculated",
             unit=per_second(state.unit or "1"),
             derivative=state.reference,
+            intermediate=True,
+        )
+
+    def _add_output(self, output: Output) -> Variable:
+        before = zip(self.system.outputs, self.outputs, strict=False)
+        return self._add(
+            output.name,
+            output.description,
+            causality="output",
+            variability="continuous",
+            initial="calculated",
+            unit=output.unit,
+            intermediate=True,
+            same_as=next((v for o, v in before if (o.expression, o.unit) == (output.expression, output.unit)), None),
         )
 
     def _add_memory(self, contact: ContactDynamics) -> Variable:
@@ -238,6 +255,18 @@ class SystemVariables(Variables):
             minimum=min(contact_states.CONTACT_STATES),
             maximum=max(contact_states.CONTACT_STATES),
         )
+
+    def _clocks(self) -> Iterator[Variable]:
+        """The clocks of FMI 3, whose references follow those of the variables."""
+        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
+        for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
+            yield Variable(
+                reference=reference,
+                name=f"{contact.name}.{name}",
+                description=f"{contact.description}: {contact_states.TICKS[name]}",
+                causality="output" if contact.name in self.system.shown_clocks else "local",
+                variability="discrete",
+            )
 
 
 def base_unit(unit: str) -> dict[str, float] | None:

@@ -31,7 +31,10 @@ def export(
     contacts: Contacts = None,
     settings: Settings = None,
     expose: Annotated[
-        str | None, typer.Option(help="'states': the integer states of the contacts become outputs.")
+        str | None,
+        typer.Option(
+            help="What of the contacts becomes outputs, by commas: 'states' (integers), 'clocks' (FMI 3, of events)."
+        ),
     ] = None,
     platform: Annotated[
         str, typer.Option(help=f"Platforms to build for, by commas: {', '.join((*PLATFORMS, HOST, ALL))}.")
@@ -81,12 +84,11 @@ def export(
     names = [name.strip() for name in platform.split(",") if name.strip()]
     built = chosen_platforms(names)
     values = console.assignments(settings, "parameter")
-    if expose not in (None, "states"):
-        raise StickslipError(f"There is no '{expose}' to expose. Choose states: those of the contacts, as outputs.")
     if fitted is not None and not as_system:
         raise StickslipError("A parameter set is packed along with --ssp. For an FMU: stickslip apply FIT -o FILE.fmu")
     fmi = fmi or ("2.0" if as_system else "3.0")
-    chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": bool(expose)}
+    exposed = [what.strip() for what in (expose or "").split(",") if what.strip()]
+    chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": exposed}
     with console.progress("compiling") as advance:
         chosen["packaging"] = Packaging(rights, names, advance)
         if as_system:
@@ -123,7 +125,7 @@ def _export_one(
     *,
     contacts: str | None,
     values: dict[str, float],
-    expose: bool,
+    expose: list[str],
     folder: Path = Path(),
     **options: Any,
 ) -> Path:
@@ -141,7 +143,7 @@ def _export_one(
     name = model if kept_by_name(model) else MODELS.load(model).name
     kept = console.chosen(contacts)
     path = path or folder / ("_".join([name, *(kept or [])]) + ".fmu")
-    return write_fmu(model, path, contacts=kept, values=values, contact_states=expose, **options)
+    return write_fmu(model, path, contacts=kept, values=values, expose=expose, **options)
 
 
 def _pack(

@@ -82,9 +82,10 @@ def recordable(fmu: Fmu) -> list[str]:
 
 
 def unrecordable(fmu: Fmu) -> list[str]:
-    """Outputs that are no numbers, with their types."""
+    """Outputs that are no numbers, with their types; clocks are told as events."""
     outputs = {name: v for name, v in fmu.variables.items() if v.causality == "output"}
-    return [f"'{name}' ({v.type})" for name, v in outputs.items() if not is_numeric(fmu, name)]
+    texts = {name: v for name, v in outputs.items() if v.type != "Clock"}
+    return [f"'{name}' ({v.type})" for name, v in texts.items() if not is_numeric(fmu, name)]
 
 
 def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:

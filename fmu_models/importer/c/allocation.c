@@ -53,6 +53,7 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->node_inverse = take(block, &used, NODE_TABLE);
     m->u = take(block, &used, inputs);
     m->slide.values = take(block, &used, values);
+    m->clocked = take(block, &used, values);
     return used;
 }
 

@@ -53,6 +53,10 @@ typedef struct {
     int64_t knot;                   /* the piece of the input table in use */
     int inputs_vary;                /* within it */
     double next_event;              /* time event of the FMU */
+    double *clocked;                /* room for a variable that has clocks */
+    int64_t told;                   /* clocks that the FMU said to tick in the midst of a partition: a bit each */
+    int64_t shown;                  /* the piece of the inputs in use inside steps */
+    int64_t looks;                  /* inside steps of Co-Simulation, since this call began */
     int terminate;
     RunStatus ended; /* why, once a part has said STOP */
     int fresh;       /* f is to be computed anew */

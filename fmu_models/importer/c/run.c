@@ -19,8 +19,10 @@
 #include "field.h"
 #include "method.h"
 #include "motion.h"
+#include "scheduled.h"
 #include "slide.h"
 #include "step.h"
+#include "ticking.h"
 #include "zeno.h"
 
 #include <float.h>
@@ -32,6 +34,7 @@ static void record_at(Master *m, double t, const double *x, Outcome *outcome)
     Run *r = m->run;
     memcpy(r->states + r->next_time * m->n, x, (size_t)m->n * sizeof *x);
     double *values = r->values + r->next_time * r->recorded.n;
+    ticking_record(m);
     r->next_time++;
     if (r->recorded.n == 0) {
         return;
@@ -141,6 +144,9 @@ static Outcome initialize(Master *m)
     if (m->nu && field_inputs(m, m->t) != FINE) {
         return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
     }
+    if (ticking_begin(m) != FINE) {
+        return STOP;
+    }
     status = fmi_plain(fmu, F_EXIT_INITIALIZATION);
     return status >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_INITIALIZATION, status) : FINE;
 }
@@ -148,7 +154,7 @@ static Outcome initialize(Master *m)
 static Outcome start(Master *m)
 {
     Run *r = m->run;
-    const int co_simulates = r->method == METHOD_CO_SIMULATION;
+    const int integrates = r->method != METHOD_CO_SIMULATION && r->method != METHOD_SCHEDULED;
     m->nu = (int)r->inputs.n;
     m->t = r->start;
     m->ended = RUN_DONE;
@@ -170,7 +176,7 @@ static Outcome start(Master *m)
     m->quick_slides = 0;
     Outcome outcome = initialize(m);
     r->begun = 1;
-    if (outcome != FINE || co_simulates) {
+    if (outcome != FINE || !integrates) {
         return outcome;
     }
     zeno_reset(m);
@@ -415,14 +421,21 @@ static RunStatus hold(Master *m)
 EXPORT int32_t master_run(Master *m, Run *r)
 {
     m->run = r;
+    m->looks = 0;
+    if (m->fmu->log) {
+        m->fmu->log->master = m;
+    }
     Outcome outcome = r->begun ? FINE : start(m);
     if (r->method == METHOD_CO_SIMULATION) {
         return outcome == FINE ? (int32_t)cosimulation_run(m) : (int32_t)m->ended;
     }
+    if (r->method == METHOD_SCHEDULED) {
+        return outcome == FINE ? (int32_t)scheduled_run(m) : (int32_t)m->ended;
+    }
     for (int64_t left = r->allowance; outcome == FINE && !m->terminate && m->t < r->stop; left--) {
         /* room in the buffer for all indicators and what comes with them at one instant */
         const int full = r->event_capacity > 0 && r->n_events + m->nz + 8 > r->event_capacity;
-        if (left == 0 || full) {
+        if (left == 0 || full || ticking_full(m)) {
             return RUN_MORE;
         }
         outcome = advance(m);

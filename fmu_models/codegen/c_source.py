@@ -17,6 +17,7 @@ from fmu_models.codegen import contact_states
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
 from fmu_models.codegen.jets import Constants, Recurrences, Slots
+from fmu_models.codegen.map_rule import rule_functions
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
@@ -64,6 +65,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
             head + '#include "model/model.h"\n\n#include <float.h>\n#include <math.h>\n#include <stddef.h>\n',
             *facts,
             *guards,
+            rule_functions(system),
         ]
     )
     model += '\n#include "model/jets.h"\n#include "model/mass_matrix.h"\n#include "model_kind.c"\n'
@@ -403,6 +405,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
+        "IS_MAP": int(bool(system.rule)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']

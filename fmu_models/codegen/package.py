@@ -41,6 +41,7 @@ from fmu_models.toolchain.platforms import HOST, PLATFORMS, this_platform
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
+    from fmu_models.language.maps import Map
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import HybridSystem
 
@@ -120,6 +121,29 @@ def export(
         system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
     changed = _with_values(system, values or {})
     return write(changed, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
+
+
+def export_map(
+    declared: Map,
+    path: str | os.PathLike[str],
+    *,
+    values: Mapping[str, float] | None = None,
+    packaging: Packaging = PLAIN,
+    fmi_version: str = "3.0",
+    overwrite: bool = False,
+) -> Path:
+    """Write a declared map as an FMU that makes a step at every time event; the rest is as for ``export``.
+
+    Its parameter ``period`` is the time from one step to the next, s; the first comes a period after the start.
+
+    Raises:
+        StickslipError: as for ``export``, or the map has a quantity of that name.
+    """
+    from fmu_models.lowering.iterated import iterated
+
+    path = checked(path, fmi_version, overwrite)
+    system = _with_values(iterated(declared), values or {})
+    return write(system, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
@@ -309,6 +333,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.documentation import documents
+    from fmu_models.codegen.map_structure import MapStructure
     from fmu_models.codegen.model_description import model_description, render
     from fmu_models.codegen.model_structure import ModelStructure
 
@@ -317,7 +342,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
-    structure = ModelStructure(system)
+    structure = MapStructure(system) if system.rule else ModelStructure(system)
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
     files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":

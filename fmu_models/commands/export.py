@@ -12,6 +12,7 @@ from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.rights import Rights
 from fmu_models.commands.arguments import ModelOrScene, is_scene, scene_of
+from fmu_models.maps import MAPS
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
@@ -19,6 +20,7 @@ from fmu_models.toolchain.platforms import platforms as chosen_platforms
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.language.maps import Map
     from fmu_models.scene.scene import Scene
 
 
@@ -69,7 +71,7 @@ def export(
 ) -> None:
     """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
 
-    Parameters that are set become the start values of the FMU.
+    Parameters that are set become the start values of the FMU. A map makes a step at every time event, 'period' apart.
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
 
@@ -131,7 +133,7 @@ def _export_one(
 ) -> Path:
     """Write the FMU of a model or a scene; without a path into the folder, by its name."""
     from fmu_models.codegen.package import export as write_fmu
-    from fmu_models.codegen.package import kept_by_name
+    from fmu_models.codegen.package import export_map, kept_by_name
 
     if is_scene(model):
         scene = scene_of(model, contacts)
@@ -140,10 +142,24 @@ def _export_one(
             raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
         _export_scene(scene, path, values, **options)
         return path
+    if (declared := _map(model)) is not None:
+        if contacts or expose:
+            raise StickslipError(f"{declared.name} is a map: it has no contacts to choose or to expose.")
+        return export_map(declared, path or folder / f"{declared.name}.fmu", values=values, **options)
     name = model if kept_by_name(model) else MODELS.load(model).name
     kept = console.chosen(contacts)
     path = path or folder / ("_".join([name, *(kept or [])]) + ".fmu")
     return write_fmu(model, path, contacts=kept, values=values, expose=expose, **options)
+
+
+def _map(name: str) -> Map | None:
+    """The map of a name or a file; None if it is none."""
+    if name in MODELS.members() or (name not in MAPS.members() and not name.partition(":")[0].endswith(".py")):
+        return None
+    try:
+        return MAPS.load(name)
+    except StickslipError:
+        return None  # a file without one: what it lacks is said of models
 
 
 def _pack(

@@ -39,4 +39,3 @@ class MapStructure:
         self.derivative_unknowns: list[Unknown] = []
         self.initial_unknowns: list[Unknown] = []
         self.indicator_unknowns: list[Unknown] = []
-        self.clock_unknowns: list[Unknown] = []

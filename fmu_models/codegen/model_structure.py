@@ -47,11 +47,6 @@ class ModelStructure:
         self.variables = SystemVariables(system)
 
     @property
-    def clock_unknowns(self) -> list[Unknown]:
-        """The clocks among the outputs, which depend on everything through the events."""
-        return [Unknown(v) for v in self.variables.clocks if v.causality == "output"]
-
-    @property
     def output_unknowns(self) -> list[Unknown]:
         """Outputs, and the contact states among them, which depend on everything through the events."""
         found = [

@@ -1,7 +1,8 @@
 """The variables of an FMU.
 
 Their order is that of the value references, from 1, which engine/fmi/variables.c counts through: time, parameters,
-inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators.
+inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators; the
+clocks of FMI 3 follow.
 Outputs that are the same quantity share one reference in FMI 2.0, and the places of all others stay their references.
 In FMI 3.0, where an alias is no variable of its own, they stay apart: checkers miss such outputs among the initial
 unknowns. The derivative of a coordinate is listed beside its velocity: it has to name the state that it belongs to.
@@ -52,8 +53,8 @@ class Variable:
 
     Attributes:
         derivative: the reference of the state that it is the derivative of.
+        intermediate: it can be read inside a step of Co-Simulation (FMI 3).
         same_as: a variable listed before that is the same quantity.
-        intermediate: FMI 3 importers may read it inside a step.
     """
 
     reference: int
@@ -69,8 +70,8 @@ class Variable:
     minimum: float | None = None
     maximum: float | None = None
     derivative: int | None = None
-    same_as: Variable | None = None
     intermediate: bool = False
+    same_as: Variable | None = None
 
     @property
     def shared_reference(self) -> int:

@@ -122,9 +122,9 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
     for name in start:
         variable = variables.get(owner(name, variables))
         if variable is None:
-            settable = [n for n, v in variables.items() if _has_start(v)]
+            settable = [n for n, v in variables.items() if has_start(v)]
             raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
-        if not _has_start(variable):
+        if not has_start(variable):
             raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
     given = {**parameters, **start}
     for name, value in given.items():
@@ -169,7 +169,8 @@ def _number(text: str) -> float:
     return float(text) if text not in ("true", "false") else float(text == "true")
 
 
-def _has_start(variable: ModelVariable) -> bool:
+def has_start(variable: ModelVariable) -> bool:
+    """Whether it is given a value before the run rather than computed by the FMU."""
     return variable.initial in ("exact", "approx") and variable.causality != "input"
 
 

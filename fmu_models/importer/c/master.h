@@ -164,7 +164,8 @@ typedef enum {
     RUN_DISCARD,
     RUN_BAD_INDICATOR,
     RUN_TOO_MANY_STEPS,
-    RUN_BAD_CLOCK
+    RUN_BAD_CLOCK,
+    RUN_CROSSED /* the section: done too */
 } RunStatus;
 
 typedef struct {
@@ -198,6 +199,16 @@ typedef struct {
     double *event_states; /* (event_capacity, 2, n_states): before and after */
     int64_t on_zeno;      /* ZenoChoice */
     int64_t allowance;    /* steps after which to return RUN_MORE */
+    /* a section, where the run ends: a state crosses a level */
+    int64_t section_state; /* its number from 1; 0: none */
+    double section_level;
+    int64_t section_direction; /* 1 upward, -1 downward, 0 both */
+    /* tangents; all NULL: not wanted */
+    double *ends;            /* (4, n_states): states and rates at the start, and where the run ends */
+    double *tangents;        /* (n_states, n_states): derivatives of the states there by those at the start, by rows */
+    double *tangent_room;    /* 20 n_states^2 + 4 n_states */
+    int32_t *tangent_pivots; /* 4 n_states */
+    int64_t missed;          /* parts of the way of which the tangents know nothing */
     /* progress, kept over RUN_MORE; next_time counts the rows written */
     int64_t begun, next_time, n_events, n_ticks;
     int64_t looks; /* inside the steps of a co-simulation */

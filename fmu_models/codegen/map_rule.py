@@ -26,7 +26,7 @@ class _Printer(C99CodePrinter):
         self._names = names
 
     def _print_Symbol(self, expr: Any) -> str:
-        return self._names.get(expr, expr.name)
+        return self._names.get(expr) or str(expr.name)
 
     # SymPy's own printers take what is called a Quantity for a physical unit
     _print_Quantity = _print_Symbol

@@ -91,21 +91,21 @@ def export(
     fmi = fmi or ("2.0" if as_system else "3.0")
     exposed = [what.strip() for what in (expose or "").split(",") if what.strip()]
     chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": exposed}
+    if as_system:
+        with console.progress("packing") as advance:
+            chosen["packaging"] = Packaging(rights, names, advance)
+            packed = _pack(model, path, fitted, fmi, overwrite, chosen)
+        return console.say(json, packed, lambda out: _print_system(packed, out))
     with console.progress("compiling") as advance:
         chosen["packaging"] = Packaging(rights, names, advance)
-        if as_system:
-            content = _pack(model, path, fitted, fmi, overwrite, chosen)
-        else:
-            path = _export_one(model, path, fmi_version=fmi, overwrite=overwrite, **chosen)
-    if as_system:
-        return console.say(json, content, lambda out: _print_system(content, out))
-    fmu = Fmu.open(path)
+        written = _export_one(model, path, fmi_version=fmi, overwrite=overwrite, **chosen)
+    fmu = Fmu.open(written)
     content = {
-        "file": str(path),
+        "file": str(written),
         "fmi_version": fmi,
         "kinds": ["Model Exchange", "Co-Simulation"],
         "platforms": [one.fmi2 if fmi == "2.0" else one.fmi3 for one in built],
-        "bytes": path.stat().st_size,
+        "bytes": written.stat().st_size,
         "states": fmu.states,
         "inputs": fmu.inputs,
         "outputs": fmu.outputs,
@@ -114,7 +114,9 @@ def export(
     }
 
     def show(out: Console) -> None:
-        out.print(f"[bold]{path}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB")
+        out.print(
+            f"[bold]{written}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB"
+        )
         for what in ("platforms", "states", "inputs", "outputs", "contacts", "parameters"):
             out.print(f"  {what:10s} {', '.join(content[what]) or 'none'}")
 

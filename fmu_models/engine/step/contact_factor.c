@@ -202,9 +202,10 @@ Real contact_drag(const Point *at, const signed char *state, int c)
 static Real KIND(effect)(const Jets *j, const Sticking *s, int c, int i)
 {
     const int e = s->contact[i];
+    const int friction = model_contact_partner[e];
     Real effect = j->G[c][e][0];
-    if (MODEL_IMPACTS > 0 && s->drag[i] != 0.0) {
-        effect += s->drag[i] * j->G[c][(int)model_contact_partner[e]][0];
+    if (MODEL_IMPACTS > 0 && friction >= 0 && s->drag[i] != 0.0) {
+        effect += s->drag[i] * j->G[c][friction][0];
     }
     return effect;
 }

@@ -12,6 +12,7 @@ included; at a section that a neighbour meets earlier or later they are those on
 from __future__ import annotations
 
 import copy
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -21,13 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
+from fmu_models.simulation.rows import Rows, joined
 from fmu_models.simulation.run import check_names, check_value
 from fmu_models.simulation.sections import Section
 
@@ -187,6 +189,21 @@ class FmuSection(SectionSystem):
         states = {name: value for name, value in found.items() if name in self.fmu.states}
         return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
 
+    def resumed(self, start: Vector, end: Vector) -> Vector:
+        """The phase is that of the start, as in a chain that the engine makes in one call."""
+        return np.concatenate([end[:-1], start[-1:]]) if self.states[-1:] == ("phase",) else end
+
+    def identity(self) -> dict[str, Any]:
+        """With the FMU's token and hash."""
+        return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: one for name, one in vars(self).items() if name != "_engine"}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        vars(self).update(state)
+        self._engine = engine_of(self.fmu)
+
     def _where(self) -> Where:
         raise NotImplementedError
 
@@ -215,34 +232,20 @@ class FmuSection(SectionSystem):
         """The rows of some jobs, in one call of the engine per chain."""
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
-            return families.joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+            return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
         places = [place for _, place in self._columns]
         periods = self.periods(jobs.varied, len(jobs))
         sizes = (len(self.fmu.states), len(self.contacts))
         made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
-        points = made.points[..., places]
-        derivatives = made.jacobians
+        points, derivatives = made.points[..., places], made.derivatives
         if jobs.derivatives:
             derivatives = np.zeros((*points.shape, len(places)))
-            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.jacobians[:, :, places, :]
+            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.derivatives[:, :, places, :]
         if self.states[-1:] == ("phase",):
             points[..., -1] /= periods[:, None]
             derivatives[:, :, -1:, :] /= periods[:, None, None, None]
             derivatives[..., -1:] *= periods[:, None, None, None]
-        return Rows(
-            points,
-            made.points[..., -1],
-            made.held,
-            made.began,
-            made.growth,
-            derivatives,
-            made.rows,
-            made.steps,
-            made.outcomes,
-            made.recurs,
-            made.orbits,
-            made.messages,
-        )
+        return dataclasses.replace(made, points=points, derivatives=derivatives)
 
     def _runs(self, jobs: Jobs) -> Runs:
         m, n = len(jobs), len(self.fmu.states)

@@ -15,18 +15,23 @@ mechanics (1997), section 3 (the window of the autocorrelation).
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -68,6 +73,7 @@ class Exponents(Pictured):
         shares: per contact the share of the time in contact or stick.
         sum: of all exponents, per step.
         transient: what the motion was at first; None if it did not change.
+        provenance: what it was made of; see ``Execution``.
     """
 
     values: Vector
@@ -80,6 +86,7 @@ class Exponents(Pictured):
     lost: int
     shares: Mapping[str, float]
     transient: Transient | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sum(self) -> float:
@@ -107,6 +114,10 @@ class Exponents(Pictured):
         columns |= {"per_time": self.per_time, "per_time_error": self.per_time_errors}
         return pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(self.values) + 1, name="exponent"))
 
+    def to_xarray(self) -> Any:
+        """The table, with its unit and where it comes from."""
+        return super().to_xarray().assign_attrs({"unit": self.unit, PROVENANCE: told(self.provenance)})
+
     def _contents(self) -> Mapping[str, Any]:
         known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
         return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient}
@@ -124,6 +135,10 @@ def lyapunov(
     motions: int = 8,
     seed: int = 0,
     workers: int | None = None,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Exponents:
     """All Lyapunov exponents of the motion that ``start`` leads to.
@@ -135,12 +150,12 @@ def lyapunov(
         transient: steps of each before that, in which it comes to where it stays.
         motions: how many are followed, at least 2.
         seed: of their starts.
-        workers: threads.
+        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
 
     Raises:
         StickslipError: fewer than 2 motions or steps for them; a motion goes to infinity, does not meet the section, or
-            cannot be continued.
+            cannot be continued; as ``Execution``.
     """
     steps = periods // max(1, motions)
     if motions < 2 or steps < 1 or transient < 0:
@@ -155,9 +170,27 @@ def lyapunov(
     batch = steps // rows
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
-    made = system.make(jobs, workers=workers, progress=progress)
-    _check(system, begin, made)
-    return _exponents(system, made, batch)
+    plan = {"analysis": "lyapunov", "start": begin, "periods": periods, "transient": transient, "motions": motions}
+    plan["seed"] = seed
+    with Execution(
+        system,
+        plan,
+        workers=workers,
+        scheduler=scheduler,
+        store=store,
+        resume=resume,
+        overwrite=overwrite,
+        progress=progress,
+    ) as execution:
+        found = _followed(execution, system, jobs)
+        execution.finish(found)
+    return found
+
+
+def _followed(execution: Execution, system: SectionSystem, jobs: Jobs) -> Exponents:
+    made = execution.make(jobs)
+    _check(system, jobs.starts[0], made)
+    return dataclasses.replace(_exponents(system, made, jobs.batch), provenance=execution.provenance)
 
 
 def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:

@@ -17,12 +17,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses import stepwise
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -100,10 +101,21 @@ class SectionSystem(Shown, ABC):
     def make(
         self, jobs: Jobs, *, workers: int | None = None, progress: Callable[[float], Any] = lambda fraction: None
     ) -> Rows:
-        """The rows of all jobs; see ``jobs.make``."""
-        for name, values in jobs.varied.items():
-            self.check(name, values)
-        return families.make(self.run, jobs, together=self.together, workers=workers, progress=progress)
+        """The rows of all jobs, by threads, in memory; see ``execution`` for the rest."""
+        return Execution(self, workers=workers, progress=progress).make(jobs)
+
+    def resumed(self, start: Vector, end: Vector) -> Vector:
+        """(n,) where a run begins that goes on from the end of another one, in place of its own start."""
+        return end
+
+    def identity(self) -> dict[str, Any]:
+        """What tells this system from all others, as JSON: a store keeps it.
+
+        Raises:
+            StickslipError: it depends on something that has no name.
+        """
+        plain = {name: one for name, one in vars(self).items() if isinstance(one, str | int | float | None)}
+        return {"section": type(self).__name__, "model": self.name, **plain, "parameters": dict(self.values)}
 
     def wrapped(self, points: Vector) -> Vector:
         """(..., n) angles and phases brought within their period."""

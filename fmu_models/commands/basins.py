@@ -17,8 +17,8 @@ def basins(
     section: f.ForcedStrobe,
     *,
     most: Annotated[int, typer.Option(help="Steps after which a motion is taken to stay as it is.", min=1)] = 3000,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Map which attractor each start of a grid comes to.
 
@@ -34,7 +34,7 @@ def basins(
             system,
             start=section.starts(),
             most=most,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
             **axes,  # type: ignore[arg-type] # names of states or parameters
         )

@@ -20,8 +20,8 @@ def chart(
     transient: Annotated[int, typer.Option(help="Steps before a motion is classified, at most.", min=0)] = 3000,
     points: Annotated[int, typer.Option(help="Steps over which it is looked at then.", min=1)] = 48,
     refine: Annotated[int, typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1)] = 1,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Chart what a motion becomes over two parameters.
 
@@ -40,7 +40,7 @@ def chart(
             transient=transient,
             points=points,
             refine=refine,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
             **axes,  # type: ignore[arg-type] # names of states or parameters
         )

@@ -19,8 +19,8 @@ def diagram(
     direction: Annotated[str, typer.Option(help="Of the sweep: up, down, both.")] = "up",
     transient: Annotated[int, typer.Option(help="Steps at each value that are not kept.", min=0)] = 250,
     points: Annotated[int, typer.Option(help="Points kept where a motion does not repeat itself.", min=1)] = 50,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Show where motions stay over a parameter, swept up and down.
 
@@ -40,7 +40,7 @@ def diagram(
             start=section.starts(),
             transient=transient,
             points=points,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
         )
     content = {

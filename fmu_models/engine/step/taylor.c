@@ -92,8 +92,8 @@ static int watches_function(const Run *r, const Jets *j, int c)
 
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
- * for every force in stick, of depths and of switching functions: the states may be polynomials while what decides an
- * event is not
+ * for every force in stick and what it may be, of depths and of switching functions: the states may be polynomials while
+ * what decides an event is not
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
@@ -104,8 +104,10 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         }
     }
     for (int c = 0; c < MODEL_NC; c++) {
+        const double own = model_contact_partner[c] < 0 ? fabs(j->capacity[c][k - 1]) : 0.0;
+        const double larger = fmax(fabs(j->force[c][k - 1]), own);
         if (r->at.state[c] == CONTACT_STICK
-            && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
+            && larger * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
             return 0;
         }
         if (contact_is_closed(r, c)) {
@@ -254,8 +256,8 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
     return isfinite(length) ? length : 1.0;
 }
 
-/* the same for slip speeds too, where they matter to a force, for the forces in stick, for depths and switching
-   functions */
+/* the same for slip speeds too, where they matter to a force, for the forces in stick and what they may be, for depths
+   and switching functions */
 static double taylor_length(const Run *r, const Jets *j, int order, double *exact)
 {
     const double log_tolerance = rough_log2(r->tolerances.step);
@@ -268,6 +270,9 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
         }
         if (r->at.state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
+            if (model_contact_partner[c] < 0) { /* what a rigid contact's friction may be goes with its force */
+                length = shorter_length(length, j->capacity[c], 0, order - 1, log_tolerance);
+            }
         }
         if (contact_is_closed(r, c)) {
             length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted),

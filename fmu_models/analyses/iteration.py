@@ -104,7 +104,7 @@ class Iteration(SectionSystem):
     def identity(self) -> dict[str, Any]:
         """With the hash of the rule."""
         rule = (self.map.inverse if self.backward else self.map.rule) or {}
-        return {**super().identity(), "rule": digest(*(sympy.srepr(rule[x]) for x in self.map.states))}
+        return {**super().identity(), "rule": digest(*(str(rule[x]) for x in self.map.states))}
 
     @property
     def box(self) -> Vector:

@@ -24,7 +24,7 @@ Vector = NDArray[np.float64]
 # steps of a section in a chunk, about: some 50 ms of work; of one that is stored or travels: at least and at most,
 # and how many chunks there are between these
 CHUNK = 5000
-FAR_CHUNK, MOST_CHUNK, FAR_CHUNKS = 10_000, 400_000, 500
+FAR_CHUNK, MOST_CHUNK, FAR_CHUNKS = 40_000, 400_000, 250
 # steps after which a run that may end early has ended, as a rule
 EARLY = 50
 # how a run ended

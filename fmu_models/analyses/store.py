@@ -166,10 +166,8 @@ class Stage:
             for name, array in rows.arrays().items():
                 if array[:1].size:
                     group[name][where] = array
-            texts = np.full(len(rows.filled), "", object)
-            for i, text in rows.messages.items():
-                texts[i] = text
-            group["messages"][where] = texts
+            if rows.messages:
+                group["messages"][where] = np.array([rows.messages.get(i, "") for i in range(len(rows.filled))], object)
             self._done[k] = True
             group["done"][:] = self._done
 

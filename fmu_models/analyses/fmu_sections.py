@@ -27,6 +27,7 @@ from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
 from fmu_models.simulation.rows import Rows, joined
@@ -327,6 +328,13 @@ class Strobe(FmuSection):
             )
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
+
+    def log_volumes(self, points: Vector) -> Vector | None:
+        """By the divergence of the rates, where no event changes volumes."""
+        if not keeps_volumes(self.fmu):
+            return None
+        length = self.every * float(self.periods({}, 1)[0])
+        return np.array([volume_change(self.fmu, length, **self.as_run(point)) for point in points])
 
     def _phase(self, place: int) -> list[tuple[str, int]]:
         return []

@@ -40,6 +40,7 @@ BATCHES = 1000  # of one motion, at most
 WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
+IDENTITY_STEPS = 32  # over which the sum of the exponents is compared with the volumes
 SHORTEST = 10  # batches on either side of a change point
 
 
@@ -72,6 +73,9 @@ class Exponents(Pictured):
         lost: how many are -inf.
         shares: per contact the share of the time in contact or stick.
         sum: of all exponents, per step.
+        identity: by how much, relative, the sum misses what the volumes of differences do over some steps: of an
+            oscillator the integral of the divergence, of a map its determinant; None where that is not known, because
+            friction, impacts or the memory of a stop change volumes too.
         transient: what the motion was at first; None if it did not change.
         provenance: what it was made of; see ``Execution``.
     """
@@ -86,6 +90,7 @@ class Exponents(Pictured):
     lost: int
     shares: Mapping[str, float]
     transient: Transient | None = None
+    identity: float | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -120,7 +125,7 @@ class Exponents(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
-        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient}
+        return {**known, "steps": self.steps, "zero": self.zero, "identity": self.identity, "transient": self.transient}
 
     def _heading(self) -> str:
         return f"{len(self.values)} Lyapunov exponents"
@@ -190,7 +195,21 @@ def lyapunov(
 def _followed(execution: Execution, system: SectionSystem, jobs: Jobs) -> Exponents:
     made = execution.make(jobs)
     _check(system, jobs.starts[0], made)
-    return dataclasses.replace(_exponents(system, made, jobs.batch), provenance=execution.provenance)
+    found = _exponents(system, made, jobs.batch)
+    identity = _identity(execution, system, made.ends[:1], jobs.tangents)
+    return dataclasses.replace(found, identity=identity, provenance=execution.provenance)
+
+
+def _identity(execution: Execution, system: SectionSystem, start: Vector, tangents: int) -> float | None:
+    """By how much the growth of all differences misses that of their volume."""
+    volumes = system.log_volumes(start)
+    if volumes is None or tangents < start.shape[1]:
+        return None
+    made = execution.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
+    growth, volumes = made.growth[0, 1:].sum(), system.log_volumes(made.points[0, :-1])
+    if volumes is None or not np.isfinite(growth) or not volumes.sum():
+        return None
+    return float(abs(growth / volumes.sum() - 1.0))
 
 
 def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:

@@ -133,6 +133,12 @@ class SectionSystem(Shown, ABC):
         """(m,) determinant of the derivative of a step, where it is known by itself."""
         return None
 
+    def log_volumes(self, points: Vector) -> Vector | None:
+        """(m,) logarithm of what a step makes of a small volume, by itself and not by the growth of differences; None
+        where it is not known."""
+        volumes = self.volume(points)
+        return None if volumes is None else np.log(np.abs(volumes))
+
     def _contents(self) -> dict[str, object]:
         return {"model": self.name, "states": self.states, **self.values}
 

@@ -50,6 +50,7 @@ def lyapunov(
         "unit": found.unit,
         "steps": found.steps,
         "zero": found.zero,
+        "identity": found.identity,
         "lost": found.lost,
         "shares": dict(found.shares),
         "transient": dataclasses.asdict(found.transient) if found.transient else None,

@@ -56,7 +56,8 @@ class Cluster:
 
     def threads(self) -> int:
         """Of all workers together, at present."""
-        return max(1, sum(self._client.nthreads().values()))
+        known: Any = self._client.nthreads()
+        return max(1, sum(known.values()))
 
     def submit(self, jobs: Jobs) -> Future[Rows]:
         """Have a chunk made."""

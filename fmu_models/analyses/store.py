@@ -131,7 +131,7 @@ class Stage:
     def __init__(self, path: Path, root: Any, name: str, jobs: Jobs, chunks: Sequence[Chunk]) -> None:
         self.path, self._root, self._name, self._chunks = path, root, name, chunks
         self._jobs, self._hash = jobs, jobs.digest()
-        self._group = root[name] if f"{name}/done" in root else None
+        self._group: Any = root[name] if f"{name}/done" in root else None
         self._done = np.zeros(len(chunks), bool)
         if self._group is not None:
             if self._group.attrs["jobs"] != self._hash:

@@ -62,8 +62,8 @@ def _divergence(
 ) -> NDArray[np.float64]:
     """(m,) sum of the derivatives of the rates of all states, each by its own state."""
     variables, engine = fmu.variables, engine_of(fmu)
-    rates = [(one.variable.valueReference, one.variable.derivative) for one in fmu.description.derivatives]
-    pairs = [(rate, state.valueReference) for rate, state in rates if state is not None]
+    rates = [one.variable for one in fmu.description.derivatives if one.variable is not None]
+    pairs = [(rate.valueReference, rate.derivative.valueReference) for rate in rates if rate.derivative is not None]
     known, one = {variables[n].valueReference: v for n, v in constants.items()}, ctypes.c_double(1.0)
     result, total = ctypes.c_double(), np.zeros(len(times))
     instance = engine.take()

@@ -7,7 +7,6 @@ import resource
 import signal
 import subprocess
 import sys
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -115,20 +114,22 @@ def test_what_is_killed_goes_on_and_repeats_one_chunk_per_worker(whole, tmp_path
         "t.Strobe.run = counted\n"
         "def progress(fraction):\n"
         "    if fraction not in seen: seen.append(fraction)\n"
-        "    if len(seen) > 2: os.kill(os.getpid(), 9)\n"
+        "    if len(seen) > 3: os.kill(os.getpid(), 9)\n"
         f"t.mapped(store={str(store)!r}, resume=True, workers=2, progress=progress)\n"
     )
-    made = 0
-    for tries in count(1):  # noqa: B007
-        child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-        made += len(child.stdout.split())
-        if child.returncode != -signal.SIGKILL:
-            break
-    assert child.returncode == 0, child.stderr
-    assert 2 < tries < 9
+    children = [killed(code)]
+    while children[-1].returncode == -signal.SIGKILL:
+        children.append(killed(code))
+    assert children[-1].returncode == 0, children[-1].stderr
+    assert 1 < len(children) < 9
     assert content(store) == content(whole)
+    made = sum(len(child.stdout.split()) for child in children)
     # what two workers were at, and what had come and was not written yet
-    assert made <= finished(store) + 4 * (tries - 1)
+    assert made <= finished(store) + 4 * (len(children) - 1)
+
+
+def killed(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 
 
 def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(whole, tmp_path, monkeypatch):

@@ -83,6 +83,7 @@ class Basins(Pictured):
         attractors: stable periodic motions, the shortest first, then chaotic ones.
         steps: of the section until a start was decided.
         failures: why a start could not be run, by its place in the grid.
+        how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
     """
 
@@ -93,6 +94,7 @@ class Basins(Pictured):
     attractors: tuple[Attractor, ...]
     steps: NDArray[np.int64]
     failures: Mapping[tuple[int, ...], str]
+    how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -154,7 +156,7 @@ class Basins(Pictured):
         return f"Basins of {self.model}: {shape}, {len(self.attractors)} attractors"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary, "how": self.how or None}
 
 
 def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
@@ -272,6 +274,7 @@ def _mapped(
         ordered,
         steps.reshape(shape),
         failures,
+        system.how,
         execution.provenance,
     )
 

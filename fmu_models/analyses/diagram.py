@@ -21,7 +21,7 @@ from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.analyses.store import PROVENANCE, told
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
 from fmu_models.simulation.rows import Rows
 
@@ -36,7 +36,7 @@ class Diagram(Pictured):
     """Of d directions, m values, r points at most, n states.
 
     Attributes:
-        model, over: names of the model and of the parameter.
+        model, over, of: names of the model, of the parameter, and of the state that a picture shows.
         states, contacts: names.
         values: (m,) of the parameter.
         directions: of the sweeps.
@@ -47,6 +47,7 @@ class Diagram(Pictured):
             nan where it was not asked for.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
+        how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
     """
 
@@ -62,7 +63,14 @@ class Diagram(Pictured):
     exponents: Vector
     failures: Mapping[tuple[str, float], str]
     steps: int
+    of: str
+    how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def shown(self) -> Vector:
+        """(d, m, r) points of the state that a picture shows."""
+        return self.points[..., self.states.index(self.of)]
 
     def word(self, direction: int, value: int) -> str:
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
@@ -83,10 +91,8 @@ class Diagram(Pictured):
         """The arrays with their dimensions."""
         import xarray
 
-        cells, index = (
-            ("direction", self.over),
-            {"direction": np.array(self.directions, object), self.over: self.values},
-        )
+        cells = ("direction", self.over)
+        index = {"direction": np.array(self.directions, object), self.over: self.values}
         data: dict[str, Any] = {n: ((*cells, "point"), self.points[..., i]) for i, n in enumerate(self.states)}
         data |= {"period": (cells, self.periods), "exponent": (cells, self.exponents)}
         data |= {f"{name}_began": (cells, self.began[..., i]) for i, name in enumerate(self.contacts)}
@@ -96,7 +102,12 @@ class Diagram(Pictured):
         return f"Diagram of {self.model} over {self.over}: {len(self.values)} values, {', '.join(self.directions)}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {self.over: self.values, "periods": np.unique(self.periods), "failures": len(self.failures)}
+        return {
+            self.over: self.values,
+            "periods": np.unique(self.periods),
+            "failures": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def orbit_diagram(
@@ -110,6 +121,7 @@ def orbit_diagram(
     points: int = 50,
     longest: int = 24,
     exponents: bool = False,
+    of: str | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -128,6 +140,7 @@ def orbit_diagram(
         points: that are kept where a motion does not repeat itself.
         longest: period that is looked for.
         exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
+        of: the state that a picture shows; the first if left out.
         workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
 
@@ -144,6 +157,8 @@ def orbit_diagram(
         raise StickslipError(
             f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
         )
+    if of is not None and of not in system.states:
+        raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Execution(
@@ -156,7 +171,7 @@ def orbit_diagram(
         overwrite=overwrite,
         progress=progress,
     ) as execution:
-        found = _swept(execution, system, sweep)
+        found = _swept(execution, system, sweep, of or system.states[0])
         execution.finish(found)
     return found
 
@@ -173,7 +188,7 @@ class _Sweep:
     exponents: bool
 
 
-def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep) -> Diagram:
+def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
     ways, m = sweep.directions, sweep.values.size
     order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
     varied = {sweep.over: sweep.values[order]}
@@ -217,6 +232,8 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep) -> Diagra
         shaped(growth),
         _failures(made, order, sweep.values, ways),
         int(made.steps.sum()),
+        of,
+        system.how,
         execution.provenance,
     )
 

@@ -77,6 +77,7 @@ class Exponents(Pictured):
             oscillator the integral of the divergence, of a map its determinant; None where that is not known, because
             friction, impacts or the memory of a stop change volumes too.
         transient: what the motion was at first; None if it did not change.
+        how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
     """
 
@@ -90,6 +91,7 @@ class Exponents(Pictured):
     lost: int
     shares: Mapping[str, float]
     transient: Transient | None = None
+    how: str = ""
     identity: float | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -125,7 +127,8 @@ class Exponents(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
-        return {**known, "steps": self.steps, "zero": self.zero, "identity": self.identity, "transient": self.transient}
+        told_ = {"identity": self.identity, "transient": self.transient, "how": self.how or None}
+        return {**known, "steps": self.steps, "zero": self.zero, **told_}
 
     def _heading(self) -> str:
         return f"{len(self.values)} Lyapunov exponents"
@@ -171,8 +174,8 @@ def lyapunov(
     sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
     starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
-    rows = min(steps, BATCHES)
-    batch = steps // rows
+    batch = -(-steps // BATCHES)
+    rows = steps // batch
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
     plan = {"analysis": "lyapunov", "start": begin, "periods": periods, "transient": transient, "motions": motions}
@@ -218,8 +221,8 @@ def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
         return
     place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
     outcome, steps = int(made.outcomes[bad[0]]), int(made.steps[bad[0]])
-    why = {families.ESCAPED: "leaves every bound", families.LOST: "does not meet the section again"}.get(outcome)
-    why = why or f"cannot be continued ({made.messages.get(int(bad[0]), families.OUTCOMES[outcome])})"
+    said = made.messages.get(int(bad[0]), families.OUTCOMES[outcome])
+    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({said})"
     raise StickslipError(
         f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
         "or change the parameters."
@@ -250,6 +253,7 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
         lost=int((~np.isfinite(values)).sum()),
         shares=shares,
         transient=transient,
+        how=system.how,
     )
 
 

@@ -27,7 +27,12 @@ NODES = 32  # between two events
 def keeps_volumes(fmu: Fmu) -> bool:
     """Whether no event of the model changes volumes: all contacts are stops, and none remembers anything."""
     kinds = [fmu.variables[f"{name}_state"].declaredType for name in fmu.contacts]
-    return fmu.fmi == 3 and not fmu.memories and all(kind is not None and kind.name == "StopState" for kind in kinds)
+    return (
+        fmu.ours
+        and fmu.fmi == 3
+        and not fmu.memories
+        and all(kind is not None and kind.name == "StopState" for kind in kinds)
+    )
 
 
 def volume_change(

@@ -171,7 +171,7 @@ class Execution:
             if before.outcomes[-1] <= families.ABSORBED:
                 starts = part.starts.copy()
                 starts[0] = self.system.resumed(starts[0], before.ends[-1])
-                part = dataclasses.replace(part, starts=starts)
+                part = dataclasses.replace(part, starts=starts, resumed=True)
         return part
 
 

@@ -331,7 +331,10 @@ class FmuSection(SectionSystem):
         variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
         given = self.states[: -1 if phased else None]
-        values = np.stack([*constants.values(), *self._placed(jobs.starts).T[: len(given)]], axis=1)
+        placed = self._placed(jobs.starts)
+        if jobs.resumed:
+            placed = np.concatenate([jobs.starts[:1], placed[1:]])
+        values = np.stack([*constants.values(), *placed.T[: len(given)]], axis=1)
         periods = self.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / self.sizes()[:n]

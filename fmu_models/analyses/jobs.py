@@ -70,6 +70,7 @@ class Jobs:
         transient: steps that are not recorded.
         rows, batch: rows that are, of so many steps each.
         chain: runs in a row of which each begins where the one before it ended.
+        resumed: the first start is the end of another run, to the last digit.
         longest: period up to which a motion is asked whether it repeats itself, and then followed no farther; 0: none.
         settled: relative distance below which two points are one.
         targets: orbits at which a run may end.
@@ -83,6 +84,7 @@ class Jobs:
     rows: int = 1
     batch: int = 1
     chain: int = 1
+    resumed: bool = False
     longest: int = 0
     settled: float = 1e-11
     targets: Targets | None = None

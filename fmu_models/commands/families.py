@@ -30,9 +30,8 @@ Ranges = Annotated[
     list[str] | None,
     typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced (default: those of a scene)."),
 ]
-Workers = Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)]
 
-SUFFIXES = (".csv", ".nc")
+SUFFIXES, STORE = (".csv", ".nc"), ".zarr"
 
 
 @dataclass(frozen=True)
@@ -173,10 +172,13 @@ class Files:
 
     def check(self) -> None:
         """Refuse before the work what could not be written after it."""
-        refuse_existing(self.output, self.figure, overwrite=self.overwrite)
-        if self.output is not None and self.output.suffix.lower() not in SUFFIXES:
+        self._check(SUFFIXES, self.output)
+
+    def _check(self, suffixes: Sequence[str], written: Path | None) -> None:
+        refuse_existing(written, self.figure, overwrite=self.overwrite)
+        if self.output is not None and self.output.suffix.lower() not in suffixes:
             raise StickslipError(
-                f"'{self.output}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen."
+                f"'{self.output}' must end in one of {', '.join(suffixes)}, by which the format is chosen."
             )
         if self.figure is not None:
             from fmu_models.report.figures import check_format
@@ -185,7 +187,7 @@ class Files:
 
     def tell(self, found: Pictured, content: dict[str, Any]) -> None:
         """Write what was found, and say it."""
-        if self.output is not None:
+        if self.output is not None and self.output.suffix.lower() != STORE:
             with write_whole(self.output, overwrite=self.overwrite) as temporary:
                 if self.output.suffix.lower() == ".csv":
                     found.frame.to_csv(temporary, float_format="%.17g")
@@ -204,6 +206,47 @@ class Files:
                 out.print(f"written: {path}")
 
         console.say(self.json, content, show)
+
+
+@dataclass(frozen=True)
+class StoredFiles(Files):
+    """The same of an analysis that makes many runs, whose chunks can be kept as they come."""
+
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the table as .csv, the arrays as .nc, or all runs as they come into a .zarr store.",
+        ),
+    ] = None
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an unfinished store: -o run.zarr.")] = False
+
+    @property
+    def store(self) -> Path | None:
+        """The store, where one is asked for."""
+        return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
+
+    def check(self) -> None:
+        """As for ``Files``; a store refuses what is there already by itself."""
+        self._check((*SUFFIXES, STORE), None if self.store else self.output)
+        if self.resume and self.store is None:
+            raise StickslipError("--resume goes on with a store, which keeps the runs: name it, -o run.zarr.")
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Who makes the runs."""
+
+    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None
+
+    def options(self, files: StoredFiles) -> dict[str, Any]:
+        """Arguments of an analysis."""
+        kept = {"store": files.store, "resume": files.resume, "overwrite": files.overwrite}
+        return {"workers": self.workers, "scheduler": self.scheduler, **kept}
 
 
 def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:

@@ -33,6 +33,29 @@ def test_basins_as_a_data_set(stickslip, tmp_path):
         assert found["attractor"].values.tolist() == answer.json["labels"]
 
 
+def test_a_store_goes_on_and_is_read(stickslip, tmp_path):
+    asked = (
+        "basins",
+        *SUPPORT,
+        "--set",
+        "omega=1.18",
+        "--over",
+        "x=-8:8:9",
+        "--over",
+        "v=-8:8:9",
+        "-o",
+        "b.zarr",
+        "--json",
+    )
+    first = stickslip(*asked, "--resume", "--workers", 2)
+    assert first.code == 0 and first.json["files"] == ["b.zarr"]
+    with xarray.open_zarr(tmp_path / "b.zarr", consolidated=False, chunks=None) as found:
+        assert found["attractor"].values.tolist() == first.json["labels"] and found.attrs["finished"]
+    assert stickslip(*asked).json == first.json
+    other = stickslip(*asked, "--most", 10)
+    assert other.code == 2 and "most = 3000 there, 10 here" in other.err
+
+
 def test_exponents_of_a_map_a_model_and_a_scene(stickslip):
     henon = stickslip("lyapunov", "henon", "--steps", 20_000, "--json").json
     assert henon["exponents"][0] == pytest.approx(0.419, abs=0.02) and henon["unit"] == "1"
@@ -57,6 +80,8 @@ def test_a_chart_a_section_and_a_spectrum(stickslip):
     [
         (("diagram", "discontinuous_support", "--over", "omega=0.9:1:3"), "needs a period"),
         (("diagram", *SUPPORT, "--over", "omega=0.9:1"), "NAME=FROM:TO:COUNT"),
+        (("diagram", *SUPPORT, "--over", "omega=0.9:1:3", "--resume"), "goes on with a store"),
+        (("section", *SUPPORT, "-o", "s.zarr"), "must end in one of .csv, .nc"),
         (("diagram", *SUPPORT, "--over", "omega=0.9:1:3", "--over", "f0=0:1:3"), "1 range is needed"),
         (("basins", *SUPPORT, "--over", "y=0:1:3"), "no state 'y'"),
         (("section", *SUPPORT, "--level", "x=0", "--impacts", "support"), "name one of them"),

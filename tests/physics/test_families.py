@@ -118,6 +118,7 @@ def test_exponents_of_the_support(parameters, l1, l1_se, l2):
     assert within(found.per_time[1], found.per_time_errors[1], l2, l1_se)
     # their sum is the divergence: damping at all times, that of the support while it is touched
     assert found.per_time.sum() == pytest.approx(-(0.05 + 0.6 * found.shares["support"]), abs=1e-12)
+    assert found.identity is not None and found.identity < 1e-10
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from build import build
 from models import FOLDER
+from rich.console import Console
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
@@ -17,7 +18,9 @@ from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import driver as drivers
 from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.experiment import Experiment, perform
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.report.run_summary import print_summary, summary
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 
@@ -138,6 +141,18 @@ def test_clocks_of_every_kind_tick(clocked: Fmu, method: str, period: float) -> 
     every = [t for name, ticks in wanted.items() if name != "fifth" for t in ticks]
     assert run["total"][~near].tolist() == [sum(t <= time for t in every) for time in run.time[~near]]
     assert run["total"].dtype == np.int64 and "never" not in run.method
+
+
+def test_a_run_by_the_shell_tells_of_ticks(clocked: Fmu, partitions: Fmu, capsys: pytest.CaptureFixture[str]) -> None:
+    for fmu, said in (
+        (clocked, {"sample": 4, "grow": 4, "later": 1, "go": 1, "fifth": 2, "tuned": 3}),
+        (partitions, {"each": 2, "asked": 1, "soon": 0, "fifth": 0}),
+    ):
+        recording = perform(fmu, Experiment(1.0, inputs={name: 1.0 for name in ("go", "asked") if name in said}))
+        content = summary(fmu, recording)
+        assert content["clocks"] == said
+    print_summary(content | {"files": []}, Console(width=200))
+    assert "clocks: each 2, asked 1, soon 0, fifth 0 ticks" in capsys.readouterr().out
 
 
 def test_the_times_of_a_run_that_begins_later(clocked: Fmu) -> None:

@@ -104,6 +104,25 @@ def test_clocks_of_an_importer_that_integrates_by_itself() -> None:
         assert one.contact_states() == [0] and active(one, fmu.clocks) == []
 
 
+def test_all_bounces_that_an_importer_has_passed_tick() -> None:
+    fmu = Fmu.open(built("impact_pair"))
+    own = simulate(fmu, 0.2, start={"v": 100.0}).events
+    assert [e.contact for e in own] == ["right", "left"]
+    with face(fmu, co_simulation=False) as one:
+        one.set({"v": 100.0})
+        one.initialize()
+        one.update()
+        one.api.enterContinuousTimeMode()
+        one.set_states(one.get(fmu.states) + 0.16 * one.derivatives())
+        one.api.setTime(0.16)
+        one.api.enterEventMode()
+        one.log("logEvents")
+        assert active(one, fmu.clocks) == ["right.impact", "left.impact"]
+        # the work of both, told once
+        told = [float(m.split()[-2]) for m in one.messages if "work" in m]
+        assert told == pytest.approx([sum(e.work for e in own)], rel=0.05)
+
+
 def test_a_clock_that_nobody_reads_is_silent_afterwards() -> None:
     fmu = Fmu.open(built("bouncing_ball"))
     bounce = next(e.time for e in simulate(fmu, STOP).events)

@@ -220,6 +220,8 @@ def test_partitions_are_scheduled(partitions: Fmu) -> None:
     assert run["handed"].tolist() == (1000.0 * n_soon).tolist()
     # 1, 2 at 0; 3, 4 at 1; the fifth at 2, the tenth at 6, the fifteenth at 9
     assert ticked(run) == {"each": [*range(10)], **at, "fifth": [2.0, 6.0, 9.0]}
+    # of what ticks at the same time the first is that of the lowest priority
+    assert [event.clocks for event in run.events if event.time == 9.0] == ["each, asked, fifth"]
 
 
 def test_partitions_that_nobody_asks_for(partitions: Fmu) -> None:

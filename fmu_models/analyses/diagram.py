@@ -18,7 +18,7 @@ from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.jobs import Jobs, Rows
 from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
 
 Vector = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Diagram(Pictured):
     """Of d directions, m values, r points at most, n states.
 
     Attributes:
-        model, over: names of the model and of the parameter.
+        model, over, of: names of the model, of the parameter, and of the state that a picture shows.
         states, contacts: names.
         values: (m,) of the parameter.
         directions: of the sweeps.
@@ -58,7 +58,13 @@ class Diagram(Pictured):
     exponents: Vector
     failures: Mapping[tuple[str, float], str]
     steps: int
+    of: str
     how: str = ""
+
+    @property
+    def shown(self) -> Vector:
+        """(d, m, r) points of the state that a picture shows."""
+        return self.points[..., self.states.index(self.of)]
 
     def word(self, direction: int, value: int) -> str:
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
@@ -108,6 +114,7 @@ def orbit_diagram(
     points: int = 50,
     longest: int = 24,
     exponents: bool = False,
+    of: str | None = None,
     workers: int | None = None,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Diagram:
@@ -122,6 +129,7 @@ def orbit_diagram(
         points: that are kept where a motion does not repeat itself.
         longest: period that is looked for.
         exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
+        of: the state that a picture shows; the first if left out.
         workers: threads; a sweep is made by one.
         progress: called with the fraction done.
 
@@ -137,6 +145,8 @@ def orbit_diagram(
         raise StickslipError(
             f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
         )
+    if of is not None and of not in system.states:
+        raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
     ways, m = DIRECTIONS[direction], swept.size
     order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
     varied = {over: swept[order]}
@@ -174,6 +184,7 @@ def orbit_diagram(
         shaped(growth),
         failures=_failures(made, order, swept, ways),
         steps=int(made.steps.sum()),
+        of=of or system.states[0],
         how=system.how,
     )
 

@@ -153,8 +153,8 @@ def lyapunov(
     sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
     starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
-    rows = min(steps, BATCHES)
-    batch = steps // rows
+    batch = -(-steps // BATCHES)
+    rows = steps // batch
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
     made = system.make(jobs, workers=workers, progress=progress)

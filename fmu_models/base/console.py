@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import sys
 import time
@@ -69,6 +70,11 @@ def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None])
         print(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False))
     else:
         show(console())
+
+
+def finite(value: float) -> float | None:
+    """A number for JSON, which has neither infinity nor nan: null."""
+    return value if math.isfinite(value) else None
 
 
 class table:

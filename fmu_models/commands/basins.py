@@ -13,10 +13,13 @@ from fmu_models.commands.bundles import bundled
 
 @bundled
 def basins(
-    over: f.Ranges,
-    section: f.ForcedStrobe,
     *,
-    most: Annotated[int, typer.Option(help="Steps after which a motion is taken to stay as it is.", min=1)] = 3000,
+    over: f.Ranges = None,
+    section: f.ForcedStrobe,
+    most: Annotated[
+        int | None,
+        typer.Option(help="Steps after which a motion is taken to stay as it is.", min=1, show_default="3000"),
+    ] = None,
     workers: f.Workers = None,
     files: f.Files,
 ) -> None:
@@ -27,16 +30,17 @@ def basins(
     from fmu_models.analyses.basins import basins as make
 
     files.check()
-    axes = f.ranges(over, len(over))
+    axes = section.axes("basins", over)
+    options = section.options("basins", most=most)
     system = section.system()
     with console.progress("mapping") as advance:
         found = make(
             system,
             start=section.starts(),
-            most=most,
+            **options,
             workers=workers,
             progress=advance,
-            **axes,  # type: ignore[arg-type] # names of states or parameters
+            **axes,
         )
     content = {
         "model": found.model,
@@ -48,7 +52,7 @@ def basins(
         "shares": found.shares.tolist(),
         "undecided": found.undecided,
         "boundary": found.boundary,
-        "entropy": f.finite(found.entropy()),
+        "entropy": console.finite(found.entropy()),
         "failures": [f"{place}: {why}" for place, why in found.failures.items()],
     }
     files.tell(found, content)

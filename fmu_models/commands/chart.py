@@ -13,13 +13,22 @@ from fmu_models.commands.bundles import bundled
 
 @bundled
 def chart(
-    over: f.Ranges,
-    section: f.Strobe,
     *,
-    what: Annotated[str, typer.Option(help="period, impacts, stick, exponent or attractor.")] = "period",
-    transient: Annotated[int, typer.Option(help="Steps before a motion is classified, at most.", min=0)] = 3000,
-    points: Annotated[int, typer.Option(help="Steps over which it is looked at then.", min=1)] = 48,
-    refine: Annotated[int, typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1)] = 1,
+    over: f.Ranges = None,
+    section: f.Strobe,
+    what: Annotated[
+        str | None, typer.Option(help="period, impacts, stick, exponent or attractor.", show_default="period")
+    ] = None,
+    transient: Annotated[
+        int | None, typer.Option(help="Steps before a motion is classified, at most.", min=0, show_default="3000")
+    ] = None,
+    points: Annotated[
+        int | None, typer.Option(help="Steps over which it is looked at then.", min=1, show_default="48")
+    ] = None,
+    refine: Annotated[
+        int | None,
+        typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1, show_default="1"),
+    ] = None,
     workers: f.Workers = None,
     files: f.Files,
 ) -> None:
@@ -30,19 +39,17 @@ def chart(
     from fmu_models.analyses.chart import chart as make
 
     files.check()
-    axes = f.ranges(over, 2)
+    axes = section.axes("chart", over, 2)
+    options = section.options("chart", what=what, transient=transient, points=points, refine=refine)
     system = section.system()
     with console.progress("charting") as advance:
         found = make(
             system,
-            what=what,
             start=section.starts(),
-            transient=transient,
-            points=points,
-            refine=refine,
+            **options,
             workers=workers,
             progress=advance,
-            **axes,  # type: ignore[arg-type] # names of states or parameters
+            **axes,
         )
     content = {
         "model": found.model,

@@ -13,12 +13,17 @@ from fmu_models.commands.bundles import bundled
 
 @bundled
 def diagram(
-    over: f.Ranges,
-    section: f.Section,
     *,
-    direction: Annotated[str, typer.Option(help="Of the sweep: up, down, both.")] = "up",
-    transient: Annotated[int, typer.Option(help="Steps at each value that are not kept.", min=0)] = 250,
-    points: Annotated[int, typer.Option(help="Points kept where a motion does not repeat itself.", min=1)] = 50,
+    over: f.Ranges = None,
+    section: f.Section,
+    direction: Annotated[str | None, typer.Option(help="Of the sweep: up, down, both.", show_default="up")] = None,
+    transient: Annotated[
+        int | None, typer.Option(help="Steps at each value that are not kept.", min=0, show_default="250")
+    ] = None,
+    points: Annotated[
+        int | None, typer.Option(help="Points kept where a motion does not repeat itself.", min=1, show_default="50")
+    ] = None,
+    of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
     workers: f.Workers = None,
     files: f.Files,
 ) -> None:
@@ -29,17 +34,16 @@ def diagram(
     from fmu_models.analyses.diagram import orbit_diagram
 
     files.check()
-    ((name, values),) = f.ranges(over, 1).items()
+    ((name, values),) = section.axes("diagram", over, 1).items()
+    options = section.options("diagram", direction=direction, transient=transient, points=points, of=of)
     system = section.system()
     with console.progress("sweeping") as advance:
         found = orbit_diagram(
             system,
             name,
             values,
-            direction=direction,
             start=section.starts(),
-            transient=transient,
-            points=points,
+            **options,
             workers=workers,
             progress=advance,
         )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,9 +24,12 @@ if TYPE_CHECKING:
 
     from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
-    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.scene.scene import Compute, Scene
 
-Ranges = Annotated[list[str], typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced.")]
+Ranges = Annotated[
+    list[str] | None,
+    typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced (default: those of a scene)."),
+]
 Workers = Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)]
 
 SUFFIXES = (".csv", ".nc")
@@ -71,33 +74,86 @@ class Section:
         from fmu_models.analyses.iteration import Iteration
         from fmu_models.fmu.load import load
 
-        model, forcing, period = self.model, self.forcing, self.period
-        every, autonomous = self.every, self.autonomous
         values = console.assignments(self.settings, "parameter")
-        if not is_scene(model) and model in MAPS.members():
-            if forcing or period or self.level or self.impacts or self.contacts:
-                raise StickslipError(f"'{model}' is a map: every step of it is the section. Leave the section out.")
-            return Iteration.of(MAPS.load(model), values)
+        if self._scene is not None:
+            return self._of_scene(self._scene, values)
+        if self.model in MAPS.members():
+            if self.forcing or self.period or self.level or self.impacts or self.contacts:
+                raise StickslipError(
+                    f"'{self.model}' is a map: every step of it is the section. Leave the section out."
+                )
+            return Iteration.of(MAPS.load(self.model), values)
         if self.level and self.impacts:
             raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
-        if is_scene(model):
-            fmu, values, said = _of_scene(model, self.contacts, values)
-            forcing, period = forcing or (None if period else said[0]), period or (None if forcing else said[1])
-            every, autonomous = max(every, said[2]), autonomous or said[3]
-        else:
-            fmu = load(model, contacts=console.chosen(self.contacts))
-        common: dict[str, Any] = {"forcing": forcing, "period": period, "parameters": values}
+        fmu = load(self.model, contacts=console.chosen(self.contacts))
+        common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
         if self.impacts:
             return fmu_sections.Impacts(fmu, self.impacts, **common)
         if self.level:
             ((state, value),) = console.assignments([self.level], "level").items()
             return fmu_sections.Crossing(fmu, state, value, -1 if self.down else 1, **common)
-        return fmu_sections.Strobe(fmu, every=every, autonomous=autonomous, **common)
+        return fmu_sections.Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
+
+    @cached_property
+    def _scene(self) -> Scene | None:
+        return scene_of(self.model, self.contacts) if is_scene(self.model) else None
+
+    def _of_scene(self, scene: Scene, values: Mapping[str, float]) -> SectionSystem:
+        """The section of a scene; what is given here goes before what it says."""
+        from fmu_models.fmu.fmu import Fmu
+        from fmu_models.scene.compute import arguments
+        from fmu_models.scene.kinds.kind import section_of
+        from fmu_models.scene.reduce import built_scene
+
+        how: dict[str, Any] = {}
+        if self.level and self.impacts:
+            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
+        if self.level or self.impacts:
+            level = console.assignments([self.level], "level") if self.level else {}
+            how = {"level": level, "down": self.down, "impacts": self.impacts}
+        if self.forcing in scene.fixed and self.forcing != scene.compute.forcing:
+            raise StickslipError(
+                f"'{self.forcing}' is a constant of scene '{scene.name}'. Move it to [free] there for a strobe of it."
+            )
+        if self.forcing or self.period:
+            how |= {"forcing": self.forcing, "period": self.period}
+        if self.forcing and self.period:
+            raise StickslipError(f"The period follows from '{self.forcing}'; leave out --period, or --forcing.")
+        how |= {"periods": self.every} if self.every > 1 else {}
+        how |= {"autonomous": True} if self.autonomous else {}
+        changed = replace(scene, compute=replace(scene.compute, **how))
+        drives = {name: value for name, value in values.items() if name in scene.drives}
+        free = {name: value for name, value in values.items() if name not in drives}
+        given = arguments(scene, None, parameters=free, inputs=drives)
+        return section_of(changed, Fmu.open(built_scene(scene)), given["parameters"], given["inputs"])
 
     def starts(self) -> dict[str, float]:
         """Start values that are given, and what a scene says beside them."""
         given = console.assignments(self.start, "start value")
-        return {**scene_of(self.model, None).start, **given} if is_scene(self.model) else given
+        return {**self._scene.start, **given} if self._scene is not None else given
+
+    def axes(self, kind: str, over: Sequence[str] | None, count: int | None = None) -> dict[str, Any]:
+        """Values along each axis; those of a scene of the same kind where none are given.
+
+        Raises:
+            StickslipError: as ``ranges``.
+        """
+        import numpy as np
+
+        how = self._same(kind)
+        if over or how is None:
+            return ranges(over or (), count)
+        return {name: np.array(values) for name, values in (how.axes or {str(how.over): how.values}).items()}
+
+    def options(self, kind: str, **given: int | str | None) -> dict[str, Any]:
+        """Arguments of the analysis that are given, or that a scene of the same kind says."""
+        how = self._same(kind)
+        said = {} if how is None else how.settings
+        return {**said, **{name: value for name, value in given.items() if value is not None}}
+
+    def _same(self, kind: str) -> Compute | None:
+        """What a scene computes, if it is of this kind."""
+        return self._scene.compute if self._scene is not None and self._scene.compute.kind == kind else None
 
 
 Strobe = Annotated[Section, Without("level", "down", "impacts")]
@@ -150,33 +206,11 @@ class Files:
         console.say(self.json, content, show)
 
 
-def _of_scene(
-    path: str, contacts: str | None, values: Mapping[str, float]
-) -> tuple[Fmu, dict[str, float], tuple[str | None, float | None, int, bool]]:
-    """The FMU of a scene, its values, and what it says of the forcing."""
-    from fmu_models.fmu.fmu import Fmu
-    from fmu_models.scene.compute import arguments
-    from fmu_models.scene.reduce import built_scene
-
-    scene = scene_of(path, contacts)
-    how = scene.compute
-    given = arguments(scene, None, parameters=values)
-    moving = [name for name, value in given["inputs"].items() if not isinstance(value, int | float)]
-    if moving:
-        raise StickslipError(f"'{moving[0]}' of scene '{scene.name}' moves; a family of motions takes constant drives.")
-    fmu = Fmu.open(built_scene(scene))
-    forcing = how.forcing if how.forcing in fmu.parameters else None
-    period = None if forcing else how.period
-    if how.forcing is not None and forcing is None:
-        period = (2.0 * math.pi if how.angular else 1.0) / scene.parameters[how.forcing]
-    return fmu, {**given["parameters"], **given["inputs"]}, (forcing, period, how.periods, how.autonomous)
-
-
-def ranges(given: Sequence[str], count: int) -> dict[str, np.ndarray]:
+def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:
     """Values by name from arguments NAME=FROM:TO:COUNT.
 
     Raises:
-        StickslipError: another number of them than ``count``, or not of that form.
+        StickslipError: none, another number of them than ``count`` where there is one, or not of that form.
     """
     import numpy as np
 
@@ -193,13 +227,7 @@ def ranges(given: Sequence[str], count: int) -> dict[str, np.ndarray]:
             ) from None
         if number < 1 or len(parts) != 3:
             raise StickslipError(f"A range has three parts, and one value at least; found '{text}'.")
-    if len(found) != count:
-        raise StickslipError(
-            f"{count} range{'s are' if count > 1 else ' is'} needed, found {len(found)}: --over NAME=..."
-        )
+    if len(found) != (count or max(1, len(found))):
+        needed = "1 range is" if count == 1 else f"{count} ranges are" if count else "A range for each axis is"
+        raise StickslipError(f"{needed} needed, found {len(found)}: --over NAME=FROM:TO:COUNT")
     return found
-
-
-def finite(value: float) -> float | None:
-    """JSON has neither infinity nor nan: null."""
-    return value if math.isfinite(value) else None

@@ -43,9 +43,9 @@ def lyapunov(
     content = {
         "model": system.name,
         # null where every difference is lost
-        "exponents": [f.finite(one) for one in found.values.tolist()],
+        "exponents": [console.finite(one) for one in found.values.tolist()],
         "errors": found.errors.tolist(),
-        "per_time": [f.finite(one) for one in found.per_time.tolist()],
+        "per_time": [console.finite(one) for one in found.per_time.tolist()],
         "per_time_errors": found.per_time_errors.tolist(),
         "unit": found.unit,
         "steps": found.steps,

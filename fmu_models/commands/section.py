@@ -15,8 +15,8 @@ from fmu_models.commands.bundles import bundled
 def section(
     section: f.Section,
     *,
-    points: Annotated[int, typer.Option(help="Points of the section.", min=1)] = 5000,
-    transient: Annotated[int, typer.Option(help="Steps before that.", min=0)] = 500,
+    points: Annotated[int | None, typer.Option(help="Points of the section.", min=1, show_default="5000")] = None,
+    transient: Annotated[int | None, typer.Option(help="Steps before that.", min=0, show_default="500")] = None,
     files: f.Files,
 ) -> None:
     """Take a Poincaré section of a motion.
@@ -31,8 +31,7 @@ def section(
         found = poincare_section(
             system,
             section.starts(),
-            points=points,
-            transient=transient,
+            **section.options("section", points=points, transient=transient),
             progress=advance,
         )
     content = {"model": found.model, "states": list(found.states), "points": found.points.tolist()}

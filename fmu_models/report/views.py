@@ -29,7 +29,7 @@ DENSE = 20000  # points of a section from which on their density is drawn
 def _(diagram: Diagram, axes: Axes) -> None:
     """The first state over the parameter; a sweep down lies over the one up in another colour."""
     for k, way in enumerate(diagram.directions):
-        shown = diagram.points[k, ..., 0]
+        shown = diagram.shown[k]
         across = np.broadcast_to(diagram.values[:, None], shown.shape)
         axes.plot(
             across.ravel(),
@@ -40,7 +40,7 @@ def _(diagram: Diagram, axes: Axes) -> None:
             rasterized=shown.size > DENSE,
         )
     axes.set_xlabel(diagram.over)
-    axes.set_ylabel(diagram.states[0])
+    axes.set_ylabel(diagram.of)
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
         for line in axes.legend(frameon=False, markerscale=10).get_lines():

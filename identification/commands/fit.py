@@ -34,6 +34,13 @@ def fit(
             "--free", metavar="NAME", help="Constant estimated beside the law: J, k/J, c/J, R, r, N, zero; repeat."
         ),
     ] = None,
+    disturbances: Annotated[
+        str,
+        typer.Option(
+            metavar="none|auto|NAME,...",
+            help="Estimated beside the law: normal-force, normal-force-each, angle, wear; auto: those that show.",
+        ),
+    ] = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
     bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
@@ -70,7 +77,8 @@ def fit(
             decay,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), searching),
+            options=Options(tuple(free or ()), progress=searching),
+            disturbances=_disturbances(disturbances),
             inference=inference,
             progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,
@@ -81,6 +89,13 @@ def fit(
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
+
+
+def _disturbances(asked: str) -> str | list[str]:
+    """What is to be sought or estimated."""
+    if asked in ("none", "auto"):
+        return asked
+    return [name.strip() for name in asked.split(",")]
 
 
 def _kept(

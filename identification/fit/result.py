@@ -119,6 +119,23 @@ class SpeedBin:
 
 
 @dataclass(frozen=True)
+class Cause(Shown):
+    """A disturbance that was found. size: relative, greatest change of friction that it makes in the logs, either way;
+    gain: by which BIC falls with it, the others being there; chance: probability of its F by chance, corrected."""
+
+    name: str
+    words: str
+    size: float
+    gain: float
+    chance: float
+
+    @property
+    def sentence(self) -> str:
+        """What is said of it."""
+        return f"{self.name}: {self.words}, ± {100 * self.size:.2g} % (BIC {self.gain:.3g} better with it)."
+
+
+@dataclass(frozen=True)
 class FrictionFit(Pictured):
     """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
     and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
@@ -129,7 +146,8 @@ class FrictionFit(Pictured):
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
-    declaration: file or module of a law that is none of ours.
+    declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
+    beside the law; plain: the parameters without them, empty where there are none.
     solved: the problem behind it, None in a fit that was read back.
     """
 
@@ -159,6 +177,8 @@ class FrictionFit(Pictured):
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
     declaration: str = ""
+    causes: tuple[Cause, ...] = ()
+    plain: tuple[FittedParameter, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property

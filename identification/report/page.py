@@ -145,6 +145,7 @@ def summary(findings: Findings) -> list[str]:
         f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
         f"noise, {scale:.2g} % from the rig's constants; one standard deviation)."
     )
+    said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
     for family in findings.families:
         passed = sum(one.passed for one in family.members)
         discs = " and ".join(family.members[0].drive_speeds)
@@ -206,6 +207,7 @@ def _drawing(figure: Figure, prefix: str, caption: str) -> Drawing:
 def _tables(findings: Findings) -> list[Table]:
     fit = findings.fit
     found = [tables.correlation_table(fit), tables.constants_table(fit)]
+    found += [tables.plain_table(fit)] if fit.causes else []
     found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
     white = tables.whiteness_table(fit)
     found += [white] if white is not None else []

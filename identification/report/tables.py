@@ -23,6 +23,7 @@ PLACED = frozenset(
         *("type", "version", "estimator", "law", "structure", "contacts", "materials", "parameters", "correlation"),
         *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
         *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
+        *("causes", "plain"),
     }
 )
 
@@ -55,6 +56,16 @@ def parameter_table(fit: FrictionFit) -> Table:
     where += f", {' and '.join(fit.materials)}" if fit.materials else ""
     of = f"{fit.estimator}, {fit.segments} slip segments of {len(fit.logs)} logs, {fit.covariance}"
     return table(f"{where} ({of})", columns, rows)
+
+
+def plain_table(fit: FrictionFit) -> Table:
+    """The parameters without the disturbances that were found, and with them."""
+    rows = [
+        [q.name, measured(one.value, one.total_deviation), measured(q.value, q.total_deviation), q.unit]
+        for one, q in zip(fit.plain, fit.parameters, strict=True)
+    ]
+    causes = ", ".join(cause.name for cause in fit.causes)
+    return table(f"Plain fit, and with {causes}", ("", "plain ± sd", "corrected ± sd", "unit"), rows)
 
 
 def nuisance_table(parameters: Sequence[FittedParameter]) -> Table:

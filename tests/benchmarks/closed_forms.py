@@ -43,10 +43,10 @@ def support_strobe(x, v, periods, c, f0, ks, cs, g, omega):
     # no faster than its free motion turns: a tenth of a half turn, and a touch is seen by its least height
     for _ in range(periods):
         t = 0.0
+        side = ks * (x - g) + cs * v if touches else g - x
         while t < period:
             scan = 0.3 / math.sqrt(1.0 + ks if touches else max(1.0, omega**2))
             t0, x0, v0, found = t, x, v, False
-            side = 0.0
             while t < period and not found:
                 t1 = min(t + scan, period)
                 x1, v1 = _on_support(c, f0, ks, cs, g, omega, touches, x0, v0, t0, t1)
@@ -73,7 +73,9 @@ def support_strobe(x, v, periods, c, f0, ks, cs, g, omega):
                     side = value
                 t, x, v = t1, x1, v1
             if found:
+                # a touch begins with a force; after it the mass is beyond the gap
                 touches = not touches
+                side = 1.0 if touches else 0.0
                 count += touches
     return x, v, count
 

@@ -270,6 +270,16 @@ def test_ball_at_its_impacts_has_the_trace_of_the_closed_form():
     assert motion.stability.eigenvalues.prod().real == pytest.approx(e**2, abs=1e-13)
 
 
+def test_a_level_is_crossed_once_in_each_period():
+    """Largest displacements without contact, in closed form: a crossing whose time is rounded is not met again."""
+    system = Crossing(
+        model("discontinuous_support"), "v", 0.0, -1, forcing="omega", parameters={"omega": 1.3, "g": 4.0}
+    )
+    rows = system.make(Jobs(system.start(REST)[None], transient=600, rows=100), workers=1)
+    assert rows.times == pytest.approx(np.full((1, 100), 2.0 * np.pi / 1.3), abs=1e-11)
+    assert rows.points[0, :, 0] == pytest.approx(np.full(100, 0.5 / math.hypot(1.0 - 1.3**2, 0.05 * 1.3)), abs=1e-12)
+
+
 def test_period_chart_of_the_support():
     known = REFERENCE["period_chart"]
     axes = {"omega": 0.8 + 0.01 * np.arange(21), "f0": 0.3 + 0.02 * np.arange(21)}

@@ -187,7 +187,6 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
         power *= *limit;
     }
     flow_finish(&r->at, j, order);
-    j->apart = 0;
     return order;
 }
 
@@ -317,6 +316,16 @@ int taylor_starts_rooted(Run *r)
     return 0;
 }
 
+static double shortest_step(const Run *r) { return LEAST_STEP * DBL_EPSILON * fabs(r->at.time); }
+
+static RunStatus no_length(Run *r)
+{
+    return run_fail(r,
+                    "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
+                    "(a state that is not finite, or a singular law)",
+                    r->at.time);
+}
+
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
@@ -336,15 +345,8 @@ RunStatus taylor_step(Run *r, double limit)
         h = taylor_length(r, &r->jets, --order, &exact);
     }
     h = fmin(h, end);
-    const double least = LEAST_STEP * DBL_EPSILON * fabs(r->at.time);
-    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > least)) {
-        if (run_check_mass(r, &r->jets) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
-        return run_fail(r,
-                        "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
-                        "(a state that is not finite, or a singular law)",
-                        r->at.time);
+    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
+        return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
     }
     h = location_cut(r, order, h, exact);
     r->segment_order = order;
@@ -352,5 +354,32 @@ RunStatus taylor_step(Run *r, double limit)
     r->segment_length = rooted ? h * h : h;
     r->segment_valid = 1;
     r->steps++;
+    return RUN_OK;
+}
+
+void taylor_complete(Run *r)
+{
+    const int full = taylor_order(r);
+    if (r->segment_order == full) {
+        return;
+    }
+    for (int k = r->segment_order; k < full; k++) {
+        taylor_field(r, &r->jets, k);
+        flow_extend(&r->jets, k + 1, 0);
+    }
+    flow_finish(&r->at, &r->jets, full);
+}
+
+RunStatus taylor_shorten(Run *r, double length)
+{
+    if (!(length < r->segment_length)) {
+        return RUN_OK;
+    }
+    if (!(length > shortest_step(r))) {
+        return no_length(r);
+    }
+    r->segment_length = length;
+    r->segment_event = 0;
+    memset(r->falling, 0, sizeof r->falling);
     return RUN_OK;
 }

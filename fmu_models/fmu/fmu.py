@@ -137,8 +137,13 @@ class Fmu(Shown):
     @cached_property
     def inputs(self) -> list[str]:
         """Names of the inputs, without their rates."""
-        names = [name for name, v in self.variables.items() if v.causality == "input"]
+        names = [name for name, v in self.variables.items() if v.causality == "input" and v.type != "Clock"]
         return [name for name in names if not (name.endswith("_rate") and name.removesuffix("_rate") in names)]
+
+    @cached_property
+    def clocks(self) -> list[str]:
+        """Names of the clocks (FMI 3)."""
+        return [name for name, v in self.variables.items() if v.type == "Clock"]
 
     @cached_property
     def states(self) -> list[str]:

@@ -165,12 +165,16 @@ class Files:
         Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")
     ] = None
     figure: Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")] = None
+    interactive: Annotated[
+        Path | None,
+        typer.Option("--interactive", help="Write a page (html) with zoom and values under the cursor."),
+    ] = None
     overwrite: Overwrite = False
     json: Json = False
 
     def check(self) -> None:
         """Refuse before the work what could not be written after it."""
-        refuse_existing(self.output, self.figure, overwrite=self.overwrite)
+        refuse_existing(self.output, self.figure, self.interactive, overwrite=self.overwrite)
         if self.output is not None and self.output.suffix.lower() not in SUFFIXES:
             raise StickslipError(
                 f"'{self.output}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen."
@@ -179,6 +183,10 @@ class Files:
             from fmu_models.report.figures import check_format
 
             check_format(self.figure)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import check_page
+
+            check_page(self.interactive)
 
     def tell(self, found: Pictured, content: dict[str, Any]) -> None:
         """Write what was found, and say it."""
@@ -190,7 +198,11 @@ class Files:
                     found.to_xarray().to_netcdf(temporary, engine="scipy")
         if self.figure is not None:
             found.figure(self.figure, overwrite=self.overwrite)
-        content["files"] = [str(path) for path in (self.output, self.figure) if path]
+        if self.interactive is not None:
+            from fmu_models.report.interactive import write_page
+
+            write_page(found, self.interactive, overwrite=self.overwrite)
+        content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
         def show(out: Console) -> None:
             out.print(found.summary(), markup=False, highlight=False)
@@ -200,6 +212,9 @@ class Files:
                 out.print(f"written: {path}")
 
         console.say(self.json, content, show)
+
+
+StillFiles = Annotated[Files, Without("interactive")]
 
 
 def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:

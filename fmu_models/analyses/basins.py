@@ -79,6 +79,7 @@ class Basins(Pictured):
         attractors: stable periodic motions, the shortest first, then chaotic ones.
         steps: of the section until a start was decided.
         failures: why a start could not be run, by its place in the grid.
+        how: of ``SectionSystem``.
     """
 
     model: str
@@ -88,6 +89,7 @@ class Basins(Pictured):
     attractors: tuple[Attractor, ...]
     steps: NDArray[np.int64]
     failures: Mapping[tuple[int, ...], str]
+    how: str = ""
 
     @property
     def undecided(self) -> int:
@@ -148,7 +150,7 @@ class Basins(Pictured):
         return f"Basins of {self.model}: {shape}, {len(self.attractors)} attractors"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary, "how": self.how or None}
 
 
 def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
@@ -227,7 +229,14 @@ def basins(
     failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in mapped.messages.items()}
     ordered = tuple(known[i] for i in order)
     return Basins(
-        system.name, tuple(system.states), values, labels.reshape(shape), ordered, mapped.steps.reshape(shape), failures
+        system.name,
+        tuple(system.states),
+        values,
+        labels.reshape(shape),
+        ordered,
+        mapped.steps.reshape(shape),
+        failures,
+        system.how,
     )
 
 

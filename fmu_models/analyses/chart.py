@@ -6,15 +6,16 @@
     exponent    sign of the largest Lyapunov exponent
     attractor   which of the motions found it is, by its period and its events
 
-With ``refine`` the chart is made on a coarse grid first; a square is divided where its corners, or those of one beside
-it, differ, and what is left between equal corners has their class.
+With ``refine`` the chart is made on a coarse grid first, and its distances are halved until all cells are there. A new
+cell is taken to be of the class of the one before it; it is run where one beside it is of another class, and so on
+until every cell beside another class has been run. What is narrower than the coarse grid is found only where it leaves
+a trace on it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,7 @@ class Chart(Pictured):
         made: (rows, columns) whether the cell was run; the others lie between equal ones.
         failures: why, by row and column.
         runs: how many were made.
+        how: of ``SectionSystem``.
     """
 
     model: str
@@ -60,6 +62,7 @@ class Chart(Pictured):
     values: Vector
     made: NDArray[np.bool_]
     failures: Mapping[tuple[int, int], str]
+    how: str = ""
 
     @property
     def runs(self) -> int:
@@ -89,7 +92,12 @@ class Chart(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         counts = {name: int((self.labels == i).sum()) for i, name in enumerate(self.classes)}
-        return {**{name: values for name, values in self.axes.items()}, "cells": counts, "failed": len(self.failures)}
+        return {
+            **{name: values for name, values in self.axes.items()},
+            "cells": counts,
+            "failed": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def chart(
@@ -114,7 +122,7 @@ def chart(
         transient: steps before a motion is classified; fewer where it repeats itself before.
         points: steps over which it is then looked at.
         longest: period that is looked for.
-        refine: cells a side of the coarse grid, a power of two; 1: all cells are run.
+        refine: cells from one of the coarse grid to the next, a power of two; 1: all cells are run.
         workers: threads.
         progress: called with the fraction done, of each round of refinement.
         axes: values (m,) and (n,) of two parameters.
@@ -162,7 +170,7 @@ def chart(
     for cell, (_, value) in kept.items():
         numbers[cell], made[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
-    return Chart(system.name, what, values, classes, indices, numbers, made, failures)
+    return Chart(system.name, what, values, classes, indices, numbers, made, failures, system.how)
 
 
 def _in_order(label: str) -> tuple[Any, ...]:
@@ -176,50 +184,34 @@ def _filled(
     run: Callable[[list[tuple[int, int]]], None],
 ) -> NDArray[np.object_]:
     """A label per cell, from runs of as few of them as tell where the classes meet."""
-    ticks = [sorted({*range(0, size, refine), size - 1}) for size in shape]
-    run([(i, j) for i in ticks[0] for j in ticks[1]])
-    squares = [(a, b, c, d) for a, b in _pairs(ticks[0]) for c, d in _pairs(ticks[1])]
-    while refine > 1:
-        refine //= 2
-        mixed = _mixed(squares, kept)
-        parts: list[tuple[int, int, int, int]] = []
-        for square in squares:
-            a, b, c, d = square
-            if square not in mixed:
-                parts.append(square)
-                continue
-            rows, columns = sorted({a, (a + b) // 2, b}), sorted({c, (c + d) // 2, d})
-            parts += [(p, q, r, s) for p, q in _pairs(rows) for r, s in _pairs(columns)]
-        fresh = sorted({(i, j) for a, b, c, d in parts for i in (a, b) for j in (c, d)} - set(kept))
-        if fresh:
-            run(fresh)
-        squares = parts
-    labels = np.full(shape, "", dtype=object)
-    for a, b, c, d in squares:
-        labels[a : b + 1, c : d + 1] = kept[a, c][0]
-    for cell, (label, _) in kept.items():
-        labels[cell] = label
-    return labels
+    labels, made = np.full(shape, "", dtype=object), np.zeros(shape, bool)
+    ticks = [np.unique(np.append(np.arange(0, size, refine), size - 1)) for size in shape]
+    fresh = np.ones([one.size for one in ticks], bool)
+    while True:
+        grid = np.ix_(*ticks)
+        while fresh.any():
+            cells = [(int(ticks[0][i]), int(ticks[1][j])) for i, j in np.argwhere(fresh)]
+            run(cells)
+            for cell in cells:
+                labels[cell], made[cell] = kept[cell][0], True
+            fresh = _beside_another(labels[grid]) & ~made[grid]
+        if labels[grid].shape == shape:
+            return labels
+        finer = [np.union1d(one, (one[1:] + one[:-1]) // 2) for one in ticks]
+        before = [one[np.searchsorted(one, new, side="right") - 1] for one, new in zip(ticks, finer, strict=True)]
+        ticks, known = finer, labels[np.ix_(*before)]
+        labels[np.ix_(*ticks)] = known
+        fresh = _beside_another(known) & ~made[np.ix_(*ticks)]
 
 
-def _pairs(ticks: Sequence[int]) -> list[tuple[int, int]]:
-    """Neighbours; of one tick with itself."""
-    return list(pairwise(ticks)) or [(ticks[0], ticks[0])]
-
-
-def _mixed(
-    squares: Sequence[tuple[int, int, int, int]], kept: Mapping[tuple[int, int], tuple[str, float]]
-) -> set[tuple[int, int, int, int]]:
-    """Squares more than a cell wide whose corners differ, or those of a neighbour at a corner."""
-
-    def corners(square: tuple[int, int, int, int]) -> list[tuple[int, int]]:
-        a, b, c, d = square
-        return [(i, j) for i in (a, b) for j in (c, d)]
-
-    differ = {square for square in squares if len({kept[cell][0] for cell in corners(square)}) > 1}
-    touched = {cell for square in differ for cell in corners(square)}
-    wide = (one for one in squares if one[1] - one[0] > 1 or one[3] - one[2] > 1)
-    return {square for square in wide if square in differ or any(cell in touched for cell in corners(square))}
+def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
+    """Which cells have one of another class beside them, along either axis."""
+    found = np.zeros(labels.shape, bool)
+    for one, mark in ((labels, found), (labels.T, found.T)):
+        differs = one[1:] != one[:-1]
+        mark[1:] |= differs
+        mark[:-1] |= differs
+    return found
 
 
 def _classes(

@@ -43,6 +43,7 @@ class Diagram(Pictured):
             nan where it was not asked for.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
+        how: of ``SectionSystem``.
     """
 
     model: str
@@ -58,6 +59,7 @@ class Diagram(Pictured):
     failures: Mapping[tuple[str, float], str]
     steps: int
     of: str
+    how: str = ""
 
     @property
     def shown(self) -> Vector:
@@ -93,7 +95,12 @@ class Diagram(Pictured):
         return f"Diagram of {self.model} over {self.over}: {len(self.values)} values, {', '.join(self.directions)}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {self.over: self.values, "periods": np.unique(self.periods), "failures": len(self.failures)}
+        return {
+            self.over: self.values,
+            "periods": np.unique(self.periods),
+            "failures": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def orbit_diagram(
@@ -178,6 +185,7 @@ def orbit_diagram(
         failures=_failures(made, order, swept, ways),
         steps=int(made.steps.sum()),
         of=of or system.states[0],
+        how=system.how,
     )
 
 

@@ -68,6 +68,7 @@ class Exponents(Pictured):
         shares: per contact the share of the time in contact or stick.
         sum: of all exponents, per step.
         transient: what the motion was at first; None if it did not change.
+        how: of ``SectionSystem``.
     """
 
     values: Vector
@@ -80,6 +81,7 @@ class Exponents(Pictured):
     lost: int
     shares: Mapping[str, float]
     transient: Transient | None = None
+    how: str = ""
 
     @property
     def sum(self) -> float:
@@ -109,7 +111,7 @@ class Exponents(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
-        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient}
+        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient, "how": self.how or None}
 
     def _heading(self) -> str:
         return f"{len(self.values)} Lyapunov exponents"
@@ -151,8 +153,8 @@ def lyapunov(
     sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
     starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
-    rows = min(steps, BATCHES)
-    batch = steps // rows
+    batch = -(-steps // BATCHES)
+    rows = steps // batch
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
     made = system.make(jobs, workers=workers, progress=progress)
@@ -166,8 +168,8 @@ def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
         return
     place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
     outcome, steps = int(made.outcomes[bad[0]]), int(made.steps[bad[0]])
-    why = {families.ESCAPED: "leaves every bound", families.LOST: "does not meet the section again"}.get(outcome)
-    why = why or f"cannot be continued ({made.messages.get(int(bad[0]), families.OUTCOMES[outcome])})"
+    said = made.messages.get(int(bad[0]), families.OUTCOMES[outcome])
+    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({said})"
     raise StickslipError(
         f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
         "or change the parameters."
@@ -198,6 +200,7 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
         lost=int((~np.isfinite(values)).sum()),
         shares=shares,
         transient=transient,
+        how=system.how,
     )
 
 

@@ -93,6 +93,15 @@ class SectionSystem(Shown, ABC):
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n); varied: values (m,) of parameters by name."""
 
+    @property
+    def how(self) -> str:
+        """Where steps and their derivatives come from, in words, where that is not a matter of course."""
+        return ""
+
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+        """(m, n) the direction of the motion at points (m, n), of what is autonomous."""
+        raise StickslipError(f"{self.name} has no direction of its motion: a step of it is no part of a flow.")
+
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return stepwise.run(self, jobs, stop)

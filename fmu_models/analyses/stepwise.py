@@ -50,6 +50,7 @@ class Stepping(Protocol):
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step: ...
     def difference(self, points: Vector) -> Vector: ...
     def sizes(self) -> Vector: ...
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector: ...
     def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None: ...
 
 
@@ -107,6 +108,11 @@ class _Together:
         self.left = np.full(m, jobs.transient)
         self.wanted = np.full(m, jobs.rows)
         self.frames = np.broadcast_to(np.eye(n)[:, :k], (m, n, k)).copy()
+        if jobs.flow:
+            # the first along the motion, the others beside it: of n + 1 vectors one is lost
+            first = system.along(self.x, jobs.varied)[:, :, None]
+            made, _, lost = _orthonormal(np.concatenate([first, np.broadcast_to(np.eye(n), (m, n, n))], axis=2))
+            self.frames = np.stack([v[:, ~gone][:, :k] for v, gone in zip(made, lost, strict=True)])
         # the ring of the last points, for how many steps each period has held, and known points met in a row
         self.ring = np.full((jobs.longest, m, n), np.nan)
         self.period_held = np.zeros((jobs.longest, m), int)
@@ -139,6 +145,8 @@ class _Together:
         if recording:
             rows.times[group, row] = 0.0
             rows.growth[group, row] = 0.0
+            if jobs.flow:
+                rows.growth[group, row, 0] = self._speed(group)
         for _ in range(steps):
             varied = {name: values[group] for name, values in jobs.varied.items()}
             derivative = jobs.tangents > 0 or jobs.derivatives
@@ -156,6 +164,9 @@ class _Together:
                     rows.derivatives[group, row] = made.derivatives
             self._lose(group, made)
         arrived = rows.outcomes[group] == outcome.FINISHED
+        if recording and jobs.flow:
+            # less that of the speed, which says nothing of a motion that stays where it is
+            rows.growth[group[arrived], row[arrived], 0] -= self._speed(group[arrived])
         if recording:
             kept = group[arrived]
             rows.points[kept, rows.filled[kept]] = self.x[kept]
@@ -166,6 +177,10 @@ class _Together:
             fresh = group[(self.left[group] == 0) & ~(self.frames[group] != 0.0).any(axis=1).all(axis=-1)]
             self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
+
+    def _speed(self, group: NDArray[np.int64]) -> Vector:
+        varied = {name: values[group] for name, values in self.jobs.varied.items()}
+        return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
 
     def _lose(self, group: NDArray[np.int64], made: Step) -> None:
         """Runs that do not arrive, or go to infinity."""

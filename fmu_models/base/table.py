@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -80,8 +81,9 @@ def measured(value: float, sd: float | None) -> Cell:
 
 
 def known_to(value: float | None, sd: float | None) -> Cell:
-    """A value whose standard deviation stands in another column, or an end of its interval; "open" for None."""
-    return Cell("open" if value is None else like_sd(value, sd), "number")
+    """A value whose standard deviation stands in another column, or an end of its interval; "open" for None and for
+    infinity."""
+    return Cell("open" if value is None or math.isinf(value) else like_sd(value, sd), "number")
 
 
 def sd(value: float | None) -> Cell:

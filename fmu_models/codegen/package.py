@@ -4,7 +4,8 @@
     binaries/<platform>/<model>.so             compiled here
     sources/all.c ...                          the model's generated C and the engine in its folders, for importers
                                                that compile
-    documentation/index.html                   the variables once more, for people
+    documentation/index.html                   equations, contacts, variables, versions, for people
+    model.png, terminalsAndIcons/              pictures, and what is connected to what in editors
     documentation/licenses/license.txt         under what it may be handed on
 
 The file depends on its input alone: no paths, and no date but SOURCE_DATE_EPOCH; the same mechanism gives the same
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     Model = str | os.PathLike[str] | Mechanism
 
 FMI_VERSIONS = ("2.0", "3.0")
+EXPOSED = ("states", "clocks")
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def export(
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
-    contact_states: bool = False,
+    expose: Sequence[str] = (),
     packaging: Packaging = PLAIN,
     fmi_version: str = "3.0",
     overwrite: bool = False,
@@ -92,7 +94,8 @@ def export(
         contacts: names of those to keep; all if None.
         laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
-        contact_states: the states of the contacts, which are integers, are outputs and not local variables.
+        expose: "states" and "clocks" of the contacts are outputs and not local variables; the states are integers, the
+            clocks of FMI 3 are no numbers, and not every importer reads either.
         packaging: rights, platforms and progress.
         fmi_version: "2.0" or "3.0".
 
@@ -100,11 +103,11 @@ def export(
         ``path``.
 
     Raises:
-        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
-            written, a value that the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law, version or thing to expose, ``path`` exists and ``overwrite`` is
+            false or cannot be written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
-    if not values and not contact_states and packaging.plain and isinstance(model, str | os.PathLike):
+    if not values and not expose and packaging.plain and isinstance(model, str | os.PathLike):
         kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(kept, temporary)
@@ -112,8 +115,9 @@ def export(
     from fmu_models.lowering.lower import lower
 
     system = lower(variant(model, contacts, laws))
-    if contact_states:
-        system = dataclasses.replace(system, shown_states=frozenset(contact.name for contact in system.contacts))
+    if expose:
+        names = frozenset(contact.name for contact in system.contacts)
+        system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
     changed = _with_values(system, values or {})
     return write(changed, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
 
@@ -224,7 +228,7 @@ def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
     return own and all(law in LAWS.members() for law in (laws or {}).values())
 
 
-def kept_folder(*options: str) -> Path:
+def kept_folder(*options: str | bytes) -> Path:
     """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
     parts = (_sources_digest(), *options, this_platform().fmi3, date)
@@ -260,6 +264,16 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) ->
     return found
 
 
+def _exposed(expose: Sequence[str], fmi_version: str) -> list[str]:
+    """The fields of a system that say so."""
+    for what in expose:
+        if what not in EXPOSED:
+            raise StickslipError(f"There is no '{what}' to expose. Choose {' or '.join(EXPOSED)}.")
+    if "clocks" in expose and fmi_version == "2.0":
+        raise StickslipError("FMI 2.0 has no clocks to expose. Export FMI 3.0, or expose the states.")
+    return [f"shown_{what}" for what in expose]
+
+
 def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:
     """The system with other start values of its parameters."""
     from fmu_models.language.values import check_values
@@ -272,7 +286,7 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
 def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict[str, bytes | str]:
     """Contents of the archive by name; the compiler runs for as many platforms at once as there are processors."""
     platforms = chosen_platforms(packaging.platforms)
-    files: dict[str, bytes | str] = {**_texts(system, fmi_version, packaging.rights or Rights())}
+    files = _texts(system, fmi_version, packaging.rights or Rights())
     c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
     with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         built = {
@@ -291,30 +305,33 @@ def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict
     return files
 
 
-def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, str]:
+def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, bytes | str]:
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
-    from fmu_models.codegen.model_description import Description, model_description, render
+    from fmu_models.codegen.documentation import documents
+    from fmu_models.codegen.model_description import model_description, render
+    from fmu_models.codegen.model_structure import ModelStructure
 
     generated = sources(system)
     token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
+    structure = ModelStructure(system)
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
-    files = {f"sources/{name}": text for name, text in c_files.items()}
+    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
-    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool, rights)
+    files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
     files |= rights.files
-    files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
+    files |= documents(structure, fmi_version, token.group(1), tool, rights)
     return files
 
 
 def _engine(fmi_version: str) -> dict[str, str]:
     """The engine's C files for one version of FMI."""
-    other = "fmi/fmi2.c" if fmi_version == "3.0" else "fmi/fmi3.c"
-    return {name: text for name, text in engine_sources().items() if name != other}
+    other = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
+    return {name: text for name, text in engine_sources().items() if not name.startswith(other)}
 
 
 def _all_c(system: HybridSystem, fmi_version: str) -> str:

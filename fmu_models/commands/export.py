@@ -29,7 +29,10 @@ def export(
     contacts: Contacts = None,
     settings: Settings = None,
     expose: Annotated[
-        str | None, typer.Option(help="'states': the integer states of the contacts become outputs.")
+        str | None,
+        typer.Option(
+            help="What of the contacts becomes outputs, by commas: 'states' (integers), 'clocks' (FMI 3, of events)."
+        ),
     ] = None,
     platform: Annotated[
         str, typer.Option(help=f"Platforms to build for, by commas: {', '.join((*PLATFORMS, HOST, ALL))}.")
@@ -67,8 +70,6 @@ def export(
     built = chosen_platforms(names)
     options: dict[str, Any] = {"fmi_version": fmi, "overwrite": overwrite}
     values = console.assignments(settings, "parameter")
-    if expose not in (None, "states"):
-        raise StickslipError(f"There is no '{expose}' to expose. Choose states: those of the contacts, as outputs.")
     if is_scene(model):
         scene = scene_of(model, contacts)
         path = path or Path(f"{scene.name}.fmu")
@@ -80,9 +81,10 @@ def export(
         name = model if kept_by_name(model) else MODELS.load(model).name
         path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
         kept = console.chosen(contacts)
+        options["expose"] = [what.strip() for what in (expose or "").split(",") if what.strip()]
         with console.progress("compiling") as advance:
             options["packaging"] = Packaging(rights, names, advance)
-            write_fmu(model, path, contacts=kept, values=values, contact_states=bool(expose), **options)
+            write_fmu(model, path, contacts=kept, values=values, **options)
     fmu = Fmu.open(path)
     content = {
         "file": str(path),

@@ -40,7 +40,10 @@ class Section:
     """A model and the section that its motions are looked at: what every command about families takes."""
 
     model: Annotated[
-        str, typer.Argument(metavar="MODEL", help=f"A map, an .fmu file, a scene (.toml), or a model: {NAMED}.")
+        str,
+        typer.Argument(
+            metavar="MODEL", help=f"A map, an .fmu file, of others too, a scene (.toml), or a model: {NAMED}."
+        ),
     ]
     settings: Settings = None
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None
@@ -202,6 +205,7 @@ class Files:
             from fmu_models.report.interactive import write_page
 
             write_page(found, self.interactive, overwrite=self.overwrite)
+        content["how"] = getattr(found, "how", "")
         content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
         def show(out: Console) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -35,7 +35,6 @@ def spectrum(
     from fmu_models.analyses.jobs import Jobs
     from fmu_models.analyses.spectrum import density_spectrum, line_spectrum
     from fmu_models.base.errors import StickslipError
-    from fmu_models.simulation.run import simulate
 
     files.check()
     system = section.system()
@@ -51,9 +50,8 @@ def spectrum(
         if not rows.filled[0]:
             raise StickslipError(f"The motion ends before it is settled: {next(iter(rows.messages.values()), 'lost')}.")
         length = float(system.periods({}, 1)[0])
-        run: dict[str, Any] = system.as_run(rows.ends[0])
         times = np.arange(periods * SAMPLES) * (length / SAMPLES)
-        found = density_spectrum(simulate(system.fmu, float(times[-1]), output_times=times, **run), variable)
+        found = density_spectrum(system.trajectory(rows.ends[0], times), variable)
     content = {
         "model": system.name,
         "of": found.of,

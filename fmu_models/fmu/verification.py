@@ -67,12 +67,16 @@ def _options(fmu: Fmu, name: str, folder: Path) -> dict[str, Any]:
     mechanism = MODELS.load(name)
     declared = {p.name: p.value for p in mechanism.parameters}
     starts = {name: float(str(fmu.variables[name].start)) for name in fmu.parameters}
-    shown = [name for name in fmu.contacts if fmu.variables[f"{name}_state"].causality == "output"]
+    shown = {
+        "states" if v.type != "Clock" else "clocks"
+        for name, v in fmu.variables.items()
+        if v.causality == "output" and (v.type == "Clock" or name.removesuffix("_state") in fmu.contacts)
+    }
     all_contacts = [contact.name for contact in mechanism.contacts]
     return {
         "contacts": None if set(fmu.contacts) == set(all_contacts) else list(fmu.contacts),
         "values": {key: value for key, value in starts.items() if declared.get(key, value) != value},
-        "contact_states": bool(shown),
+        "expose": sorted(shown),
         "packaging": Packaging(
             _rights(fmu, folder), sorted(place.name for place in (fmu.folder / "binaries").iterdir())
         ),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.importer import instance
+from fmu_models.importer.clocks import clocks_of
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -91,6 +92,10 @@ def _held(report: Any, states: Sequence[str]) -> str:
 def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
+    if status == RUN.BAD_CLOCK:
+        clock, what = clocks_of(fmu)[index], "shift" if report.report_other else "interval"
+        least = "a positive number" if clock.is_periodic and not report.report_other else "zero or more"
+        return f"the clock '{clock.name}' has the {what} {value:g} s; expected {least}, and finite."
     if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
         how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"

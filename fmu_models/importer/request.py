@@ -82,9 +82,10 @@ def recordable(fmu: Fmu) -> list[str]:
 
 
 def unrecordable(fmu: Fmu) -> list[str]:
-    """Outputs that are no numbers, with their types."""
+    """Outputs that are no numbers, with their types; clocks are told as events."""
     outputs = {name: v for name, v in fmu.variables.items() if v.causality == "output"}
-    return [f"'{name}' ({v.type})" for name, v in outputs.items() if not is_numeric(fmu, name)]
+    texts = {name: v for name, v in outputs.items() if v.type != "Clock"}
+    return [f"'{name}' ({v.type})" for name, v in texts.items() if not is_numeric(fmu, name)]
 
 
 def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:
@@ -121,9 +122,9 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
     for name in start:
         variable = variables.get(owner(name, variables))
         if variable is None:
-            settable = [n for n, v in variables.items() if _has_start(v)]
+            settable = [n for n, v in variables.items() if has_start(v)]
             raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
-        if not _has_start(variable):
+        if not has_start(variable):
             raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
     given = {**parameters, **start}
     for name, value in given.items():
@@ -168,7 +169,8 @@ def _number(text: str) -> float:
     return float(text) if text not in ("true", "false") else float(text == "true")
 
 
-def _has_start(variable: ModelVariable) -> bool:
+def has_start(variable: ModelVariable) -> bool:
+    """Whether it is given a value before the run rather than computed by the FMU."""
     return variable.initial in ("exact", "approx") and variable.causality != "input"
 
 

@@ -119,6 +119,7 @@ class HybridSystem:
         all_requirements: what the parameters must satisfy beside their own bounds.
         shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
             with these integers, so none by default.
+        shown_clocks: names of the contacts whose clocks (FMI 3) are outputs; none by default for the same reason.
     """
 
     name: str
@@ -140,6 +141,7 @@ class HybridSystem:
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
     shown_states: frozenset[str] = frozenset()
+    shown_clocks: frozenset[str] = frozenset()
     inertia: Mapping[tuple[int, int], sympy.Expr] = field(default_factory=dict)
 
     def written_out(self) -> HybridSystem:

@@ -139,11 +139,13 @@ class ForeignEvent(Shown):
     Attributes:
         time: s.
         kind: "state" (an indicator changed its sign), "time", "step" (asked for after a step), "input" (an input
-            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end".
+            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "clock" (a clock
+            ticks, and nothing else happens), "end".
         indicator: its index from 0, -1 where the event is not of an indicator.
         name: of the indicator where the FMU gives it one (FMI 3), otherwise "".
         before, after: value of the indicator at the begin of the step that found the event, and after the event.
         states_before, states_after: (n_states,) in the order of ``Trajectory.values``; empty in a co-simulation.
+        clocks: names of the clocks that tick there, by commas.
     """
 
     time: float
@@ -154,12 +156,13 @@ class ForeignEvent(Shown):
     after: float
     states_before: tuple[float, ...]
     states_after: tuple[float, ...]
+    clocks: str = ""
 
     def __str__(self) -> str:
         which = (
             f" of indicator {self.indicator}" + (f" ({self.name})" if self.name else "") if self.indicator >= 0 else ""
         )
-        return f"{self.time:.9g} s: {self.kind}{which}"
+        return f"{self.time:.9g} s: {self.kind}{which}{f', {self.clocks} ticks' if self.clocks else ''}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,7 +81,7 @@ def compile_shared(
         *(text for pair in sorted(sources.items()) for text in pair),
         *(path.read_bytes() for path in sorted(headers.glob("fmi*.h"))),
         *flags,
-        _compiler_version(),
+        compiler_version(),
     )
     kept = cache_folder() / "libraries" / key
     if not is_sealed(kept):
@@ -95,7 +95,12 @@ def compile_shared(
     return output
 
 
-def _compiler_version() -> str:
+def compiler_version() -> str:
+    """Version of the compiler that comes as a package.
+
+    Raises:
+        StickslipError: it is missing.
+    """
     try:
         return metadata.version("ziglang")
     except metadata.PackageNotFoundError:

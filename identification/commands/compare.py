@@ -10,7 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FigurePath, FitFile, draw_families, print_comparison
-from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
+from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 
 SceneOption = Annotated[
     str | None, typer.Option(metavar="SCENE", help="Scene (.toml) whose FMU is run with the fitted values.")
@@ -52,7 +52,7 @@ def compare(
 
         chosen = read_scene(scene)
     with console.progress("comparing") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"), repair, reader)
+        read = read_logs(logs, stated(settings), repair, reader)
         families = compare_families(
             found, read, scene=chosen, uncertainty=uncertainty, progress=lambda share: advance(0.9 * share)
         )

@@ -10,14 +10,12 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
-from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
+from identification.commands.fits import RATIOS, FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
+from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
 
 if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
     from identification.measurement.pooling import Pool
-
-RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 
 
 def fit(
@@ -25,8 +23,9 @@ def fit(
     estimator: Annotated[
         str, typer.Option(help="shooting, whole-cycle, lugre, weak-form or savitzky-golay.")
     ] = "shooting",
-    law: Annotated[str, typer.Option(help="Friction law: Conti, Stribeck, ...; or your own, my_law.py.")] = "Conti",
+    law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = "Conti",
     settings: Settings = None,
+    uncertainty: Uncertainties = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     free: Annotated[
@@ -35,6 +34,13 @@ def fit(
             "--free", metavar="NAME", help="Constant estimated beside the law: J, k/J, c/J, R, r, N, zero; repeat."
         ),
     ] = None,
+    disturbances: Annotated[
+        str,
+        typer.Option(
+            metavar="none|auto|NAME,...",
+            help="Estimated beside the law: normal-force, normal-force-each, angle, wear; auto: those that show.",
+        ),
+    ] = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
     bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
@@ -62,17 +68,17 @@ def fit(
         def searching(count: int, _: float) -> None:
             advance(begun + (fitted - begun) * count / (count + 10))
 
-        constants = console.assignments(settings, "rig constant")
-        ratios = {name: constants.pop(name) for name in RATIOS if name in constants}
-        read = read_logs(logs, constants, repair, reader)
-        decay = decay_of(read, constants, ratios)
+        said = stated(settings, uncertainty)
+        read = read_logs(logs, said.without(RATIOS), repair, reader)
+        decay = decay_of(read, said)
         advance(begun)
         ready, found = fit_logs(
             read,
             decay,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), searching),
+            options=Options(tuple(free or ()), progress=searching),
+            disturbances=_disturbances(disturbances),
             inference=inference,
             progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,
@@ -83,6 +89,13 @@ def fit(
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
+
+
+def _disturbances(asked: str) -> str | list[str]:
+    """What is to be sought or estimated."""
+    if asked in ("none", "auto"):
+        return asked
+    return [name.strip() for name in asked.split(",")]
 
 
 def _kept(

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import write_whole
+from identification.commands.logs import Stated
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,16 +25,22 @@ FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'sticksl
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
 
 
-def decay_of(
-    logs: Sequence[RigLog], constants: Collection[str] = (), ratios: Mapping[str, float] = MappingProxyType({})
-) -> FreeDecay | None:
-    """The free decay, if there is one among the logs, with ratios in place of its own.
+RATIOS = ("k/J", "c/J")  # constants that a free decay gives
+NOTHING = Stated()
+
+
+def decay_of(logs: Sequence[RigLog], said: Stated = NOTHING) -> FreeDecay | None:
+    """The free decay, if there is one among the logs, with ratios that are said in place of its own.
 
     Raises:
         StickslipError: a ratio is set and there is no free decay, or a constant that the decay takes the place of.
     """
     from identification.measurement.free_decay import fit_free_decay
 
+    ratios = {name: said.values[name] for name in RATIOS if name in said.values}
+    for name in RATIOS:
+        if name in said.deviations and name not in ratios:
+            raise StickslipError(f"An uncertainty of {name} needs its value: --set {name}=VALUE±SD.")
     decays = [log for log in logs if log.kind == "free-decay"]
     if not decays:
         if ratios:
@@ -42,11 +48,12 @@ def decay_of(
             raise StickslipError(f"{name} is known from a free decay, and none is among the logs. Set {name[0]} and J.")
         return None
     for name in ("k", "c"):
-        if name in constants:
+        if name in said.values:
             raise StickslipError(
                 f"{name}/J is known from the free decay '{decays[0].name}', so that {name} is not used. Set {name}/J."
             )
-    return fit_free_decay(decays[0]).with_ratios(ratios)
+    deviations = {name: said.deviation(name, value) for name, value in ratios.items()}
+    return fit_free_decay(decays[0]).with_ratios(ratios, deviations)
 
 
 def fit_logs(

@@ -8,7 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
-from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
+from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -36,7 +36,7 @@ def laws(
     from identification.next_step.laws import compare_contacts, compare_laws
 
     with console.progress("comparing laws") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"), repair, reader)
+        read = read_logs(logs, stated(settings), repair, reader)
         ready = pool(read, allow_no_stick=allow_no_stick)
         share = 0.1 if contact else 1.0
         found = compare_laws(ready, estimator=estimator, progress=lambda done: advance(share * done))

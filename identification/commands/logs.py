@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,35 +28,90 @@ ReaderOption = Annotated[
 ]
 
 
+Uncertainties = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--uncertainty",
+        metavar="NAME=SD",
+        help="Standard uncertainty of a rig constant, in its unit or in per cent: J=0.5%; repeat.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the command line says of rig constants: values, and standard uncertainties, of which ``relative`` are shares
+    of the value."""
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    deviations: Mapping[str, float] = field(default_factory=dict)
+    relative: frozenset[str] = frozenset()
+
+    def without(self, names: Collection[str]) -> Stated:
+        """What is said of the others."""
+        values, deviations = (
+            {name: number for name, number in said.items() if name not in names}
+            for said in (self.values, self.deviations)
+        )
+        return Stated(values, deviations, self.relative)
+
+    def deviation(self, name: str, value: float) -> float | None:
+        """Of a constant of this value, in its unit; None where nothing is said."""
+        if name not in self.deviations:
+            return None
+        return self.deviations[name] * (value if name in self.relative else 1.0)
+
+
+def stated(settings: Sequence[str] | None, uncertainties: Sequence[str] | None = None) -> Stated:
+    """Values and uncertainties from ``--set NAME=VALUE``, ``NAME=VALUE±SD`` (or +-) and ``--uncertainty NAME=SD``.
+
+    Raises:
+        StickslipError: not of that form, an uncertainty that is not positive, or a name twice.
+    """
+    parts = [re.split(r"±|\+-|\+/-", text, maxsplit=1) for text in settings or ()]
+    values = console.assignments([part[0] for part in parts], "rig constant")
+    beside = [f"{part[0].partition('=')[0]}={part[1]}" for part in parts if len(part) > 1]
+    said = [*beside, *(uncertainties or ())]
+    relative = frozenset(text.partition("=")[0].strip() for text in said if text.strip().endswith("%"))
+    numbers = console.assignments([text.strip().removesuffix("%") for text in said], "uncertainty of a rig constant")
+    for name, number in numbers.items():
+        if not 0 < number < float("inf"):
+            raise StickslipError(
+                f"The uncertainty of {name} is {number:g}; it must be positive. Say what you would bet on: J=0.5%."
+            )
+    return Stated(values, {name: n * (0.01 if name in relative else 1.0) for name, n in numbers.items()}, relative)
+
+
 def repairs(text: str | None) -> list[str]:
     """Names between commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def read_logs(
-    paths: Sequence[Path], constants: dict[str, float], repair: str | None = None, reader: str | None = None
+    paths: Sequence[Path], said: Stated, repair: str | None = None, reader: str | None = None
 ) -> list[RigLog]:
-    """Logs from files and folders; ``constants`` of the rig replace those stated with the logs.
+    """Logs from files and folders; constants of the rig that are ``said`` replace those stated with the logs.
 
     repair: names of `rig_io.logs.log.read_log` between commas. What was mended is said on standard error.
     reader: of the user, for his own kind of logs.
 
     Raises:
-        StickslipError: as in `rig_io.logs.log.read_log`, or an unknown constant.
+        StickslipError: as in `rig_io.logs.log.read_log`, an unknown constant, or an uncertainty of one without value.
     """
     from dataclasses import replace
 
     from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
     from rig_io.packages.datapackage import read_log, read_package
 
-    for name in constants:
+    for name in (*said.values, *said.deviations):
         if name not in (*RIG_UNITS, "N"):
             known = ", ".join((*RIG_UNITS, "N"))
             raise StickslipError(f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc).")
-    # tables of one driving disc call its normal force N
-    forces = dict.fromkeys(("N0", "N1"), constants["N"]) if "N" in constants else {}
-    stated = {**forces, **{name: value for name, value in constants.items() if name != "N"}}
-    given = {name: Quantity(value, RIG_UNITS[name], 0.0) for name, value in stated.items()}
+    given = {
+        name: Quantity(value, RIG_UNITS[name], said.deviation(one, value))
+        for one, value in said.values.items()
+        for name in _entries(one)
+    }
     mend = repairs(repair)
     logs: list[RigLog] = []
     with console.warnings_said():
@@ -65,4 +122,27 @@ def read_logs(
                 logs.append(read_log(path, rig=RigConstants(**given), repair=mend, reader=reader))
             else:
                 logs.append(read_log(path, repair=mend, reader=reader))
-    return [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
+    logs = [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
+    for one in said.deviations:
+        logs = [_with_deviation(log, one, said) for log in logs]
+    return logs
+
+
+def _entries(name: str) -> tuple[str, ...]:
+    """A constant as logs have it: tables of one driving disc call its normal force N."""
+    return ("N0", "N1") if name == "N" else (name,)
+
+
+def _with_deviation(log: RigLog, name: str, said: Stated) -> RigLog:
+    from dataclasses import replace
+
+    present = {entry: getattr(log.rig, entry) for entry in _entries(name) if getattr(log.rig, entry) is not None}
+    if not present:
+        raise StickslipError(
+            f"Log '{log.name}' states no {name}, so that an uncertainty of it says nothing. Give its value: --set "
+            f"{name}=VALUE±SD."
+        )
+    moved = {
+        entry: replace(one, standard_uncertainty=said.deviation(name, one.value)) for entry, one in present.items()
+    }
+    return replace(log, rig=replace(log.rig, **moved))

@@ -12,7 +12,7 @@ from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from identification.commands.fits import FitFile, print_files
-from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs
+from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -49,7 +49,7 @@ def report(
     refuse_existing(output, overwrite=overwrite)
     found = read_fit(fitted)
     with console.progress("reporting") as advance:
-        read = read_logs(logs, console.assignments(settings, "rig constant"), repair, reader)
+        read = read_logs(logs, stated(settings), repair, reader)
         made = findings(found, read, residuals=residuals, uncertainty=uncertainty, progress=advance)
         write_report(made, output, overwrite=overwrite)
     content = {"file": str(output), "bytes": output.stat().st_size, "summary": summary(made), **made.to_dict()}

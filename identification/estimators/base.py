@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.shown import Shown
+from identification.estimators.disturbances import Term
 from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Prior, Problem, Progress, Solution
 from identification.laws import FittableLaw
@@ -61,10 +62,12 @@ class FrictionProblem(Problem):
 @dataclass(frozen=True)
 class Options(Shown):
     """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
-    estimated along with the law, with what is known of them as priors; progress: see `inference.problem`; given: bounds
+    estimated along with the law, with what is known of them as priors; disturbances: terms of friction that are
+    estimated with them; progress: see `inference.problem`; given: bounds
     and held values of unknowns, and first values of the first search (its result begins those of later stages)."""
 
     nuisance: tuple[str, ...] = ()
+    disturbances: tuple[Term, ...] = ()
     progress: Progress | None = None
     given: Given = NOTHING
 

@@ -1,7 +1,7 @@
 """Estimators that regress friction on slip speed.
 
 They reduce their logs to equations of one form,
-    sum_j average_j mu(slip_ij; q) = measured_i,     i = 1..n,
+    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i,     i = 1..n,     d = 1 without disturbances,
 with residuals that depend on one another inside a slip segment (a cluster), whitened cluster by cluster by the known
 colour of the sensor noise. The rig's constants and the laser's gain and delay are taken as given.
 """
@@ -9,14 +9,16 @@ colour of the sensor noise. The rig's constants and the laser's gain and delay a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
+from identification.estimators.disturbances import Place, Term, disturbed
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
+from identification.measurement.motion import drive_angle
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
@@ -26,7 +28,8 @@ class Regression:
     """The equations.
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
-    ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,).
+    ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
+    where: where (n, w) drive and body stood.
     """
 
     slip: np.ndarray
@@ -35,6 +38,7 @@ class Regression:
     cluster: np.ndarray
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
+    where: Place | None = field(default=None, kw_only=True)
 
     @property
     def speed(self) -> np.ndarray:
@@ -48,6 +52,25 @@ class Regression:
     def model_gradient(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Derivatives (n, m) of the averaged law."""
         return (law.gradient(self.slip, q) @ self.average).T
+
+    def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
+        (n, m)."""
+        assert self.where is not None
+        q, a = np.split(x, [len(law.parameters)])
+        friction, (factor, by) = law.value(self.slip, q), disturbed(terms, a, self.where)
+        slopes = [factor * slope for slope in law.gradient(self.slip, q)] + [friction * slope for slope in by]
+        return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
+
+    def thinned(self, every: int) -> Regression:
+        """The same with averages over every so many samples, for what is searched often."""
+        assert self.where is not None
+        nodes = np.arange((len(self.average) // 2) % every, len(self.average), every)
+        average = self.average[nodes] / self.average[nodes].sum()
+        turned, angle = self.where.turned[:, nodes], self.where.angle[:, nodes]
+        return replace(
+            self, slip=self.slip[:, nodes], average=average, where=replace(self.where, turned=turned, angle=angle)
+        )
 
     def whitened(self, values: np.ndarray) -> np.ndarray:
         """Values (n,) or (n, m) cluster by cluster times ``whiten``."""
@@ -69,6 +92,7 @@ class Regression:
             np.repeat(np.arange(len(rows)), [len(part) for part in rows]),
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
+            where=None if self.where is None else self.where.of(chosen),
         )
 
 
@@ -81,6 +105,7 @@ class RegressionProblem(FrictionProblem):
     regression: Regression
     held: tuple[Prior, ...] = ()
     again: Callable[[Mapping[str, float]], Regression] | None = None
+    terms: tuple[Term, ...] = ()
     noise_known = False
     residual_unit = "1"
 
@@ -90,22 +115,30 @@ class RegressionProblem(FrictionProblem):
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # of the law
-        return unknowns(self.law)
+        return (*unknowns(self.law), *(term.unknown for term in self.terms))
 
     def start(self) -> np.ndarray:
-        """The law's own guess."""
-        return self.law.start(self.regression.speed, self.regression.measured)
+        """The law's own guess, without disturbances."""
+        guess = self.law.start(self.regression.speed, self.regression.measured)
+        return np.concatenate([guess, np.zeros(len(self.terms))])
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Whitened residuals of the averaged law."""
         these = self.regression
+        if self.terms:
+            model, gradient = these.disturbed(self.law, self.terms, x)
+        else:
+            model, gradient = these.model(self.law, x), these.model_gradient(self.law, x)
         return Evaluation(
-            residual=these.whitened(these.model(self.law, x) - these.measured),
-            gradient=these.whitened(these.model_gradient(self.law, x)),
+            residual=these.whitened(model - these.measured),
+            gradient=these.whitened(gradient),
             cluster=these.cluster,
             log=these.log,
             slip=these.speed,
         )
+
+    def _model(self, equations: Regression, x: np.ndarray) -> np.ndarray:
+        return equations.disturbed(self.law, self.terms, x)[0] if self.terms else equations.model(self.law, x)
 
     def resampled(self, clusters: np.ndarray) -> RegressionProblem:
         """As in `Problem`."""
@@ -121,7 +154,7 @@ class RegressionProblem(FrictionProblem):
             least=these.slip.min(axis=1),
             greatest=these.slip.max(axis=1),
             measured=these.measured,
-            fitted=these.model(self.law, x),
+            fitted=self._model(these, x),
             cluster=these.cluster,
             log=these.log,
             place=np.zeros(len(these.log), dtype=int),
@@ -129,22 +162,40 @@ class RegressionProblem(FrictionProblem):
 
     def rms(self, x: np.ndarray) -> float:
         """Of the friction coefficient."""
-        return float(np.sqrt(np.mean((self.regression.model(self.law, x) - self.regression.measured) ** 2)))
+        left = self._model(self.regression, x) - self.regression.measured
+        return float(np.sqrt(np.mean(left**2)))
 
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """By difference of the equations with moved constants, whitened as these."""
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
-        raw = self.regression.model(self.law, x) - self.regression.measured
+        raw = self._model(self.regression, x) - self.regression.measured
         if self.again is None:
             return {}
         slopes = {}
         for name, step in steps.items():
             other = self.again({name: step})
-            moved = other.model(self.law, x) - other.measured - raw
+            moved = self._model(other, x) - other.measured - raw
             slopes[name] = self.regression.whitened(moved) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
         return slopes
+
+
+def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int]) -> list[Place]:
+    """Where drive and body stood at the samples of each segment, (m,) each."""
+    turned = {id(s.motion): drive_angle(s.motion, int(s.motion.log.contacts[0][-1])) for s in segments}
+    places = []
+    for segment, log in zip(segments, logs, strict=True):
+        inside, time = slice(segment.first, segment.last), segment.motion.time
+        share = (time[inside] - time[0]) / (time[-1] - time[0]) - 0.5
+        places.append(Place(turned[id(segment.motion)][inside], segment.angle, share, np.full(len(share), log)))
+    return places
+
+
+def joined(places: Sequence[Place]) -> Place:
+    """One after the other."""
+    columns = ("turned", "angle", "share", "log")
+    return Place(*(np.concatenate([getattr(one, name) for one in places]) for name in columns))
 
 
 Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], Regression]
@@ -166,7 +217,7 @@ def regress(
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again)
+    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances)
     _check_sign(problem.regression)
     given = options.given
     found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)

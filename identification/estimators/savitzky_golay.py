@@ -17,7 +17,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.regression import Regression, regress
+from identification.estimators.disturbances import Place
+from identification.estimators.regression import Regression, joined, regress, whereabouts
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import odd_count, savitzky_golay
@@ -38,7 +39,8 @@ STRUCTURE = (
 @dataclass(frozen=True, eq=False)
 class FrictionSamples:
     """Friction measured in slip. slip: (n,) m/s, >= 0; coefficient: (n,) 1, F sgn(v)/N; cluster: (n,) number of the
-    slip segment; log: (n,) number of the log; weight: (n,) 1/standard deviation that sensor noise gives, relative.
+    slip segment; log: (n,) number of the log; weight: (n,) 1/standard deviation that sensor noise gives, relative;
+    where: (n,) drive and body stood.
     """
 
     slip: np.ndarray
@@ -46,6 +48,7 @@ class FrictionSamples:
     cluster: np.ndarray
     log: np.ndarray
     weight: np.ndarray
+    where: Place | None = None
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
@@ -86,7 +89,8 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
             )
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight))
+    where = joined(whereabouts(segments, logs))
+    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where)
 
 
 def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
@@ -109,7 +113,10 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     slip, coefficient = samples.slip[::EVERY], samples.coefficient[::EVERY]
     cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
-    return Regression(slip[:, None], np.ones(1), coefficient, cluster, samples.log[::EVERY], blocks)
+    assert samples.where is not None
+    place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
+    place = Place(*(getattr(place, name)[:, None] for name in ("turned", "angle", "share", "log")))
+    return Regression(slip[:, None], np.ones(1), coefficient, cluster, samples.log[::EVERY], blocks, where=place)
 
 
 ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, estimate)

@@ -4,8 +4,8 @@ A segment begins in slip at t_0 with angle and speed s = (theta_0, omega_0), run
 seen as the laser sees it:
     y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
 measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
-and what else is estimated (gain, delay, zero, J, k, c, R, r, N). For each x the best s of every segment is found by
-Gauss-Newton steps from the last one; with Q R = dr/ds,
+and what else is estimated (disturbances of friction, gain, delay, zero, J, k, c, R, r, N). For each x the best s of
+every segment is found by Gauss-Newton steps from the last one; with Q R = dr/ds,
     r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
 Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
 """
@@ -15,6 +15,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,12 +23,13 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows, Options
+from identification.estimators.disturbances import Term, disturbed, disturbed_oscillator
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw, unknowns
-from identification.measurement.motion import DiscMotion
+from identification.measurement.motion import DiscMotion, drive_angle
 from identification.measurement.pooling import Pool, rig_values
 from rig_io.logs.arrangement import MODELS
 
@@ -119,8 +121,10 @@ class Runs:
 class ShootingProblem(FrictionProblem):
     """Shooting segments of pooled logs under one law.
 
-    first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the unknowns
-    move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves steps.
+    terms: disturbances, whose values follow those of the law in x; turned: rad, angle of the drive by log, where they
+    need it; first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the
+    unknowns move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves
+    steps.
     """
 
     ready: Pool
@@ -133,6 +137,8 @@ class ShootingProblem(FrictionProblem):
     runs: Mapping[tuple[str, ...], Runs]
     starts: tuple[Start, ...] = field(repr=False)
     residual_unit: str = "m"
+    terms: tuple[Term, ...] = ()
+    turned: Mapping[int, Signal] = field(default_factory=dict)
 
     def start(self) -> np.ndarray:
         """As given."""
@@ -169,12 +175,18 @@ class ShootingProblem(FrictionProblem):
         if isinstance(self.law, JointLaw):
             return joint_rows(self.ready, self.law, x[: len(self.law.parameters)])
         samples = friction_samples(self.ready)
+        count = len(self.law.parameters)
+        fitted, off = self.law.value(np.abs(samples.slip), x[:count]), np.zeros(1)
+        if self.terms:
+            assert samples.where is not None
+            factor, _ = disturbed(self.terms, x[count : count + len(self.terms)], samples.where)
+            off = fitted * (factor - 1)
         return FrictionRows(
             speed=samples.slip,
             least=samples.slip,
             greatest=samples.slip,
-            measured=samples.coefficient,
-            fitted=self.law.value(np.abs(samples.slip), x[: len(self.law.parameters)]),
+            measured=samples.coefficient - off,
+            fitted=fitted,
             cluster=samples.cluster,
             log=samples.log,
             place=np.zeros(len(samples.log), dtype=int),
@@ -209,13 +221,29 @@ class ShootingProblem(FrictionProblem):
                 start[f"z{one.disc}"] = segment.bristles
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
+        inputs = {f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)}
+        if segment.log in self.turned:
+            inputs["turned"] = self.turned[segment.log]
+        count = len(self.law.parameters)
+        for value, moves in zip(x[count:], self.moved(segment, rig.N).values(), strict=False):
+            values |= {name: values.get(name, 0.0) + by * float(value) for name, by in moves.items()}
         return self.runs[contacts].run.run(
-            time,
-            start_time=segment.start_time,
-            parameters=values,
-            start=start,
-            inputs={f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)},
+            time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs
         )
+
+    def moved(self, segment: ShootingSegment, N: float) -> dict[str, dict[str, float]]:
+        """Derivatives of the FMU's parameters by each disturbance in a segment. N: N, normal force. Of wear the change
+        within a segment, which lasts some hundredth of a log, is left out."""
+        if not self.terms:
+            return {}
+        log = self.ready.motions[segment.log].time
+        share = float((segment.time[0] + segment.time[-1] - 2 * log[0]) / (2 * (log[-1] - log[0])) - 0.5)
+        force = f"N{self.contacts(segment)[0][-1]}"
+        found = {}
+        for term in self.terms:
+            here = float(term.log in (None, segment.log))
+            found[term.name] = {term.parameter: here} if term.parameter else {force: here * N * share**term.order}
+        return found
 
     def follows(self, number: int, x: np.ndarray) -> bool:
         """Whether the start of segment ``number`` can be found at x."""
@@ -293,7 +321,8 @@ class ShootingProblem(FrictionProblem):
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        columns = by[:, :inner] @ chain(self.law, known, names, motion.by[:inner], self.contacts(segment))
+        moved = self.moved(segment, known.get("N", 1.0))
+        columns = by[:, :inner] @ chain(self.law, known, names, motion.by[:inner], self.contacts(segment), moved)
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
@@ -308,7 +337,9 @@ class ShootingProblem(FrictionProblem):
         return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
 
-def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) -> tuple[str, ...]:
+def directions(
+    law: FittableLaw, names: Sequence[str], contacts: Sequence[str], terms: Sequence[Term] = ()
+) -> tuple[str, ...]:
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
     moved |= {one: (one,) for one in ("k", "c", "R", "r")}
@@ -316,6 +347,7 @@ def directions(law: FittableLaw, names: Sequence[str], contacts: Sequence[str]) 
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
+    moved |= {term.name: (term.parameter or f"N{contacts[0][-1]}",) for term in terms}
     # what the laser alone has, or the disc that is away, moves nothing
     return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
 
@@ -326,11 +358,14 @@ def chain(
     names: Sequence[str],
     parameters: Sequence[str],
     contacts: Sequence[str],
+    moved: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
 ) -> np.ndarray:
-    """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for."""
+    """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for. moved: by
+    disturbances."""
     rig = rig_values(dict(known))
-    by: dict[str, dict[str, float]] = {one: {one: 1.0} for one in ("J", "k", "c", "R", "r")}
-    by["J"] |= {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
+    by: dict[str, Mapping[str, float]] = {one: {one: 1.0} for one in ("k", "c", "R", "r")}
+    by["J"] = {"J": 1.0} | {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
+    by |= moved
     by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
     for part in laws_of(law, contacts):
         by |= {f"{name}{part.suffix}": {f"{name}{part.disc}": 1.0} for name in ("N", *part.law.names)}
@@ -349,7 +384,7 @@ def shooting_problem(
     options: Options,
     noise_known: bool,
 ) -> ShootingProblem:
-    """The problem of these segments. q: (m,) first values of the law's parameters.
+    """The problem of these segments. q: (m,) first values of the law's parameters, and of disturbances where known.
 
     Raises:
         StickslipError: a nuisance parameter is unknown, or nothing is known of it.
@@ -358,13 +393,20 @@ def shooting_problem(
     from fmu_models.fmu.fmu import Fmu
 
     others = _nuisance(ready, options.nuisance, any(segment.laser for segment in segments))
-    every = options.given.bounded((*unknowns(law), *others))
+    terms = options.disturbances
+    every = options.given.bounded((*unknowns(law), *(term.unknown for term in terms), *others))
     names = [unknown.name for unknown in every]
     runs = {}
     for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
         laws = dict.fromkeys(contacts, law.reference)
         model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
-        runs[contacts] = Runs(Fmu.open(built(model, contacts=contacts, laws=laws)), directions(law, names, contacts))
+        factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if term.parameter))
+        if factors:
+            reference = next((term.reference for term in terms if term.moves == "angle"), 0.0)
+            fmu = disturbed_oscillator(contacts[0], law.reference, factors, reference)
+        else:
+            fmu = Fmu.open(built(model, contacts=contacts, laws=laws))
+        runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
     freed = {unknown.name for unknown in others}
     return ShootingProblem(
         ready=ready,
@@ -372,12 +414,30 @@ def shooting_problem(
         segments=tuple(segments),
         unknowns=every,
         held=tuple(prior for prior in ready.priors if prior.name not in freed),
-        first=np.concatenate([q, [unknown.prior.value for unknown in others if unknown.prior is not None]]),
+        first=np.concatenate(
+            [
+                q,
+                np.zeros(len(law.parameters) + len(terms) - len(q)),
+                [unknown.prior.value for unknown in others if unknown.prior is not None],
+            ]
+        ),
         noise_known=noise_known,
         runs=runs,
         starts=tuple(Start(segment.guess) for segment in segments),
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
+        terms=terms,
+        turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
     )
+
+
+def _turned(ready: Pool) -> dict[int, Signal]:
+    """Angle of the drive in each log, rad, for the model."""
+    signals = {}
+    for number, motion in enumerate(ready.motions):
+        (signal,) = drive_signals(motion)
+        angle = drive_angle(motion, int(motion.log.contacts[0][-1]))
+        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, angle))
+    return signals
 
 
 def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -157,7 +158,7 @@ def joint_equations(
         columns["turn"].append(np.maximum(np.abs(_windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
         columns["always"].append(np.full(rows, _always(segment.motion.log)))
         whiten.append(whitening(weights, stride, rows))
-    made = {name: np.concatenate(parts) for name, parts in columns.items()}
+    made: dict[str, Any] = {name: np.concatenate(parts) for name, parts in columns.items()}
     cluster = np.repeat(np.arange(len(segments)), [len(part) for part in columns["measured"]])
     return JointRegression(
         average=average[nodes] / average[nodes].sum(),

@@ -18,7 +18,8 @@ import numpy as np
 
 from identification.estimators import two_discs
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.regression import Regression, regress
+from identification.estimators.disturbances import Place
+from identification.estimators.regression import Regression, joined, regress, whereabouts
 from identification.estimators.savitzky_golay import STRUCTURE
 from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.laws import FittableLaw
@@ -43,8 +44,8 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     step = segments[0].motion.step
     count = odd_count(WINDOW * period, step)
     average, weights = bump(count, step, rig)
-    slips, measured, clusters, whiten = [], [], [], []
-    for number, segment in enumerate(segments):
+    slips, measured, clusters, whiten, places = [], [], [], [], []
+    for number, (segment, where) in enumerate(zip(segments, whereabouts(segments, logs), strict=True)):
         speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
         slip = segment.sign * (rig.r * segment.drive - rig.R * speed)
         spare = len(slip) - count
@@ -55,9 +56,21 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         measured.append(segment.sign * (angles @ weights))
         clusters.append(np.full(len(rows), number))
         whiten.append(whitening(weights, stride, len(rows)))
+        begins = np.arange(len(rows)) * stride
+        middle = begins[:, None] + count // 2
+        places.append(
+            Place(
+                np.lib.stride_tricks.sliding_window_view(where.turned, count)[begins],
+                angles,
+                where.share[middle],
+                where.log[middle],
+            )
+        )
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
-    return Regression(np.concatenate(slips), average, np.concatenate(measured), cluster, log, tuple(whiten))
+    return Regression(
+        np.concatenate(slips), average, np.concatenate(measured), cluster, log, tuple(whiten), where=joined(places)
+    )
 
 
 ESTIMATOR = Estimator("weak-form", STRUCTURE, estimate)

@@ -47,8 +47,10 @@ def conclude(
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
+    wider: float = 1.0,
 ) -> FrictionFit:
-    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: to begin with.
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: to begin with; wider: factor
+    of the standard deviations from noise.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
@@ -65,7 +67,7 @@ def conclude(
     of_law = int(np.count_nonzero(free[:count]))
     known = infer(rest, seen, asked, count=of_law, logs=names, instruments=instruments, progress=progress)
     white = among(white_covariance(rest, seen), free)
-    covariance = among(known.covariance, free)
+    covariance = wider**2 * among(known.covariance, free)
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
@@ -199,7 +201,9 @@ def _constants(
             name: float(s * prior.value / v) if v else None for name, s, v in zip(names, shift, values, strict=False)
         }
         constants.append(
-            Constant(prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative)
+            Constant(
+                prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative, prior.stated
+            )
         )
     return tuple(constants), np.sqrt(power)
 

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
+from identification.estimators.disturbances import terms_of
+from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
-from identification.fit.result import FrictionFit
+from identification.fit.result import Cause, FrictionFit
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
 from identification.laws import find_law
@@ -25,6 +27,7 @@ SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by
 DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
+AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
 def fit_friction(
@@ -33,6 +36,7 @@ def fit_friction(
     estimator: str = DEFAULT,
     law: str = "Conti",
     options: Options = DEFAULT_OPTIONS,
+    disturbances: str | Sequence[str] = NONE,
     parameters: Parameters | None = None,
     inference: Inference = DEFAULT_INFERENCE,
     progress: Callable[[float], None] | None = None,
@@ -43,7 +47,9 @@ def fit_friction(
     `measurement.pooling.pool` of them. law: as `find_law` takes it. parameters: first values, bounds and held
     unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called
     k_per_J). An interrupt (Ctrl-C) once there is a solution ends the search for its uncertainty, and the fit says so.
-    inference: how its uncertainty is found, and ``progress`` the fraction of that work done.
+    inference: how its uncertainty is found, and ``progress`` the fraction of that work done. disturbances: names of
+    `estimators.disturbances.CAUSES`, estimated beside the law; "auto": those that the logs show, sought only where the
+    residuals ask for it (one driving disc); or "none".
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
@@ -60,12 +66,43 @@ def fit_friction(
     sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
     bristles = find_law("LuGre").names if estimator == "lugre" else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
-    made = chosen.estimate(ready, sought, options)
-    solved = (ready, made.estimator, made.problem, made.solution, made.law)
-    try:
-        return conclude(*solved, inference, progress=progress, warnings=made.warnings)
-    except KeyboardInterrupt:
-        said = (
-            f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the jackknife's."
-        )
-        return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said))
+
+    def fitted(options: Options, progress: Callable[[float], None] | None, wider: float = 1.0) -> FrictionFit:
+        made = chosen.estimate(ready, sought, options)
+        solved = (ready, made.estimator, made.problem, made.solution, made.law)
+        try:
+            return conclude(*solved, inference, progress=progress, warnings=made.warnings, wider=wider)
+        except KeyboardInterrupt:
+            said = (
+                f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the "
+                "jackknife's."
+            )
+            return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said), wider=wider)
+
+    def share(begin: float, end: float) -> Callable[[float], None] | None:
+        told = progress
+        return None if told is None else lambda done: told(begin + (end - begin) * done)
+
+    if disturbances == NONE:
+        return fitted(options, progress)
+    named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
+    terms_of(ready, named)  # names are judged before the work
+    plain = fitted(options, share(0.0, 0.4))
+    if not named and not asks_for_causes(plain):
+        return plain
+    causes = find_causes(ready, sought, named=named)
+    if not causes:
+        return plain
+    terms = terms_of(ready, [cause.name for cause in causes])
+    found = fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER)
+    return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+
+
+def _assumed(causes: Sequence[Cause]) -> list[str]:
+    return [f"{cause.words[0].lower()}{cause.words[1:]}: estimated" for cause in causes]
+
+
+def asks_for_causes(plain: FrictionFit) -> bool:
+    """Whether the residuals of a fit of one disc are not those of the noise alone."""
+    white = plain.whiteness
+    return len(plain.contacts) == 1 and white is not None and bool(white.coloured or white.beyond or white.repeated)

@@ -2,6 +2,8 @@
 
 Two kinds of uncertainty are kept apart: ``standard_deviation`` is what noise and instruments leave open in these logs;
 ``scale_deviation`` is what the constants of the rig (J, k, c, N, R, r), known only so well, pass on to the parameters.
+An interval holds both. Where nobody says how well a constant is known that moves a parameter, the interval is "at
+least" so wide.
 """
 
 from __future__ import annotations
@@ -30,7 +32,11 @@ if TYPE_CHECKING:
     import pandas
     from lmfit import Minimizer
 
-VERSION = 2  # of the format of a fit
+VERSION = 3  # of the format of a fit
+LEVEL = 0.95  # of intervals
+MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
+AT_LEAST = "at least "  # before an interval that lacks the uncertainty of a constant
+WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: they follow from the rest
 
 
 @dataclass(frozen=True)
@@ -74,7 +80,7 @@ class FittedParameter(Shown):
 @dataclass(frozen=True)
 class Constant(Shown):
     """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter (None where
-    it is zero)."""
+    that is zero); stated: whether anybody says how well it is known."""
 
     name: str
     value: float
@@ -82,6 +88,7 @@ class Constant(Shown):
     standard_uncertainty: float
     source: str
     sensitivity: Mapping[str, float | None]
+    stated: bool = True
 
 
 @dataclass(frozen=True)
@@ -112,6 +119,23 @@ class SpeedBin:
 
 
 @dataclass(frozen=True)
+class Cause(Shown):
+    """A disturbance that was found. size: relative, greatest change of friction that it makes in the logs, either way;
+    gain: by which BIC falls with it, the others being there; chance: probability of its F by chance, corrected."""
+
+    name: str
+    words: str
+    size: float
+    gain: float
+    chance: float
+
+    @property
+    def sentence(self) -> str:
+        """What is said of it."""
+        return f"{self.name}: {self.words}, ± {100 * self.size:.2g} % (BIC {self.gain:.3g} better with it)."
+
+
+@dataclass(frozen=True)
 class FrictionFit(Pictured):
     """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
     and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
@@ -122,7 +146,8 @@ class FrictionFit(Pictured):
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
-    declaration: file or module of a law that is none of ours.
+    declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
+    beside the law; plain: the parameters without them, empty where there are none.
     solved: the problem behind it, None in a fit that was read back.
     """
 
@@ -152,21 +177,22 @@ class FrictionFit(Pictured):
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
     declaration: str = ""
+    causes: tuple[Cause, ...] = ()
+    plain: tuple[FittedParameter, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property
     def frame(self) -> pandas.DataFrame:
-        """A row for each parameter: value, standard deviations, 95 % interval from noise, bound of Cramer and Rao."""
+        """A row for each parameter: value, 95 % interval, standard deviations, bound of Cramer and Rao."""
         import pandas
 
-        ends = {one.name: (one.low, one.high) for one in self.intervals}
         rows = [
             {
                 "value": one.value,
                 "unit": one.unit,
+                **dict(zip(WRITTEN, (*self.interval(one.name), self.at_least(one.name)), strict=True)),
                 "sd_noise": one.standard_deviation,
                 "sd_constants": one.scale_deviation,
-                **dict(zip(("low", "high"), ends.get(one.name, self.interval(one.name)), strict=True)),
                 "sd_bound": one.bound,
                 "efficiency": one.efficiency,
                 "at_bound": one.at_bound,
@@ -183,7 +209,8 @@ class FrictionFit(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         found = {
-            one.name: f"{one.value:.6g} +- {one.total_deviation:.2g}" + ("" if one.unit == "1" else f" {one.unit}")
+            one.name: f"{one.value:.6g} +- {self.words_at_least(one.name)}{one.total_deviation:.2g}"
+            + ("" if one.unit == "1" else f" {one.unit}")
             for one in self.parameters
         }
         return found | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
@@ -233,17 +260,48 @@ class FrictionFit(Pictured):
             raise StickslipError("This fit was read from a file, which holds no logs. Fit the logs again for lmfit.")
         return self.solved.to_lmfit()
 
-    def interval(self, name: str, level: float = 0.95, *, with_scale: bool = False) -> tuple[float, float]:
-        """Confidence interval of a parameter (Student's t, one degree of freedom for each slip segment to spare)."""
-        parameter = self[name]
-        deviation = parameter.total_deviation if with_scale else parameter.standard_deviation
-        reach = student(self.segments - len(self.parameters), level) * deviation
-        return parameter.value - reach, parameter.value + reach
+    def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
+        """Confidence interval of a parameter, from noise and from the constants of the rig; infinite where a profile
+        finds an end open."""
+        value, reach = self[name].value, self._reach(level) * self[name].scale_deviation
+        low, high = self.noise_interval(name, level)
+        return value - float(np.hypot(value - low, reach)), value + float(np.hypot(high - value, reach))
+
+    def noise_interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
+        """From noise alone: by profile or bootstrap where there is one of this level, else Student's t, one degree of
+        freedom for each slip segment to spare."""
+        for one in self.intervals:
+            if one.name == name and one.level == level:
+                return -np.inf if one.low is None else one.low, np.inf if one.high is None else one.high
+        reach = self._reach(level) * self[name].standard_deviation
+        return self[name].value - reach, self[name].value + reach
+
+    def _reach(self, level: float) -> float:
+        return student(self.segments - len(self.parameters), level)
+
+    def unstated(self, name: str) -> tuple[str, ...]:
+        """Constants that move a parameter and of which nobody says how well they are known."""
+        return tuple(
+            one.name for one in self.constants if not one.stated and abs(one.sensitivity.get(name) or 0) > MOVED
+        )
+
+    def at_least(self, name: str) -> bool:
+        """Whether the interval of a parameter lacks a part of unknown size."""
+        return bool(self.unstated(name))
+
+    def words_at_least(self, name: str) -> str:
+        """What is said before the interval of a parameter."""
+        return AT_LEAST if self.at_least(name) else ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values only; the inverse of `from_dict`."""
+        """Plain values only; the inverse of `from_dict`. An open end of an interval is null."""
         plain = asdict(replace(self, solved=None))
         del plain["solved"]
+        for one in plain["parameters"]:
+            ends = (end if np.isfinite(end) else None for end in self.interval(one["name"]))
+            first = {key: one.pop(key) for key in ("name", "value", "unit")}
+            first |= dict(zip(WRITTEN, (*ends, self.at_least(first["name"])), strict=True))
+            one |= {**first, **{key: one.pop(key) for key in tuple(one)}}
         return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
@@ -272,6 +330,8 @@ class FrictionFit(Pictured):
                 f"The fit has format version {plain.get('version')}; this program reads version {VERSION}. Fit again."
             )
         values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved")}
+        if isinstance(values.get("parameters"), list):
+            values["parameters"] = [_without_written(one) for one in values["parameters"]]
         fit = from_plain(FrictionFit, values, "The fitted law")
         n = len(fit.parameters)
         if [len(row) for row in fit.correlation] != [n] * n:
@@ -279,6 +339,13 @@ class FrictionFit(Pictured):
         if len(fit.materials) not in (0, len(fit.contacts)):
             raise StickslipError("The fitted law names contacts and materials of different number. Fit again.")
         return fit
+
+
+def _without_written(parameter: Any) -> Any:
+    """A parameter as it is kept: what is written beside it follows from the rest."""
+    if not isinstance(parameter, dict):
+        return parameter
+    return {key: value for key, value in parameter.items() if key not in WRITTEN}
 
 
 def read_fit(path: str | os.PathLike[str]) -> FrictionFit:

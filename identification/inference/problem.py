@@ -36,13 +36,15 @@ INSIDE = 1e-6  # of the range between two bounds: a start on a bound has no room
 
 @dataclass(frozen=True)
 class Prior:
-    """A constant as it is known: name, value, unit, standard uncertainty and where it is from."""
+    """A constant as it is known: name, value, unit, standard uncertainty and where it is from. stated: whether anybody
+    says how well it is known; if not, the uncertainty is 0 only because it has to be a number."""
 
     name: str
     value: float
     unit: str
     standard_uncertainty: float
     source: str
+    stated: bool = True
 
 
 @dataclass(frozen=True)

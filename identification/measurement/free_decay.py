@@ -30,15 +30,16 @@ FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would 
 class FreeDecay(Shown):
     """What a free decay tells.
 
-    stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included).
+    stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included;
+    None where a user set the ratio and did not say how well he knows it).
     rest: rad, angle at rest (zero of the angle sensor); amplitude: rad, first swing used; rms_residual: rad; cycles
     used; stated: which of k/J and c/J were set by the user instead.
     """
 
     stiffness_ratio: float
-    stiffness_ratio_deviation: float
+    stiffness_ratio_deviation: float | None
     damping_ratio: float
-    damping_ratio_deviation: float
+    damping_ratio_deviation: float | None
     rest: float
     amplitude: float
     rms_residual: float
@@ -47,12 +48,12 @@ class FreeDecay(Shown):
     warnings: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
 
-    def with_ratios(self, ratios: Mapping[str, float]) -> FreeDecay:
-        """With k/J (1/s^2) or c/J (1/s) as stated, without uncertainty, in place of its own."""
+    def with_ratios(self, ratios: Mapping[str, float], deviations: Mapping[str, float | None]) -> FreeDecay:
+        """With k/J (1/s^2) or c/J (1/s) as stated, and their standard deviations, in place of its own."""
         changed: dict[str, Any] = {"stated": tuple(ratios)}
         for name, field in (("k/J", "stiffness_ratio"), ("c/J", "damping_ratio")):
             if name in ratios:
-                changed |= {field: ratios[name], f"{field}_deviation": 0.0}
+                changed |= {field: ratios[name], f"{field}_deviation": deviations.get(name)}
         return replace(self, **changed)
 
     @property

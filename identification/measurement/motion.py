@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rig_io.logs.log import RigLog
+from rig_io.sensors import edges
 
 SMOOTHING = (
     0.045  # of the natural period: the window of the smoothing that serves only to find edges, gains and segments
@@ -63,6 +64,14 @@ class DiscMotion:
     def slip(self, r: float, R: float, window: float) -> np.ndarray:
         """Slip speed (n_discs, n) of each drive against the disc, r w - R th', in m/s, smoothed over ``window`` s."""
         return r * self.drives - R * self.smoothed(window, derivative=1)
+
+
+def drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
+    """Angle (n,) of the driving disc at the samples, from its encoder's edges, or from its speed."""
+    if motion.log.has(f"drive{disc}_count"):
+        found = edges(motion.log, f"drive{disc}")
+        return np.interp(motion.time, found.time, found.angle)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (motion.drive[1:] + motion.drive[:-1]) * np.diff(motion.time))])
 
 
 def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:

@@ -316,8 +316,11 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
         }
         del names["k"], names["c"]
         ratios = [
-            Prior("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation, source["k/J"]),
-            Prior("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation, source["c/J"]),
+            Prior(name, value, unit, known or 0.0, source[name], known is not None)
+            for name, value, unit, known in (
+                ("k/J", free_decay.stiffness_ratio, "1/s^2", free_decay.stiffness_ratio_deviation),
+                ("c/J", free_decay.damping_ratio, "1/s", free_decay.damping_ratio_deviation),
+            )
         ]
     elif log.rig.k is None or log.rig.c is None:
         missing = " and ".join(name for name in ("k", "c") if getattr(log.rig, name) is None)
@@ -336,7 +339,7 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
             )
         known = quantity.standard_uncertainty
         source = "log" if known is not None else "log, uncertainty unknown"
-        stated.append(Prior(name, quantity.value, quantity.unit, known or 0.0, source))
+        stated.append(Prior(name, quantity.value, quantity.unit, known or 0.0, source, known is not None))
     return (*stated, *ratios)
 
 
@@ -344,11 +347,11 @@ def _warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
     found = []
-    unknown = [prior.name for prior in priors if prior.source.endswith("unknown")]
+    unknown = [prior.name for prior in priors if not prior.stated]
     if unknown:
         found.append(
-            f"How well {', '.join(unknown)} {'is' if len(unknown) == 1 else 'are'} known is not stated: what that "
-            "passes on to the parameters is missing in their deviations."
+            f"How well {', '.join(unknown)} {'is' if len(unknown) == 1 else 'are'} known is not stated: intervals are "
+            f"at least as wide as shown. State it: --uncertainty {unknown[0]}=0.5%, or in datapackage.json."
         )
     by_laser = [log for log in logs if log.has("laser") and not log.has("angle")]
     if sensors.lines == 0 and any(log.calibration.need("laser").gain_deviation is None for log in by_laser):

@@ -20,10 +20,9 @@ import numpy as np
 
 from fmu_models.base.digits import value_with_sd
 from identification.inference.uncertainty import clustered_covariance
-from identification.measurement.motion import SMOOTHING, DiscMotion
+from identification.measurement.motion import SMOOTHING, DiscMotion, drive_angle
 from identification.measurement.pooling import Pool
 from identification.measurement.slip_segments import stretches
-from rig_io.sensors import edges
 
 BREAKAWAY = 0.93  # of the breakaway force, up to which a stick is used
 CREEP = 0.25  # of the speed of the drive: slip above it is no stick, however slow the drive
@@ -111,7 +110,7 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
     creep = np.minimum(ready.threshold, CREEP * values.r * np.abs(motion.drive))
     sticking = np.abs(motion.slip(values.r, values.R, window)[0]) < creep
     trim = round(TRIM * window / motion.step)
-    drive = _drive_angle(motion, int(ready.contacts[0][-1]))
+    drive = drive_angle(motion, int(ready.contacts[0][-1]))
     place = values.r * drive - values.R * motion.angle
     force = (values.c * values.r * motion.drive / values.R + values.k * motion.smoothed(window)) / values.R
     whole = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]
@@ -128,11 +127,3 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
         load = -breakaway * np.sign(force[inside]) * np.log1p(-np.abs(force[inside]) / breakaway)
         border = values.R * motion.angle[inside]
         yield load - load.mean(), place[inside] - place[inside].mean(), border - border.mean()
-
-
-def _drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
-    """Angle (n,) of the driving disc at the samples, from its encoder's edges, or from its speed."""
-    if motion.log.has(f"drive{disc}_count"):
-        found = edges(motion.log, f"drive{disc}")
-        return np.interp(motion.time, found.time, found.angle)
-    return np.concatenate([[0.0], np.cumsum(0.5 * (motion.drive[1:] + motion.drive[:-1]) * np.diff(motion.time))])

@@ -46,7 +46,8 @@ COVER = 1.96  # standard deviations
 @dataclass(frozen=True)
 class Transition:
     """A drive speed (rad/s, of ``varied``) where the sticking discs change, as it rises, and its standard deviations
-    from the noise in the fitted parameters and from the constants of the rig (NaN where not asked for)."""
+    from the noise in the fitted parameters and from the constants of the rig (NaN where not asked for); at_least:
+    whether nobody says how well one of these is known."""
 
     varied: str
     speed: float
@@ -54,6 +55,7 @@ class Transition:
     after: tuple[str, ...]
     noise_deviation: float = float("nan")
     scale_deviation: float = float("nan")
+    at_least: bool = False
 
     @property
     def deviation(self) -> float:
@@ -287,7 +289,8 @@ def with_uncertainty(fit: FrictionFit, model: FittedModel, found: Transition, he
         noise, scale = deviations(fit, again)
     except StickslipError:
         return found
-    return replace(found, noise_deviation=noise, scale_deviation=scale)
+    at_least = not all(constant.stated for constant in fit.constants)
+    return replace(found, noise_deviation=noise, scale_deviation=scale, at_least=at_least)
 
 
 def _located(model: FittedModel, found: Transition, held: Mapping[str, float], reach: float) -> float:

@@ -88,7 +88,8 @@ def _sentence(one: BifurcationComparison) -> str:
             noise, scale = (
                 deviation(COVER * part) for part in (one.predicted.noise_deviation, one.predicted.scale_deviation)
             )
-            known = f" (95 %; noise {noise}, rig constants {scale})"
+            least = "; at least" if one.predicted.at_least else ""
+            known = f" (95 %; noise {noise}, rig constants {scale}{least})"
         parts.append(f"predicted at {speed_within(one.predicted.speed, reach)} rad/s{known}")
     if one.measured is not None:
         if np.isfinite(one.measured.high):

@@ -12,6 +12,7 @@ from identification.report.tables import (
     decay_table,
     nuisance_table,
     parameter_table,
+    plain_table,
     sensors_table,
 )
 
@@ -29,10 +30,12 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
 
     tables = [decay_table(decay)] if decay is not None else []
     tables += [parameter_table(fit), correlation_table(fit)]
+    tables += [plain_table(fit)] if fit.causes else []
     tables += [nuisance_table(fit.nuisance)] if fit.nuisance else []
     tables += [constants_table(fit)]
     tables += [sensors_table(fit)] if fit.sensors else []
-    said = ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
+    said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
     warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
     return Group(*map(terminal, tables), *map(Text, said), *warnings)
 

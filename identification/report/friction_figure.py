@@ -88,9 +88,16 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     above.legend(fontsize="small", framealpha=0.9, loc="best")
     for axes in (above, below):
         axes.grid(alpha=0.25)
-    fitted = (fit[name] for name in _names(fit, contact))
+    above.set_title(_values_in_words(fit, contact), fontsize="medium")
+
+
+def _values_in_words(fit: FrictionFit, contact: str) -> str:
+    names = _names(fit, contact)
+    fitted = (fit[name] for name in names)
     values = ", ".join(f"{q.name} = {value_with_sd(q.value, q.total_deviation, q.unit)}" for q in fitted)
-    above.set_title(f"{values}\n± one standard deviation, noise and rig constants together", fontsize="medium")
+    missing = dict.fromkeys(constant for name in names for constant in fit.unstated(name))
+    least = f" (at least: of {', '.join(missing)} not stated)" if missing else ""
+    return f"{values}\n± one standard deviation, noise and rig constants together{least}"
 
 
 def draw_fit(axes: Axes, fit: FrictionFit) -> None:

@@ -139,12 +139,13 @@ def summary(findings: Findings) -> list[str]:
         f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
     ]
     worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
+    parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation)
+    total, noise, scale = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
     said.append(
-        f"Least well known is {worst.name}, to {100 * worst.total_deviation / max(abs(worst.value), 1e-300):.2g} % "
-        f"({100 * worst.standard_deviation / max(abs(worst.value), 1e-300):.2g} % from noise, "
-        f"{100 * worst.scale_deviation / max(abs(worst.value), 1e-300):.2g} % from the rig's constants; one standard "
-        "deviation)."
+        f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
+        f"noise, {scale:.2g} % from the rig's constants; one standard deviation)."
     )
+    said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
     for family in findings.families:
         passed = sum(one.passed for one in family.members)
         discs = " and ".join(family.members[0].drive_speeds)
@@ -206,6 +207,7 @@ def _drawing(figure: Figure, prefix: str, caption: str) -> Drawing:
 def _tables(findings: Findings) -> list[Table]:
     fit = findings.fit
     found = [tables.correlation_table(fit), tables.constants_table(fit)]
+    found += [tables.plain_table(fit)] if fit.causes else []
     found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
     white = tables.whiteness_table(fit)
     found += [white] if white is not None else []

@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
+from identification.estimators.disturbances import terms_of
 from identification.fit.fit import SENSORS
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
@@ -24,8 +25,10 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     Raises:
         StickslipError: these logs cannot be fitted.
     """
-    nuisance = tuple(q.name for q in fit.nuisance if q.name not in SENSORS)
-    options = Options(nuisance=nuisance, given=fit.given)
+    terms = terms_of(ready, [cause.name for cause in fit.causes])
+    known = (*SENSORS, *(term.name for term in terms))
+    nuisance = tuple(q.name for q in fit.nuisance if q.name not in known)
+    options = Options(nuisance=nuisance, disturbances=terms, given=fit.given)
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
     made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
     return made.solution.evaluation, (_reproduced(fit, made.solution.values),)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.table import Cell, Column, Table, interval, known_to, measured, number, sd, table
@@ -22,33 +23,32 @@ PLACED = frozenset(
         *("type", "version", "estimator", "law", "structure", "contacts", "materials", "parameters", "correlation"),
         *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
         *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
+        *("causes", "plain"),
     }
 )
 
 
 def parameter_table(fit: FrictionFit) -> Table:
-    """Values with both kinds of uncertainty, 95 % intervals, and how near the sensors' bound they come."""
-    named = {one.name: one for one in fit.intervals}
+    """Values with their 95 % interval, what it is made of, and how near the sensors' bound they come."""
     kinds = " or ".join(dict.fromkeys(one.kind for one in fit.intervals)) or "noise"
     bounded = fit.parameters[0].bound is not None
     rows = []
     for q in fit.parameters:
         noise = q.standard_deviation
-        low, high = (named[q.name].low, named[q.name].high) if q.name in named else fit.interval(q.name)
+        whole = interval(*fit.interval(q.name), q.total_deviation)
         rows.append([
             q.name,
-            known_to(q.value, noise),
+            known_to(q.value, q.total_deviation),
+            replace(whole, words=fit.words_at_least(q.name) + whole.words),
             sd(noise),
             sd(q.scale_deviation),
-            interval(low, high, noise),
-            interval(*fit.interval(q.name, with_scale=True), q.total_deviation),
+            interval(*fit.noise_interval(q.name), noise),
             *([sd(q.bound), number(q.efficiency, ".0%")] if bounded else ()),
             q.unit,
             q.description + (" (at a bound of the search)" if q.at_bound else ""),
         ])  # fmt: skip
     columns = [
-        *("parameter", "value", "sd, noise", "sd, rig constants", Column(f"95 %, {kinds}", spare=1)),
-        Column("95 %, both", spare=4),
+        *("parameter", "value", "95 %", "sd, noise", "sd, rig constants", Column(f"95 %, {kinds}", spare=4)),
         *([Column("sd, bound", spare=3), Column("efficiency", spare=2)] if bounded else ()),
         *("unit", Column("meaning", spare=5)),
     ]
@@ -56,6 +56,16 @@ def parameter_table(fit: FrictionFit) -> Table:
     where += f", {' and '.join(fit.materials)}" if fit.materials else ""
     of = f"{fit.estimator}, {fit.segments} slip segments of {len(fit.logs)} logs, {fit.covariance}"
     return table(f"{where} ({of})", columns, rows)
+
+
+def plain_table(fit: FrictionFit) -> Table:
+    """The parameters without the disturbances that were found, and with them."""
+    rows = [
+        [q.name, measured(one.value, one.total_deviation), measured(q.value, q.total_deviation), q.unit]
+        for one, q in zip(fit.plain, fit.parameters, strict=True)
+    ]
+    causes = ", ".join(cause.name for cause in fit.causes)
+    return table(f"Plain fit, and with {causes}", ("", "plain ± sd", "corrected ± sd", "unit"), rows)
 
 
 def nuisance_table(parameters: Sequence[FittedParameter]) -> Table:
@@ -77,7 +87,7 @@ def constants_table(fit: FrictionFit) -> Table:
     rows = [
         [
             one.name,
-            measured(one.value, one.standard_uncertainty),
+            measured(one.value, one.standard_uncertainty) if one.stated else Cell(f"{one.value:g} ± ?", "number"),
             one.unit,
             *(number(one.sensitivity.get(name), "+.2f") for name in names),
             one.source,

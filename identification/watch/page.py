@@ -48,7 +48,7 @@ def _time(entry: Entry) -> str:
 
 
 def watch_figure(state: State) -> Figure:
-    """Each value against time: points with 95 % intervals, EWMA with its limits."""
+    """Each value against time: points with 95 % intervals (noise: the rig is one), EWMA with its limits."""
     from matplotlib.figure import Figure
 
     shown = names(state)
@@ -66,7 +66,7 @@ def _draw(place, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[n
     at = [datetime.datetime.fromtimestamp(one.recorded, datetime.UTC) for one in entries]
     value, sd = (np.array([one.values[name][i] for one in entries]) for i in (0, 1))
     chart = control_chart(value, sd)
-    place.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 %")
+    place.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
     place.plot(at, chart.level, color="#d55e00", label="EWMA")
     place.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
     if chart.out.any():

@@ -3,7 +3,8 @@
 speed(t) = nominal (1 + once sin(phi + a) + eighth sin(8 phi + b) + n(t)),   phi' = speed
 
 n(t): Gaussian with exponential correlation (first-order autoregression on the knots), cut at two standard deviations,
-so that the whole stays within 0.8 % with the default amplitudes. All amplitudes are assumptions: the paper says only
+so that the whole stays within 0.8 % with the default amplitudes. Its accelerations are white, as no motor's are, and
+make contacts let go early; ``smoothing`` rounds it. All amplitudes are assumptions: the paper says only
 that speed varied by less than 1 %.
 """
 
@@ -21,23 +22,29 @@ PASSES = 4  # of the fixed point phi -> speed -> phi; each gains the factor 8*ei
 class Ripple:
     """Unevenness, relative to the nominal speed: two amplitudes locked to the angle of the drive, and rms noise.
 
-    correlation_time: s, of the noise.
+    correlation_time: s, of the noise; smoothing: s, standard deviation of the Gaussian window that rounds it.
     """
 
     once: float = 0.004
     eighth: float = 0.001
     noise: float = 0.0015
     correlation_time: float = 0.1
+    smoothing: float = 0.0
 
     def speed(
         self, nominal: float, duration: float, specimen: np.random.Generator, noise: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n,) in s from 0 to ``duration`` and speeds (n,) in rad/s; the speed is linear between knots.
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """Knots (n,) in s from 0 to ``duration``, speeds (n,) in rad/s, linear between knots, and the angle (rad) at
+        the first.
 
         specimen draws the phases of the two harmonics, noise the rest.
         """
+        from scipy.ndimage import gaussian_filter1d
+
         time = KNOT * np.arange(int(np.ceil(duration / KNOT - 1e-9)) + 1)
         coloured = np.clip(self._coloured(len(time), noise), -2.0 * self.noise, 2.0 * self.noise)
+        if self.smoothing > 0:
+            coloured = gaussian_filter1d(coloured, self.smoothing / KNOT)
         first, second = 2.0 * np.pi * specimen.random(2)
         start = 2.0 * np.pi * noise.random()  # the angle at which the log happens to begin
         speed = np.full(len(time), nominal)
@@ -45,7 +52,7 @@ class Ripple:
             angle = start + np.concatenate([[0.0], np.cumsum(0.5 * KNOT * (speed[1:] + speed[:-1]))])
             ripple = self.once * np.sin(angle + first) + self.eighth * np.sin(8.0 * angle + second)
             speed = nominal * (1.0 + ripple + coloured)
-        return time, speed
+        return time, speed, start
 
     def _coloured(self, samples: int, noise: np.random.Generator) -> np.ndarray:
         """First-order autoregression on the knots (samples,), begun in its stationary state."""

@@ -12,12 +12,14 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from rig_io.bench.disturbances import Disturbances, disturbed_oscillator
 from rig_io.bench.drive import Ripple
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
@@ -33,9 +35,11 @@ if TYPE_CHECKING:
 
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.scene import Scene
+    from fmu_models.simulation.signal import Signal
 
 TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments see it
 LONGEST = 1000.0  # s of transient and log; 5 million samples of the truth
+LOAD_STEP = 5e-3  # s between knots of a disturbed normal force: its second harmonic bends by 1e-5 of itself between
 FASTEST = 100.0  # rad/s, of a drive; those of the rig reach 2.7
 
 
@@ -112,7 +116,7 @@ class Emulation(Shown):
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
     may be None: not fitted, or ideal. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
-    its start in place of a rig at rest.
+    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none.
     """
 
     name: str
@@ -130,6 +134,7 @@ class Emulation(Shown):
     ripple: Ripple | None = field(default_factory=Ripple)
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
+    disturbances: Disturbances | None = None
 
     def __post_init__(self) -> None:
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
@@ -143,6 +148,8 @@ class Emulation(Shown):
             raise StickslipError(
                 f"'{self.name}': discs arranged '{self.arrangement}' are two, not {len(self.discs)}. Give both."
             )
+        if self.disturbances is not None and (len(self.discs) > 1 or self.scene is not None):
+            raise StickslipError(f"'{self.name}': disturbances are emulated of the rig with one disc, without a scene.")
         if self.laser is None and self.encoder is None:
             raise StickslipError(f"'{self.name}': no sensor sees the disc. Fit the laser or the encoder.")
         if not (self.duration > 0 and self.transient >= 0 and self.duration + self.transient <= LONGEST):
@@ -183,20 +190,25 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         raise StickslipError(f"The seed {seed} and the number {number} of a log must not be negative.")
     total = settings.transient + settings.duration
     drives = [_drive(settings, i, total, seed, number) for i in range(len(settings.discs))]
-    motion = _shifted(_simulated(settings, drives, total), settings.transient)
+    motion = _shifted(_simulated(settings, drives, total, _loads(settings, drives, seed, number)), settings.transient)
     samples = int(np.floor(settings.duration * settings.sampling_rate + 1e-9)) + 1
     ticks = np.round(np.arange(samples) / settings.sampling_rate, 9)
     columns: dict[str, np.ndarray] = {}
+    moved = settings.disturbances
+    if moved is not None:
+        motion = replace(motion, angle=motion.angle + moved.zero)
     if settings.laser is not None:
         radius = settings.rig.value("R")
-        columns["laser"] = settings.laser.read(motion, ticks, radius, _rng(seed, _LASER), _rng(seed, _LASER, number))
+        volts = settings.laser.read(motion, ticks, radius, _rng(seed, _LASER), _rng(seed, _LASER, number))
+        if moved is not None:
+            volts = volts + moved.displacement(ticks, _rng(seed, _DISTURBED, number, 1)) / settings.laser.gain
+        columns["laser"] = volts
     shafts = {"encoder": (settings.encoder, motion, _ENCODER)}
-    for i, (time, speed) in enumerate(drives):
-        shafts[f"drive{i}"] = (
-            settings.drive_encoder,
-            _shifted(integrated(time, speed), settings.transient),
-            _DRIVES[i],
-        )
+    for i, (time, speed, begin) in enumerate(drives):
+        turned = _shifted(integrated(time, speed), settings.transient)
+        if moved is not None:  # the counter runs on from log to log
+            turned = replace(turned, angle=turned.angle + begin)
+        shafts[f"drive{i}"] = (settings.drive_encoder, turned, _DRIVES[i])
     calibrations: dict[str, EncoderCalibration] = {}
     for shaft, (encoder, turning, stream) in shafts.items():
         if encoder is not None:
@@ -262,19 +274,37 @@ def standard_set(name: str = "paper/rubber", speeds: Sequence[float] | None = No
     return [*runs, free_decay(**decay)]
 
 
-_LASER, _ENCODER, _DRIVES = 1, 2, (3, 4)  # streams of random numbers
+_LASER, _ENCODER, _DRIVES, _DISTURBED = 1, 2, (3, 4), 5  # streams of random numbers
 
 
 def _rng(seed: int, *stream: int) -> np.random.Generator:
     return np.random.default_rng([seed, *(s + 1 for s in stream)])
 
 
-def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Knots and speeds of one drive."""
+Turning = tuple[np.ndarray, np.ndarray, float]
+"""Of a drive: knots (n,) in s, speeds (n,) in rad/s, and its angle (rad) at the first."""
+
+
+def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) -> Turning:
     nominal = settings.discs[i].drive_speed
     if settings.ripple is None:
-        return np.array([0.0, total]), np.array([nominal, nominal])
+        return np.array([0.0, total]), np.array([nominal, nominal]), 0.0
     return settings.ripple.speed(nominal, total, _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1))
+
+
+def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: int) -> dict[str, Signal]:
+    """Factors of the normal force over the time of the run; none without disturbances."""
+    if settings.disturbances is None or not drives:
+        return {}
+    from fmu_models.simulation.signal import Signal
+
+    ((time, speed, begin),) = drives
+    fine = np.arange(0.0, time[-1], LOAD_STEP)
+    fine = np.append(fine, time[-1])
+    angle = begin + np.interp(fine, time, integrated(time, speed).angle)
+    log = fine - settings.transient
+    factor = settings.disturbances.load(log, angle, settings.duration, number, _rng(seed, _DISTURBED))
+    return {"load0": Signal(fine, factor)}
 
 
 def _shifted(motion: Motion, transient: float) -> Motion:
@@ -290,6 +320,8 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
         truth[CHANGEOVER[settings.arrangement]] = settings.changeover
     if settings.micro_slip is not None:
         truth["micro_slip"] = asdict(settings.micro_slip)
+    if settings.disturbances is not None:
+        truth["disturbances"] = asdict(settings.disturbances)
     if settings.scene is not None:
         truth["scene"] = {"name": settings.scene.name, "model": settings.scene.model, **settings.scene.parameters}
     return Experiment(
@@ -302,7 +334,9 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
     )
 
 
-def _simulated(settings: Emulation, drives: list[tuple[np.ndarray, np.ndarray]], total: float) -> Motion:
+def _simulated(
+    settings: Emulation, drives: Sequence[Turning], total: float, loads: Mapping[str, Signal] = MappingProxyType({})
+) -> Motion:
     """The disc's motion at `TRUTH_RATE`; it starts in stick with disc 0, whence one release leads onto the cycle."""
     from fmu_models.simulation.run import simulate
     from fmu_models.simulation.signal import Signal
@@ -319,7 +353,7 @@ def _simulated(settings: Emulation, drives: list[tuple[np.ndarray, np.ndarray]],
         total,
         parameters=parameters,
         start=start,
-        inputs={f"w{i}": Signal(time, speed) for i, (time, speed) in enumerate(drives)},
+        inputs={f"w{i}": Signal(time, speed) for i, (time, speed, _) in enumerate(drives)} | dict(loads),
         output_times=np.linspace(0.0, total, samples),
     )
     return Motion(trajectory.time, trajectory["theta"], trajectory["omega"])
@@ -334,6 +368,9 @@ def _oscillator(settings: Emulation) -> tuple[Fmu, Mapping[str, float], Mapping[
 
         scene = unfolded(settings.scene)
         return Fmu.open(built_scene(scene)), scene.free, scene.start
+    if settings.disturbances is not None and settings.discs:
+        law = None if settings.micro_slip is None else "lugre"
+        return disturbed_oscillator(law), _parameters(settings) | settings.disturbances.parameters, {}
     from fmu_models.codegen.package import built
 
     laws = None if settings.micro_slip is None else dict.fromkeys(settings.contacts, "lugre")

@@ -36,7 +36,7 @@ class Quantity:
 
     value: float
     unit: str
-    standard_uncertainty: float | None = 0.0
+    standard_uncertainty: float | None = None
 
     def __str__(self) -> str:
         known = "unknown" if self.standard_uncertainty is None else f"{self.standard_uncertainty:g}"

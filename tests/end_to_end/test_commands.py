@@ -160,6 +160,21 @@ def test_fit_and_compare_on_the_logs_that_come_along(stickslip, tmp_path):
     )
 
 
+def test_a_constant_set_without_uncertainty_is_not_taken_as_exact(stickslip):
+    def fitted(*arguments):
+        told = stickslip("fit", RIGS, "--estimator", "weak-form", *arguments, "--json")
+        assert told.code == 0, told.err
+        return told.json["parameters"][0]
+
+    bare = fitted("--set", "N=4.905")
+    assert bare["at_least"]
+    # mu_s goes with 1/N; the rest of its deviation comes from J
+    known = fitted("--set", "N=4.905±2%")
+    assert not known["at_least"] and known["value"] == bare["value"]
+    assert known["scale_deviation"] == pytest.approx(np.hypot(bare["scale_deviation"], 0.02 * bare["value"]), rel=1e-3)
+    assert fitted("--set", "N=4.905", "--uncertainty", "N=0.0981") == known
+
+
 def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
     for folder in ("one", "two"):
         assert stickslip("emulate", folder, "--seed", 5, "--speeds", "0.83", "--duration", "4").code == 0
@@ -205,6 +220,9 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         (["fit", RIGS, "--estimator", "guess"], "No estimator is called 'guess'"),
         (["fit", RIGS, "--law", "Cont"], "Did you mean 'Conti'"),
         (["fit", RIGS, "--set", "M=1"], "no constant 'M'"),
+        (["fit", RIGS, "--uncertainty", "J=-1%"], "The uncertainty of J is -1"),
+        (["fit", RIGS, "--uncertainty", "k/J=1%"], "An uncertainty of k/J needs its value"),
+        (["fit", RIGS, "--set", "J=0.05+-1%", "--uncertainty", "J=1"], "'J' is given twice"),
         (["fit", RIGS / "free-decay.csv"], "no stick-slip log"),
         (["compare", "fit.json", RIGS], "fit.json"),
         (["demo", "."], "exists already"),

@@ -32,6 +32,7 @@ class Foreign:
 
 
 INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
+FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)), directional=True)
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
@@ -60,6 +61,16 @@ MODELS = {
     "integers": INTEGERS,
     "integers_fixed": replace(INTEGERS, any_step=False),
     "integers_refusing": INTEGERS,
+    "forced": FORCED,
+    "forced_silent": replace(FORCED, directional=False),
+    "support": Foreign(
+        ("x", "v"),
+        (0.0, 0.0),
+        (("c", 0.05), ("f0", 0.5), ("omega", 1.0), ("ks", 10.0), ("cs", 0.3), ("g", 4.0)),
+        ("touches", "begun"),
+        indicators=1,
+        directional=True,
+    ),
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 
@@ -68,7 +79,7 @@ def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
     options = (f"-DFMI={fmi}", "-Wno-unused-function")
-    source = FOLDER / f"{name.removesuffix('_fixed')}.c"
+    source = FOLDER / f"{name.removesuffix('_fixed').removesuffix('_silent')}.c"
     return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
 
 
@@ -83,7 +94,7 @@ def _two(name: str, m: Foreign) -> str:
         for i, s in enumerate(m.states)
     ]
     lines += [
-        f'<ScalarVariable name="{p}" valueReference="{201 + i}" {_kind(m, p)}><Real start="{v}"/>'
+        f'<ScalarVariable name="{p}" valueReference="{201 + i}" {_kind(m, p)}><Real{_unit(p)} start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
     ]
     lines += [
@@ -97,7 +108,7 @@ def _two(name: str, m: Foreign) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}" numberOfEventIndicators="{m.indicators}">
 {_interface(name, m, f'completedIntegratorStepNotNeeded="{_word(not m.completes)}" providesDirectionalDerivative', "")}
-<ModelVariables>
+{_units(m)}<ModelVariables>
 {variables}
 </ModelVariables>
 <ModelStructure><Outputs>{"".join(f'<Unknown index="{i}"/>' for i in outputs)}</Outputs>
@@ -117,7 +128,7 @@ def _three(name: str, m: Foreign) -> str:
         f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)
     ]
     lines += [
-        f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)} start="{v}"/>'
+        f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)}{_unit(p)} start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
     ]
     lines += [f'<Float64 name="z{i}" valueReference="{301 + i}"/>' for i in range(m.indicators)]
@@ -137,7 +148,7 @@ def _three(name: str, m: Foreign) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
 {_interface(name, m, exchange, 'hasEventMode="true"')}
-<ModelVariables>
+{_units(m)}<ModelVariables>
 {chr(10).join(lines)}
 </ModelVariables>
 <ModelStructure>
@@ -156,6 +167,14 @@ def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
 
 def _kind(m: Foreign, name: str) -> str:
     return 'causality="input"' if name in m.inputs else 'causality="parameter" variability="fixed"'
+
+
+def _unit(name: str) -> str:
+    return ' unit="rad/s"' if name == "omega" else ""
+
+
+def _units(m: Foreign) -> str:
+    return '<UnitDefinitions><Unit name="rad/s"/></UnitDefinitions>' if "omega" in dict(m.parameters) else ""
 
 
 def _word(value: bool) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -42,6 +43,23 @@ m, g = Parameter("m", 1.0, "kg", "mass", positive=True), Parameter("g", 9.81, "m
 e, mu = Parameter("e", 0.0, "1", "coefficient of restitution"), Parameter("mu", 0.8, "1", "coefficient of friction")
 
 
+def of_energies(
+    name: str, coordinates: Sequence[Coordinate], kinetic: sympy.Expr, potential: sympy.Expr, contacts: list[Impact]
+) -> Fmu:
+    """A mechanism, built."""
+    return opened(
+        Mechanism(
+            name=name,
+            title="t",
+            source="s",
+            coordinates=coordinates,
+            kinetic_energy=kinetic,
+            potential_energy=potential,
+            contacts=contacts,
+        )
+    )
+
+
 @cache
 def rocking_block() -> Fmu:
     """A block of sides 2 b and 2 h on its two lower corners."""
@@ -59,17 +77,7 @@ def rocking_block() -> Fmu:
         for name, k in (("left", -1), ("right", 1))
     ]
     energy = m * (x.v**2 + y.v**2) / 2 + m * (b**2 + h**2) / 3 * phi.v**2 / 2
-    return opened(
-        Mechanism(
-            name="rocking_block",
-            title="t",
-            source="s",
-            coordinates=[x, y, phi],
-            kinetic_energy=energy,
-            potential_energy=m * g * y,
-            contacts=corners,
-        )
-    )
+    return of_energies("rocking_block", [x, y, phi], energy, m * g * y, corners)
 
 
 def rest_of_block(tilt: float) -> float:
@@ -143,17 +151,7 @@ def ball_in_a_box() -> Fmu:
     contacts = [
         Impact(name=name, gap=gap, restitution=Newton(e), slip=slip, mu=mu) for name, (gap, slip) in walls.items()
     ]
-    return opened(
-        Mechanism(
-            name="ball_in_a_box",
-            title="t",
-            source="s",
-            coordinates=[x, y, phi],
-            kinetic_energy=m * (x.v**2 + y.v**2) / 2 + J * phi.v**2 / 2,
-            potential_energy=m * g * y,
-            contacts=contacts,
-        )
-    )
+    return of_energies("ball_in_a_box", [x, y, phi], m * (x.v**2 + y.v**2) / 2 + J * phi.v**2 / 2, m * g * y, contacts)
 
 
 def bounced(state: Array, stop: float, e: float, mu: float, gravity: float) -> tuple[Array, int]:
@@ -228,17 +226,7 @@ def stack() -> Fmu:
     ]
     kinetic = sympy.Add(*(n * (a.v**2 + c.v**2) / 2 for n, a, c in zip(masses, x, y, strict=True)))
     potential = sympy.Add(*(n * g * c + k * a**2 / 2 for n, k, a, c in zip(masses, springs, x, y, strict=True)))
-    return opened(
-        Mechanism(
-            name="stack",
-            title="t",
-            source="s",
-            coordinates=[*x, *y],
-            kinetic_energy=kinetic,
-            potential_energy=potential,
-            contacts=contacts,
-        )
-    )
+    return of_energies("stack", [*x, *y], kinetic, potential, contacts)
 
 
 def test_stacked_blocks_on_a_belt() -> None:

@@ -9,7 +9,8 @@ from rig_io.bench.drive import Ripple
 
 
 def ripple(nominal: float, duration: float, seed: int = 0, **settings: float) -> tuple[np.ndarray, np.ndarray]:
-    return Ripple(**settings).speed(nominal, duration, np.random.default_rng(seed), np.random.default_rng(seed + 1))
+    rngs = np.random.default_rng(seed), np.random.default_rng(seed + 1)
+    return Ripple(**settings).speed(nominal, duration, *rngs)[:2]
 
 
 @pytest.mark.parametrize("nominal", [0.2, 0.83, -0.5, 2.7])

@@ -41,7 +41,7 @@ IDEAL = {"laser": Laser(noise=0.0, resolution=0.0, gain_error=0.0), "ripple": No
 def truth(settings: Emulation) -> Motion:
     """The motion behind a log with even drives, on the log's clock."""
     total = settings.transient + settings.duration
-    drives = [(np.array([0.0, total]), np.full(2, disc.drive_speed)) for disc in settings.discs]
+    drives = [(np.array([0.0, total]), np.full(2, disc.drive_speed), 0.0) for disc in settings.discs]
     motion = emulator._simulated(settings, drives, total)
     return Motion(motion.time - settings.transient, motion.angle, motion.speed)
 

@@ -135,7 +135,7 @@ def test_efficiency_is_the_bound_against_the_stated() -> None:
         ("[1]", "not a fitted law"),
         ('{"type": "something else"}', "not a fitted law"),
         ('{"type": "stickslip friction fit", "version": 9}', "version 9"),
-        ('{"type": "stickslip friction fit", "version": 2}', "incomplete: 'estimator' is missing"),
+        ('{"type": "stickslip friction fit", "version": 3}', "incomplete: 'estimator' is missing"),
         ("[" * 5000, "not JSON"),
     ],
 )
@@ -172,11 +172,39 @@ def test_what_holds_another_type_is_refused(place: tuple[str | int, ...], value:
 
 def test_intervals_are_student_intervals() -> None:
     fit = result()
-    low, high = fit.interval("mu_s")
+    low, high = fit.noise_interval("mu_k")
     # 2.0244: Student's t, 38 degrees of freedom, 97.5 % (printed tables)
-    assert (high - low) / 2 == pytest.approx(2.0244 * 0.0065, rel=1e-4)
-    low, high = fit.interval("mu_s", with_scale=True)
-    assert (high - low) / 2 == pytest.approx(2.0244 * 0.65 * np.hypot(0.01, 0.02), rel=1e-4)
+    assert (high - low) / 2 == pytest.approx(2.0244 * 0.0035, rel=1e-4)
+    low, high = fit.interval("mu_k")
+    assert (high - low) / 2 == pytest.approx(2.0244 * 0.35 * np.hypot(0.01, 0.02), rel=1e-4)
+
+
+def test_intervals_take_their_noise_from_a_profile() -> None:
+    low, high = result().interval("p")
+    assert (low, high) == (pytest.approx(15 - np.hypot(2.0, 2.0244 * 0.02 * 15), rel=1e-4), np.inf)
+
+
+def test_a_constant_without_uncertainty_makes_every_interval_say_at_least() -> None:
+    from rich.console import Console
+
+    from identification.report.fit_summary import fit_summary
+
+    def shown(fit: FrictionFit) -> dict[str, str]:
+        console = Console(width=200, file=io.StringIO())
+        console.print(fit_summary(fit))
+        title = friction_figure(fit, {"disc0": samples()}).axes[0].get_title()
+        return {"terminal": console.file.getvalue(), "figure": title, "repr": repr(fit)}  # type: ignore[attr-defined]
+
+    (one,) = result().constants
+    open_ended = replace(result(), constants=(replace(one, standard_uncertainty=0.0, stated=False),))
+    assert all("at least" in text for text in shown(open_ended).values())
+    assert not any("at least" in text for text in shown(result()).values())
+    # p does not feel J
+    assert [open_ended.at_least(name) for name in ("mu_s", "mu_k", "p")] == [True, True, False]
+    plain = open_ended.to_dict()["parameters"]
+    assert list(plain[0])[:6] == ["name", "value", "unit", "low", "high", "at_least"]
+    assert [one["at_least"] for one in plain] == [True, True, False] and plain[2]["high"] is None
+    assert (plain[1]["low"], plain[1]["high"]) == open_ended.interval("mu_k")
 
 
 def test_an_unknown_parameter_is_answered_by_the_nearest() -> None:

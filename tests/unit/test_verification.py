@@ -43,7 +43,7 @@ def test_every_option_is_read_from_the_fmu(tmp_path: Path, monkeypatch: pytest.M
     licence.write_text("Hands off.\n\nReally.\n")
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     rights = Rights("A. Author", "(c) 2026 A. Author", str(licence))
-    options = {"contacts": ["disc1"], "values": {"J": 0.125}, "contact_states": True, "packaging": Packaging(rights)}
+    options = {"contacts": ["disc1"], "values": {"J": 0.125}, "expose": ["states"], "packaging": Packaging(rights)}
     path = export("disc_rig", tmp_path / "rig.fmu", **options, fmi_version="2.0")
     monkeypatch.delenv("SOURCE_DATE_EPOCH")
     assert verify(path).differences == ()

@@ -4,6 +4,7 @@
 #endif
 #include "fmi2Functions.h"
 
+#include "co_simulation.h"
 #include "fmu_state.h"
 #include "variables.h"
 
@@ -260,10 +261,10 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
 {
-    int event;
+    StepEnd end;
     (void)no_set_state;
     if (instance_enter(c, PHASE_STEP, __func__)) return fmi2Error;
-    return (fmi2Status)instance_step(c, __func__, time, step, 0, &event);
+    return (fmi2Status)co_simulation_step(c, __func__, time, step, &end);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)

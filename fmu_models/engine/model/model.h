@@ -66,6 +66,9 @@ typedef enum {
     CONTACT_CHATTERING = 5 /* a rigid contact: held like a closed one, while infinitely many small bounces die out */
 } ContactState;
 
+/* what ticks a clock of a contact: it begins to stick, to slip or to slip the other way, or its bodies meet */
+typedef enum { TICK_STICK = 1, TICK_SLIP = 2, TICK_IMPACT = 4 } Tick;
+
 /* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or
    release */
 typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
@@ -100,6 +103,7 @@ extern const unsigned char
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
+extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
 

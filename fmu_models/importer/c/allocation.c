@@ -53,6 +53,7 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->node_inverse = take(block, &used, NODE_TABLE);
     m->u = take(block, &used, inputs);
     m->slide.values = take(block, &used, values);
+    m->clocked = take(block, &used, values);
     return used;
 }
 
@@ -77,7 +78,7 @@ EXPORT Master *master_new(const FmuInstance *fmu, int64_t inputs, int64_t values
     m->fmu = fmu;
     m->n = (int)fmu->n_states;
     m->nz = (int)fmu->n_indicators;
-    m->slots = m->nz + 1;
+    m->slots = m->nz + 2;
     const size_t n = (size_t)m->n, slots = (size_t)m->slots;
     double *block = calloc(lay_out(m, NULL, (size_t)inputs, (size_t)values) + 1, sizeof *block);
     m->real_pivot = calloc(2 * n + 1, sizeof *m->real_pivot);

@@ -29,6 +29,14 @@ int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx);
 int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values);
 int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *values);
 
+/* FMI 3: one clock */
+int fmi_set_clock(const FmuInstance *fmu, uint32_t reference);
+int fmi_get_clock(const FmuInstance *fmu, uint32_t reference, int *active);
+/* interval s, or how it is told: fmi3IntervalQualifier */
+int fmi_get_interval(const FmuInstance *fmu, uint32_t reference, double *interval, int *qualifier);
+int fmi_get_shift(const FmuInstance *fmu, uint32_t reference, double *shift);
+int fmi_activate(const FmuInstance *fmu, uint32_t reference, double t);
+
 typedef struct {
     int event, terminate, early;
     double reached;

@@ -43,7 +43,7 @@ typedef struct {
     const FmuInstance *fmu;
     Run *run;
     int n, nz, nu;
-    int slots;     /* nz and one more: the second condition of a sliding motion */
+    int slots;     /* nz and two more: the second condition of a sliding motion, and the section */
     double t;      /* where the run is */
     double h;      /* proposed length of the next step */
     double *x, *f; /* states and derivatives there */
@@ -53,7 +53,11 @@ typedef struct {
     int64_t knot;                   /* the piece of the input table in use */
     int inputs_vary;                /* within it */
     double next_event;              /* time event of the FMU */
-    int terminate;
+    double *clocked;                /* room for a variable that has clocks */
+    int64_t told;                   /* clocks that the FMU said to tick in the midst of a partition: a bit each */
+    int64_t shown;                  /* the piece of the inputs in use inside steps */
+    int64_t looks;                  /* inside steps of Co-Simulation, since this call began */
+    int terminate, crossed;
     RunStatus ended; /* why, once a part has said STOP */
     int fresh;       /* f is to be computed anew */
     int bad_state;   /* whose derivative was not finite */

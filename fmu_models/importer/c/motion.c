@@ -11,6 +11,8 @@ Outcome motion_rates(Master *m, double t, const double *x, double *dx)
 
 Outcome motion_indicators(Master *m, double t, const double *x, double *z)
 {
+    const Run *r = m->run;
+    z[m->nz + 1] = r->section_state ? x[r->section_state - 1] - r->section_level : 1.0;
     if (m->slide.active) {
         return slide_conditions(m, t, x, z);
     }

@@ -9,6 +9,7 @@
  *         the first event of an indicator on the step cuts it off                                                    
  *         (events.c) recorded values at output times before the end of the step, from the dense output
  *         the FMU is put at the end of the step; completedIntegratorStep
+ *         a state on the section ends the run there, after an event that comes with it
  *         an event of whatever kind: event mode, inputs after their jump, iteration; states, sides, next time event
  *         anew the indicators concerned are watched for chattering and Zeno                                            
  *            (zeno.c, slide.c) recorded values at output times that fall on the end of the step: those after the event
@@ -19,8 +20,11 @@
 #include "field.h"
 #include "method.h"
 #include "motion.h"
+#include "scheduled.h"
 #include "slide.h"
 #include "step.h"
+#include "tangent.h"
+#include "ticking.h"
 #include "zeno.h"
 
 #include <float.h>
@@ -32,6 +36,7 @@ static void record_at(Master *m, double t, const double *x, Outcome *outcome)
     Run *r = m->run;
     memcpy(r->states + r->next_time * m->n, x, (size_t)m->n * sizeof *x);
     double *values = r->values + r->next_time * r->recorded.n;
+    ticking_record(m);
     r->next_time++;
     if (r->recorded.n == 0) {
         return;
@@ -103,6 +108,7 @@ static void enter_knot(Master *m, int64_t knot)
 
 static Outcome refresh(Master *m)
 {
+    const Run *r = m->run;
     Outcome outcome = events_sides(m);
     outcome = outcome == FINE ? motion_rates(m, m->t, m->x, m->f) : outcome;
     for (int i = 0; i < m->slots && outcome == FINE; i++) {
@@ -114,6 +120,10 @@ static Outcome refresh(Master *m)
         const int status = m->trial_status > FMI_DISCARD ? m->trial_status : FMI_DISCARD;
         return m->bad_state >= 0 ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
                                  : field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, status);
+    }
+    if (outcome == FINE && r->section_state && m->z[m->nz + 1] == 0.0) {
+        /* on the section: the side is the one that the motion goes to */
+        m->side[m->nz + 1] = m->f[r->section_state - 1] > 0.0 ? 1 : -1;
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
@@ -141,6 +151,9 @@ static Outcome initialize(Master *m)
     if (m->nu && field_inputs(m, m->t) != FINE) {
         return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
     }
+    if (ticking_begin(m) != FINE) {
+        return STOP;
+    }
     status = fmi_plain(fmu, F_EXIT_INITIALIZATION);
     return status >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_INITIALIZATION, status) : FINE;
 }
@@ -148,11 +161,11 @@ static Outcome initialize(Master *m)
 static Outcome start(Master *m)
 {
     Run *r = m->run;
-    const int co_simulates = r->method == METHOD_CO_SIMULATION;
+    const int integrates = r->method != METHOD_CO_SIMULATION && r->method != METHOD_SCHEDULED;
     m->nu = (int)r->inputs.n;
     m->t = r->start;
     m->ended = RUN_DONE;
-    m->terminate = 0;
+    m->terminate = m->crossed = 0;
     m->bad_state = -1;
     m->trial_errors = m->trial_status = 0;
     m->next_event = INFINITY;
@@ -170,7 +183,7 @@ static Outcome start(Master *m)
     m->quick_slides = 0;
     Outcome outcome = initialize(m);
     r->begun = 1;
-    if (outcome != FINE || co_simulates) {
+    if (outcome != FINE || !integrates) {
         return outcome;
     }
     zeno_reset(m);
@@ -179,6 +192,9 @@ static Outcome start(Master *m)
         return outcome;
     }
     outcome = refresh(m);
+    if (outcome == FINE && r->tangents) {
+        tangent_start(m);
+    }
     m->h = r->first_step;
     if (outcome == FINE && !(m->h > 0.0)) {
         outcome = step_first(m);
@@ -292,11 +308,22 @@ static Outcome handle_event(Master *m, const Causes *causes)
     return outcome;
 }
 
+/* whether a state that has come to this side of the section ends the run */
+static int ends_at(const Master *m, int side)
+{
+    const Run *r = m->run;
+    return r->section_state && (r->section_direction == 0 || r->section_direction == side);
+}
+
 /* the FMU and the run are put at the end of the step */
 static Outcome arrive(Master *m, double t1, double theta)
 {
     Run *r = m->run;
-    Causes causes = {.state = theta > 0.0};
+    const int section = m->nz + 1, changes = theta > 0.0 && m->fired[section];
+    const int side = changes ? -m->side[section] : m->side[section];
+    Causes causes = {.state = theta > 0.0 && memchr(m->fired, 1, (size_t)section)};
+    m->crossed = changes && ends_at(m, side);
+    m->fresh |= changes;
     if (theta > 0.0) {
         dense_value(m, theta, m->stage);
         memcpy(m->x, m->stage, (size_t)m->n * sizeof *m->x);
@@ -326,12 +353,21 @@ static Outcome arrive(Master *m, double t1, double theta)
         enter_knot(m, m->knot + 1);
         outcome = causes.jump ? FINE : field_inputs(m, m->t);
     }
-    if (outcome == FINE && (causes.state || causes.time || causes.step || causes.jump)) {
+    const int event = causes.state || causes.time || causes.step || causes.jump;
+    if (outcome == FINE && causes.state && r->tangents) {
+        outcome = tangent_before(m, m->length);
+    }
+    if (outcome == FINE && event) {
         outcome = handle_event(m, &causes);
     }
     if (outcome == FINE && m->fresh && !m->terminate) {
         outcome = refresh(m);
         step_careful(m);
+        if (outcome == FINE && event && r->tangents) {
+            tangent_after(m, causes.state);
+        }
+        /* an event may take the state across */
+        m->crossed |= event && m->side[section] != side && ends_at(m, m->side[section]);
     } else if (outcome == FINE && m->nz && !m->terminate) {
         memcpy(m->z, m->samples, (size_t)m->slots * sizeof *m->z);
     }
@@ -380,6 +416,10 @@ static Outcome advance(Master *m)
         m->jacobian_fresh = 0;
         m->jacobian_ready = m->jacobian_ready && !m->newton_poor;
     }
+    if (r->tangents) {
+        outcome = outcome == FINE ? method_dense(m) : outcome;
+        outcome = outcome == FINE ? tangent_step(m, theta > 0.0 ? theta : 1.0) : outcome;
+    }
     /* only now: the polynomial of the step is that of the method which made it */
     if (change) {
         step_change_method(m);
@@ -415,14 +455,21 @@ static RunStatus hold(Master *m)
 EXPORT int32_t master_run(Master *m, Run *r)
 {
     m->run = r;
+    m->looks = 0;
+    if (m->fmu->log) {
+        m->fmu->log->master = m;
+    }
     Outcome outcome = r->begun ? FINE : start(m);
     if (r->method == METHOD_CO_SIMULATION) {
         return outcome == FINE ? (int32_t)cosimulation_run(m) : (int32_t)m->ended;
     }
-    for (int64_t left = r->allowance; outcome == FINE && !m->terminate && m->t < r->stop; left--) {
+    if (r->method == METHOD_SCHEDULED) {
+        return outcome == FINE ? (int32_t)scheduled_run(m) : (int32_t)m->ended;
+    }
+    for (int64_t left = r->allowance; outcome == FINE && !m->terminate && !m->crossed && m->t < r->stop; left--) {
         /* room in the buffer for all indicators and what comes with them at one instant */
         const int full = r->event_capacity > 0 && r->n_events + m->nz + 8 > r->event_capacity;
-        if (left == 0 || full) {
+        if (left == 0 || full || ticking_full(m)) {
             return RUN_MORE;
         }
         outcome = advance(m);
@@ -439,5 +486,10 @@ EXPORT int32_t master_run(Master *m, Run *r)
         log_event(m, EVENT_END, -1, 0.0, 0.0);
     }
     fmi_plain(m->fmu, F_TERMINATE);
-    return m->terminate ? RUN_TERMINATED : RUN_DONE;
+    r->report_time = m->t;
+    if (r->ends) {
+        memcpy(r->ends + 2 * m->n, m->x, (size_t)m->n * sizeof *m->x);
+        memcpy(r->ends + 3 * m->n, m->f, (size_t)m->n * sizeof *m->x);
+    }
+    return m->terminate ? RUN_TERMINATED : m->crossed ? RUN_CROSSED : RUN_DONE;
 }

@@ -1,0 +1,171 @@
+"""What a real bench adds to the law: disturbances of the friction of one driving disc, as terms of few parameters.
+
+    F = N mu(|v|) (1 + sum_n a_n cos(n phi) + b_n sin(n phi)) (1 + sum_n g_n (theta - theta_0)^n) (1 + s_i + t_i u)
+
+phi angle of the drive (n = 1, 2: a disc that runs out of true, a bent shaft), theta angle of the body (n = 1, 2, 3),
+i number of the log and u the share of it that is gone, from -1/2 to 1/2 (wear; s_1 = 0). So mu is the friction at
+theta_0 in the middle of the first log, on average over a turn of the drive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, reduce
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from identification.inference.problem import Unknown
+from identification.measurement.pooling import Pool
+
+if TYPE_CHECKING:
+    from fmu_models.fmu.fmu import Fmu
+
+HARMONICS = (1, 2)
+POWERS = (1, 2, 3)
+FORCE, FORCE_EACH, ANGLE, WEAR = "normal-force", "normal-force-each", "angle", "wear"
+CAUSES: Mapping[str, str] = {
+    FORCE: "the normal force changes with the angle of the drive (run-out of the disc or its shaft)",
+    FORCE_EACH: "the normal force changes with the angle of the drive, whose counter was reset between the logs",
+    ANGLE: "friction depends on the angle of the body (a worn or dirty place)",
+    WEAR: "friction changes with time, within the logs or from one to the next (wear, heat, humidity)",
+}
+LARGEST = 0.9  # of a relative term: friction does not change its sign
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where and when friction acted, arrays that broadcast to one shape. turned: rad, angle of the drive; angle: rad,
+    of the body; share: of the log that is gone, -1/2 to 1/2; log: number of the log."""
+
+    turned: np.ndarray
+    angle: np.ndarray
+    share: np.ndarray
+    log: np.ndarray
+
+    def of(self, rows: np.ndarray) -> Place:
+        """Rows (k,) of the first axis."""
+        return Place(*(getattr(self, name)[rows] for name in ("turned", "angle", "share", "log")))
+
+
+@dataclass(frozen=True)
+class Term:
+    """One parameter of a disturbance. moves: what it changes: "cos" or "sin" of ``order`` turns, "angle" to that power
+    or "time" to the power 0 or 1; log: the only one that it is of (None: all); reference: rad, theta_0."""
+
+    name: str
+    cause: str
+    moves: str
+    order: int
+    log: int | None = None
+    reference: float = 0.0
+
+    def shape(self, place: Place) -> np.ndarray:
+        """What it multiplies."""
+        match self.moves:
+            case "cos":
+                value = np.cos(self.order * place.turned)
+            case "sin":
+                value = np.sin(self.order * place.turned)
+            case "angle":
+                value = (place.angle - self.reference) ** self.order
+            case _:
+                value = place.share**self.order
+        return value if self.log is None else value * (place.log == self.log)
+
+    @property
+    def parameter(self) -> str:
+        """Of the disturbed oscillator; that of ``time`` is the normal force."""
+        return "" if self.moves == "time" else f"{self.moves}{self.order}"
+
+    @property
+    def unknown(self) -> Unknown:
+        """As an unknown of a problem, without prior."""
+        if self.moves == "angle":
+            unit, reach = ("1/rad" if self.order == 1 else f"1/rad^{self.order}"), np.inf
+        else:
+            unit, reach = "1", LARGEST
+        return Unknown(self.name, unit, -reach, reach, CAUSES[self.cause])
+
+
+def terms_of(ready: Pool, causes: Sequence[str]) -> tuple[Term, ...]:
+    """The terms of these causes for pooled logs.
+
+    Raises:
+        StickslipError: an unknown cause, two discs, or logs that cannot show one.
+    """
+    for cause in causes:
+        if cause not in CAUSES:
+            raise StickslipError(f"There is no disturbance '{cause}'.{nearest(cause, CAUSES)}")
+    if causes and len(ready.contacts) > 1:
+        raise StickslipError("Disturbances are estimated with one driving disc. Fit the logs of each disc by itself.")
+    if FORCE in causes and FORCE_EACH in causes:
+        raise StickslipError(f"'{FORCE}' and '{FORCE_EACH}' are one disturbance. Name one of them.")
+    return tuple(term for cause in CAUSES if cause in causes for term in _terms(ready, cause))
+
+
+def _terms(ready: Pool, cause: str) -> list[Term]:
+    logs = range(len(ready.motions))
+    if cause == FORCE:
+        return [Term(f"N_{f}{n}", cause, f, n) for n in HARMONICS for f in ("cos", "sin")]
+    if cause == FORCE_EACH:
+        return [Term(f"N_{f}{n}_{i + 1}", cause, f, n, i) for i in logs for n in HARMONICS for f in ("cos", "sin")]
+    if cause == ANGLE:
+        angles = np.concatenate([segment.angle for segment in ready.segments])
+        middle = round(0.5 * float(angles.min() + angles.max()), 2)
+        if np.ptp(angles) == 0:
+            raise StickslipError(f"The body does not turn in slip: the logs cannot show a disturbance '{cause}'.")
+        return [Term(f"angle{n}", cause, "angle", n, None, middle) for n in POWERS]
+    scales = [Term(f"scale_{i + 1}", cause, "time", 0, i) for i in logs if i]
+    return [*scales, *(Term(f"trend_{i + 1}", cause, "time", 1, i) for i in logs)]
+
+
+def disturbed(terms: Sequence[Term], x: np.ndarray, place: Place) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Factor of the friction where it acted, and its derivative by each term. x: (m,) values."""
+    shapes = [term.shape(place) for term in terms]
+    causes = [term.moves if term.moves not in ("cos", "sin") else "turn" for term in terms]
+    sums: dict[str, np.ndarray] = {}
+    for value, shape, cause in zip(x, shapes, causes, strict=True):
+        sums[cause] = sums.get(cause, np.ones(1)) + value * shape
+    others = {cause: _product([one for other, one in sums.items() if other != cause]) for cause in sums}
+    slopes = [shape * others[cause] for shape, cause in zip(shapes, causes, strict=True)]
+    return _product(list(sums.values())), slopes
+
+
+def _product(factors: Sequence[np.ndarray]) -> np.ndarray:
+    return reduce(np.multiply, factors, np.ones(1))
+
+
+@cache
+def disturbed_oscillator(disc: str, law: str, parameters: tuple[tuple[str, int], ...], reference: float) -> Fmu:
+    """The rig with one disc ("disc0") whose normal force has these factors (what, order): parameters cos1, sin1, cos2,
+    sin2, angle1, angle2, angle3, and an input ``turned``, rad, the drive's angle."""
+    import sympy
+
+    from fmu_models.codegen.package import built_of, variant
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.language.contacts import Friction
+    from fmu_models.language.laws.conti import Conti
+    from fmu_models.language.quantities import Input, Parameter
+    from fmu_models.lowering.lower import lower
+
+    rig = variant("disc_rig", [disc])
+    (contact,), (theta,) = rig.contacts, rig.coordinates
+    assert isinstance(contact, Friction) and isinstance(contact.law, Conti)
+    turned = Input("turned", 0.0, "rad", "angle of the drive")
+    of = {"cos": sympy.cos, "sin": sympy.sin}
+    turn, bend = sympy.Integer(1), sympy.Integer(1)
+    for what, order in parameters:
+        if what == "angle":
+            unit = "1/rad" if order == 1 else f"1/rad{order}"
+            bend += (
+                Parameter(f"angle{order}", 0.0, unit, f"of power {order} of the angle") * (theta - reference) ** order
+            )
+        else:
+            amplitude = Parameter(f"{what}{order}", 0.0, "1", f"of the {what} of {order} turns of the drive")
+            turn += amplitude * of[what](order * turned)
+    named = "_".join(["disturbed", *(f"{what}{order}" for what, order in parameters)])
+    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend)}), name=named)
+    return Fmu.open(built_of(lower(variant(own, laws={disc: law}))))

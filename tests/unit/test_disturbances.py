@@ -1,0 +1,121 @@
+"""Disturbances of a real bench: emulated, found by name, corrected; nothing is found on a clean one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
+from identification.estimators.base import Options
+from identification.estimators.disturbances import ANGLE, CAUSES, FORCE, WEAR, terms_of
+from identification.estimators.shooting import slip_shooting
+from identification.estimators.shooting_segments import shooting_problem
+from identification.fit.causes import find_causes
+from identification.fit.fit import fit_friction
+from identification.fit.result import FrictionFit
+from identification.laws import find_law
+from identification.measurement.pooling import Pool, pool
+from rig_io.bench.disturbances import Disturbances
+from rig_io.bench.drive import Ripple
+from rig_io.bench.emulator import Emulation, emulate, standard_set
+from rig_io.sensors.motion import integrated
+
+TRUTH = np.array([0.65, 0.35, 15.0])
+CONTI = find_law("Conti")
+CASES = {
+    FORCE: (Disturbances(once=0.005), 0.005),
+    ANGLE: (Disturbances(angle=0.05), 0.05),
+    WEAR: (Disturbances(per_log=0.01, within=0.01), 0.015),
+}
+
+
+def bench(disturbances: Disturbances, duration: float = 10.0) -> Pool:
+    settings = standard_set(disturbances=disturbances, duration=duration, ripple=Ripple(smoothing=0.02))
+    return pool([emulate(one, 11, number) for number, one in enumerate(settings)])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_disturbance_is_found_by_name_and_corrected(name: str) -> None:
+    disturbances, size = CASES[name]
+    ready = bench(disturbances)
+    fit = fit_friction(ready, estimator="weak-form", disturbances="auto")
+    (cause,) = fit.causes
+    assert cause.name == name and cause.size == pytest.approx(size, rel=0.08)
+    middle = terms_of(ready, [name])[0].reference if name == ANGLE else 0.1
+    truth = TRUTH * [1 + disturbances.by_angle(np.array(middle))] * [1, 1, 0] + TRUTH * [0, 0, 1]
+    error = np.abs(fit.law_values / truth - 1)
+    # 10 s a log: 1.4 times what 20 s leave (0.3, 0.3 and 1.5 % of mu_s, mu_k and p), three standard deviations of it
+    assert (error < [0.008, 0.008, 0.05]).all()
+    before = np.array([(q.value, q.total_deviation) for q in fit.plain])
+    assert (before[:, 1] > [q.total_deviation for q in fit.parameters]).all()
+    assert FrictionFit.from_json(fit.to_json()) == fit
+
+
+def test_nothing_is_found_on_a_clean_bench_and_the_plain_fit_stays() -> None:
+    ready = bench(Disturbances())
+    assert find_causes(ready, CONTI) == ()
+    plain, searched = (fit_friction(ready, estimator="weak-form", disturbances=one) for one in ("none", "auto"))
+    assert searched == plain and not searched.causes
+
+
+def test_shooting_has_exact_derivatives_by_every_disturbance_and_finds_them() -> None:
+    ready = bench(Disturbances(once=0.02, angle=0.02, per_log=0.02), duration=5.0)
+    options = Options(disturbances=terms_of(ready, (FORCE, ANGLE, WEAR)))
+    first = ESTIMATORS.load("weak-form").estimate(ready, CONTI, options).solution.values
+    segments, known = slip_shooting(ready)
+    problem = shooting_problem(ready, CONTI, segments[::4], first, options, known)
+    x, here = problem.first, problem.evaluate(problem.first)
+    for place, term in enumerate(options.disturbances, 3):
+        step = 1e-4 * np.eye(len(x))[place] * (10 if term.moves == "angle" else 1)
+        ahead, back = (problem.evaluate(x + sign * step).residual for sign in (1, -1))
+        slope = (ahead - back) / (2 * step[place])
+        # the projection on start states moves with x: to the order of the residual (1) over the slope
+        off = np.linalg.norm(slope - here.gradient[:, place])
+        assert off < 0.02 * np.linalg.norm(slope) + 1e-9, term.name
+
+
+def test_sizes_of_the_emulated_disturbances() -> None:
+    one = Disturbances(once=0.03, twice=0.01, per_log=0.02, within=0.04, angle=0.05, drift=3e-4)
+    time, angle = np.linspace(0, 20, 4001), np.linspace(0, 40 * np.pi, 4001)
+    load = one.load(time, angle, 20.0, 2, np.random.default_rng(1))
+    trend = 1.04 + 0.04 * (time / 20 - 0.5)
+    spectrum = np.abs(np.fft.rfft((load / trend - 1)[:-1])) / 2000
+    np.testing.assert_allclose(spectrum[[20, 40]], [0.03, 0.01], rtol=1e-9)
+    assert np.max(np.abs(one.by_angle(np.linspace(0, 0.2, 401)))) == pytest.approx(0.05)
+    shown = one.displacement(time, np.random.default_rng(2))
+    assert np.max(np.abs(shown)) == pytest.approx(3e-4) and np.max(np.abs(np.diff(shown))) < 1e-6
+
+
+def test_disturbances_of_no_size_change_nothing_but_the_counter_of_the_drive() -> None:
+    plain = Emulation("a", duration=2.0)
+    still, bare = emulate(replace(plain, disturbances=Disturbances()), 3, 1), emulate(plain, 3, 1)
+    np.testing.assert_allclose(still.column("laser"), bare.column("laser"), atol=1.001e-3)  # one step of the reading
+    assert np.mean(still.column("laser") == bare.column("laser")) > 0.999
+    begin = still.column("drive0_count")[0] - bare.column("drive0_count")[0]
+    assert 0 < begin < 1000
+
+
+def test_a_smooth_drive_has_no_white_accelerations() -> None:
+    rough, smooth = (
+        Ripple(smoothing=width).speed(1.0, 20.0, np.random.default_rng(1), np.random.default_rng(2))[:2]
+        for width in (0.0, 0.02)
+    )
+    jumps = [np.std(np.diff(speed)) for _, speed in (rough, smooth)]
+    # white increments through a Gaussian window of 20 knots
+    assert jumps[1] / jumps[0] == pytest.approx((2 * 20 * np.sqrt(np.pi)) ** -0.5, rel=0.2)
+    assert integrated(*smooth).angle[-1] == pytest.approx(integrated(*rough).angle[-1], rel=1e-3)
+
+
+def test_what_cannot_be_estimated_is_said() -> None:
+    ready = bench(Disturbances(), duration=4.0)
+    with pytest.raises(StickslipError, match=r"no disturbance 'weer'.*wear"):
+        fit_friction(ready, disturbances=["weer"])
+    with pytest.raises(StickslipError, match="one disturbance"):
+        fit_friction(ready, disturbances=list(CAUSES))
+    with pytest.raises(StickslipError, match="one driving disc"):
+        terms_of(replace(ready, contacts=("disc0", "disc1")), [WEAR])
+    with pytest.raises(StickslipError, match=r"up to 0\.5"):
+        Disturbances(once=0.7)

@@ -167,6 +167,10 @@ class Files:
         Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")
     ] = None
     figure: Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")] = None
+    interactive: Annotated[
+        Path | None,
+        typer.Option("--interactive", help="Write a page (html) with zoom and values under the cursor."),
+    ] = None
     overwrite: Overwrite = False
     json: Json = False
 
@@ -175,7 +179,7 @@ class Files:
         self._check(SUFFIXES, self.output)
 
     def _check(self, suffixes: Sequence[str], written: Path | None) -> None:
-        refuse_existing(written, self.figure, overwrite=self.overwrite)
+        refuse_existing(written, self.figure, self.interactive, overwrite=self.overwrite)
         if self.output is not None and self.output.suffix.lower() not in suffixes:
             raise StickslipError(
                 f"'{self.output}' must end in one of {', '.join(suffixes)}, by which the format is chosen."
@@ -184,6 +188,10 @@ class Files:
             from fmu_models.report.figures import check_format
 
             check_format(self.figure)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import check_page
+
+            check_page(self.interactive)
 
     def tell(self, found: Pictured, content: dict[str, Any]) -> None:
         """Write what was found, and say it."""
@@ -195,8 +203,12 @@ class Files:
                     found.to_xarray().to_netcdf(temporary, engine="scipy")
         if self.figure is not None:
             found.figure(self.figure, overwrite=self.overwrite)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import write_page
+
+            write_page(found, self.interactive, overwrite=self.overwrite)
         content["how"] = getattr(found, "how", "")
-        content["files"] = [str(path) for path in (self.output, self.figure) if path]
+        content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
         def show(out: Console) -> None:
             out.print(found.summary(), markup=False, highlight=False)
@@ -247,6 +259,10 @@ class Runs:
         """Arguments of an analysis."""
         kept = {"store": files.store, "resume": files.resume, "overwrite": files.overwrite}
         return {"workers": self.workers, "scheduler": self.scheduler, **kept}
+
+
+StillFiles = Annotated[Files, Without("interactive")]
+StillStored = Annotated[StoredFiles, Without("interactive")]
 
 
 def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:

@@ -20,7 +20,7 @@ def lyapunov(
     transient: Annotated[int, typer.Option(help="Steps of each motion before that.", min=0)] = 1000,
     motions: Annotated[int, typer.Option(help="Motions that are followed.", min=2)] = 8,
     runs: f.Runs,
-    files: f.StoredFiles,
+    files: f.StillStored,
 ) -> None:
     """Find all Lyapunov exponents of a motion, with their errors.
 

@@ -64,6 +64,16 @@ def test_exponents_of_a_map_a_model_and_a_scene(stickslip):
     assert "2 Lyapunov exponents" in stickslip("lyapunov", "henon", "--steps", 2000).out
 
 
+def test_a_family_takes_from_its_scene_what_it_is_not_given(stickslip):
+    whole = stickslip("diagram", "bouncing_ball_diagram", "--json").json
+    assert len(whole["values"]) == 141 and whole["periods"][0][0] == 1 and 8 in whole["periods"][0]
+    asked = ("--over", "A=0.003:0.0031:2", "--direction", "down")
+    part = stickslip("diagram", "bouncing_ball_diagram", *asked, "--json").json
+    assert part["values"] == [0.003, 0.0031] and part["directions"] == ["down"] and part["periods"] == [[1, 1]]
+    basins = stickslip("basins", "bouncing_ball_diagram")
+    assert basins.code == 2 and "A range for each axis is needed" in basins.err
+
+
 def test_a_chart_a_section_and_a_spectrum(stickslip):
     rig = ("disc_rig", "--period", 1, "--autonomous", "--what", "stick", "--transient", 34, "--points", 6)
     found = stickslip("chart", *rig, "--over", "w0=0.2:1.8:3", "--over", "w1=-0.6:1:3", "--json").json
@@ -89,6 +99,7 @@ def test_a_chart_a_section_and_a_spectrum(stickslip):
         (("spectrum", "henon"), "is a map"),
         (("lyapunov", "henon", "-o", "x.txt"), ".csv"),
         (("lyapunov", "henon", "--figure", "x.gif"), "known format"),
+        (("diagram", "henon", "--over", "a=1:1.4:3", "--interactive", "x.png"), "end it in .html"),
     ],
 )
 def test_bad_arguments_are_refused(stickslip, tmp_path, arguments, said):

@@ -78,7 +78,8 @@ def basin(f: float = 0.418) -> None:
         return int(np.argmin([np.abs(one - ends).max(axis=1).min() for one in orbits]))
 
     words = ["-".join(map(str, (one.period, *getattr(one, "began", ())))) for one in found.attractors]
-    print(f"\nbasin of the hinge at f = {f:g}: {dict(zip(words, found.shares * 1681, strict=False))} of {words}")
+    counts = ", ".join(f"{word} {int((found.labels == i).sum())}" for i, word in enumerate(words))
+    print(f"\nbasin of the hinge at f = {f:g}: {counts}, undecided {found.undecided}")
     differ = [(i, k) for i in range(41) for k in range(41) if label(i, k, 150) != found.labels[i, k]]
     for steps in (150, 600, 2400):
         differ = [(i, k) for i, k in differ if label(i, k, steps) != found.labels[i, k]]

@@ -14,8 +14,9 @@ a trace on it.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,10 +24,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -52,6 +56,7 @@ class Chart(Pictured):
         failures: why, by row and column.
         runs: how many were made.
         how: of ``SectionSystem``.
+        provenance: what it was made of; see ``Execution``.
     """
 
     model: str
@@ -63,6 +68,7 @@ class Chart(Pictured):
     made: NDArray[np.bool_]
     failures: Mapping[tuple[int, int], str]
     how: str = ""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -85,7 +91,8 @@ class Chart(Pictured):
 
         names = list(self.axes)
         data = {"label": (names, self.labels), "value": (names, self.values), "made": (names, self.made)}
-        return xarray.Dataset(data, dict(self.axes), {"model": self.model, "classes": list(self.classes)})
+        attributes = {"model": self.model, "classes": list(self.classes), PROVENANCE: told(self.provenance)}
+        return xarray.Dataset(data, dict(self.axes), attributes)
 
     def _heading(self) -> str:
         return f"Chart of {self.model}: {self.what} over {' and '.join(self.axes)}, {self.runs} runs"
@@ -110,6 +117,10 @@ def chart(
     longest: int = 24,
     refine: int = 1,
     workers: int | None = None,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Chart:
@@ -123,12 +134,12 @@ def chart(
         points: steps over which it is then looked at.
         longest: period that is looked for.
         refine: cells from one of the coarse grid to the next, a power of two; 1: all cells are run.
-        workers: threads.
+        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done, of each round of refinement.
         axes: values (m,) and (n,) of two parameters.
 
     Raises:
-        StickslipError: not two parameters, unknown names, values out of their range, no such class.
+        StickslipError: not two parameters, unknown names, values out of their range, no such class; as ``Execution``.
     """
     if what not in WHAT:
         raise StickslipError(f"A chart shows one of {', '.join(WHAT)}, found '{what}'.")
@@ -139,28 +150,66 @@ def chart(
         raise StickslipError(f"The coarse grid is a power of two cells apart, found {refine}.")
     for name, one in values.items():
         system.check(name, one)
-    begin = system.start(start)
+    how = _Cells(what, system.start(start), transient, points, longest)
+    plan = {"analysis": "chart", **vars(how), "refine": refine, "axes": values}
+    with Execution(
+        system,
+        plan,
+        workers=workers,
+        scheduler=scheduler,
+        store=store,
+        resume=resume,
+        overwrite=overwrite,
+        progress=progress,
+    ) as execution:
+        found = _charted(execution, system, how, refine, values)
+        execution.finish(found)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """What a run of a cell is, and what is asked of it."""
+
+    what: str
+    start: Vector
+    transient: int
+    points: int
+    longest: int
+
+    def jobs(self, varied: Mapping[str, Vector], count: int) -> Jobs:
+        return Jobs(
+            np.tile(self.start, (count, 1)),
+            varied,
+            transient=self.transient,
+            rows=max(self.points, 2 * self.longest) if self.what != "exponent" else 1,
+            longest=0 if self.what in ("stick", "exponent") else self.longest,
+            settled=SETTLED,
+            tangents=int(self.what == "exponent"),
+            batch=TANGENT_STEPS if self.what == "exponent" else 1,
+        )
+
+
+def _charted(
+    execution: Execution, system: SectionSystem, how: _Cells, refine: int, values: Mapping[str, Vector]
+) -> Chart:
     shape = tuple(one.size for one in values.values())
     kept: dict[tuple[int, int], tuple[str, float]] = {}
     failures: dict[tuple[int, int], str] = {}
 
     def run(cells: list[tuple[int, int]]) -> None:
         varied = {name: one[[cell[k] for cell in cells]] for k, (name, one) in enumerate(values.items())}
-        jobs = Jobs(
-            np.tile(begin, (len(cells), 1)),
-            varied,
-            transient=transient,
-            rows=max(points, 2 * longest) if what != "exponent" else 1,
-            longest=0 if what in ("stick", "exponent") else longest,
-            settled=SETTLED,
-            tangents=int(what == "exponent"),
-            batch=TANGENT_STEPS if what == "exponent" else 1,
-        )
-        made = system.make(jobs, workers=workers, progress=progress)
-        for i, (cell, found) in enumerate(zip(cells, _classes(system, made, varied, what, longest), strict=True)):
-            kept[cell] = found
-            if made.outcomes[i] > families.ABSORBED:
-                failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
+
+        def take(begin: int, made: Rows) -> None:
+            end = begin + len(made.filled)
+            part = {name: one[begin:end] for name, one in varied.items()}
+            found = _classes(system, made, part, how.what, how.longest)
+            for i, cell in enumerate(cells[begin:end]):
+                kept[cell] = found[i]
+                if made.outcomes[i] > families.ABSORBED:
+                    failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
+
+        execution.each(how.jobs(varied, len(cells)), take)
 
     labels = _filled(shape, refine, kept, run)
     classes = tuple(sorted({label for label in labels.ravel() if label}, key=_in_order))
@@ -170,7 +219,9 @@ def chart(
     for cell, (_, value) in kept.items():
         numbers[cell], made[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
-    return Chart(system.name, what, values, classes, indices, numbers, made, failures, system.how)
+    return Chart(
+        system.name, how.what, values, classes, indices, numbers, made, failures, system.how, execution.provenance
+    )
 
 
 def _in_order(label: str) -> tuple[Any, ...]:

@@ -27,15 +27,17 @@ from numpy.typing import NDArray
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses import stepwise
 from fmu_models.analyses.importer_steps import Begin, ImporterSteps
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.flow import constants_of
+from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
+from fmu_models.simulation.rows import Rows, joined
 from fmu_models.simulation.run import check_names, check_value, simulate
 from fmu_models.simulation.sections import Section
 from fmu_models.simulation.trajectory import Trajectory
@@ -79,8 +81,7 @@ class FmuSection(SectionSystem):
         self.fmu, self.forcing, self.period = fmu, forcing, period
         self.tolerance = tolerance or (TOLERANCE if fmu.ours else TOLERANCE_OF_OTHERS)
         self.values = _checked(fmu, self.parameters, parameters, forcing, period)
-        self._engine = engine_of(fmu) if fmu.ours else None
-        self._importer = None if fmu.ours else ImporterSteps(fmu, self.tolerance)
+        self._follow()
 
     @property
     def name(self) -> str:
@@ -206,10 +207,31 @@ class FmuSection(SectionSystem):
         states = {name: value for name, value in found.items() if name in self.fmu.states}
         return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
 
+    def resumed(self, start: Vector, end: Vector) -> Vector:
+        """In a chain that the engine makes in one call the phase is that of the start."""
+        phased = self._engine is not None and self.states[-1:] == ("phase",)
+        return np.concatenate([end[:-1], start[-1:]]) if phased else end
+
+    def identity(self) -> dict[str, Any]:
+        """With the FMU's token and hash."""
+        return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: one for name, one in vars(self).items() if name not in ("_engine", "_importer")}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        vars(self).update(state)
+        self._follow()
+
     def trajectory(self, point: Vector, times: Vector) -> Trajectory:
         """The motion from a point (n,), whose phase is left out, from 0 to the last of some times (m,), s."""
         given: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
         return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **given)
+
+    def _follow(self) -> None:
+        """Who makes the steps: the engine of an FMU of ours, or the importer."""
+        self._engine = engine_of(self.fmu) if self.fmu.ours else None
+        self._importer = None if self.fmu.ours else ImporterSteps(self.fmu, self.tolerance)
 
     @abstractmethod
     def _where(self) -> Where:
@@ -287,42 +309,32 @@ class FmuSection(SectionSystem):
             return stepwise.run(self, jobs, stop)
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
-            return families.joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+            return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
         places = [place for _, place in self._columns]
         periods = self.periods(jobs.varied, len(jobs))
         sizes = (len(self.fmu.states), len(self.contacts))
         made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
         lost = np.flatnonzero(made.outcomes == families.LOST)
-        points = made.points[..., places]
-        derivatives = made.jacobians
+        points, derivatives = made.points[..., places], made.derivatives
         if jobs.derivatives:
             derivatives = np.zeros((*points.shape, len(places)))
-            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.jacobians[:, :, places, :]
+            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.derivatives[:, :, places, :]
         if self.states[-1:] == ("phase",):
             points[..., -1] /= periods[:, None]
             derivatives[:, :, -1:, :] /= periods[:, None, None, None]
             derivatives[..., -1:] *= periods[:, None, None, None]
-        return Rows(
-            points,
-            made.points[..., -1],
-            made.held,
-            made.began,
-            made.growth,
-            derivatives,
-            made.rows,
-            made.steps,
-            made.outcomes,
-            made.recurs,
-            made.orbits,
-            {int(i): self._lost(float(periods[i])) for i in lost} | dict(made.messages),
-        )
+        messages = {int(i): self._lost(float(periods[i])) for i in lost} | made.messages
+        return replace(made, points=points, derivatives=derivatives, messages=messages)
 
     def _runs(self, jobs: Jobs) -> Runs:
         m, n = len(jobs), len(self.fmu.states)
         variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
         given = self.states[: -1 if phased else None]
-        values = np.stack([*constants.values(), *self._placed(jobs.starts).T[: len(given)]], axis=1)
+        placed = self._placed(jobs.starts)
+        if jobs.resumed:
+            placed = np.concatenate([jobs.starts[:1], placed[1:]])
+        values = np.stack([*constants.values(), *placed.T[: len(given)]], axis=1)
         periods = self.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / self.sizes()[:n]
@@ -397,6 +409,13 @@ class Strobe(FmuSection):
             )
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
+
+    def log_volumes(self, points: Vector) -> Vector | None:
+        """By the divergence of the rates, where no event changes volumes."""
+        if not keeps_volumes(self.fmu):
+            return None
+        length = self.every * float(self.periods({}, 1)[0])
+        return np.array([volume_change(self.fmu, length, **self.as_run(point)) for point in points])
 
     def _phase(self, place: int) -> list[tuple[str, int]]:
         return []

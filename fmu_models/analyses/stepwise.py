@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as outcome
-from fmu_models.analyses.jobs import Jobs, Rows, joined
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.simulation.rows import Rows, joined
 
 Vector = NDArray[np.float64]
 
@@ -91,20 +92,8 @@ class _Together:
         contacts, k = len(system.contacts), jobs.tangents
         self.system, self.jobs = system, jobs
         self.x = np.array(jobs.starts, dtype=float)
-        self.rows = Rows(
-            np.full((m, jobs.rows, n), np.nan),
-            np.full((m, jobs.rows), np.nan),
-            np.zeros((m, jobs.rows, contacts)),
-            np.zeros((m, jobs.rows, contacts), np.int32),
-            np.full((m, jobs.rows, k), np.nan),
-            np.full((m, jobs.rows, n, n) if jobs.derivatives else (m, jobs.rows, 0, 0), np.nan),
-            np.zeros(m, np.int64),
-            np.zeros(m, np.int64),
-            np.zeros(m, np.int32),
-            np.zeros(m, np.int64),
-            np.full(m, -1, np.int64),
-            {},
-        )
+        derivatives = (n, n) if jobs.derivatives else (0, 0)
+        self.rows = Rows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
         self.left = np.full(m, jobs.transient)
         self.wanted = np.full(m, jobs.rows)
         self.frames = np.broadcast_to(np.eye(n)[:, :k], (m, n, k)).copy()
@@ -186,7 +175,7 @@ class _Together:
         """Runs that do not arrive, or go to infinity."""
         for i, why in made.why.items():
             self.rows.outcomes[group[i]] = outcome.BROKEN if why else outcome.LOST
-            self.rows.messages[int(group[i])] = why  # type: ignore[index]
+            self.rows.messages[int(group[i])] = why
         with np.errstate(invalid="ignore"):
             far = ~(np.abs(self.x[group]) < FAR).all(axis=1)
         far &= self.rows.outcomes[group] == outcome.FINISHED

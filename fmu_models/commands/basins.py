@@ -20,8 +20,8 @@ def basins(
         int | None,
         typer.Option(help="Steps after which a motion is taken to stay as it is.", min=1, show_default="3000"),
     ] = None,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Map which attractor each start of a grid comes to.
 
@@ -38,7 +38,7 @@ def basins(
             system,
             start=section.starts(),
             **options,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
             **axes,
         )

@@ -29,8 +29,8 @@ def chart(
         int | None,
         typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1, show_default="1"),
     ] = None,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Chart what a motion becomes over two parameters.
 
@@ -47,7 +47,7 @@ def chart(
             system,
             start=section.starts(),
             **options,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
             **axes,
         )

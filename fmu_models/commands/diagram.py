@@ -24,8 +24,8 @@ def diagram(
         int | None, typer.Option(help="Points kept where a motion does not repeat itself.", min=1, show_default="50")
     ] = None,
     of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Show where motions stay over a parameter, swept up and down.
 
@@ -44,7 +44,7 @@ def diagram(
             values,
             start=section.starts(),
             **options,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
         )
     content = {

@@ -30,9 +30,8 @@ Ranges = Annotated[
     list[str] | None,
     typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced (default: those of a scene)."),
 ]
-Workers = Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)]
 
-SUFFIXES = (".csv", ".nc")
+SUFFIXES, STORE = (".csv", ".nc"), ".zarr"
 
 
 @dataclass(frozen=True)
@@ -168,24 +167,35 @@ class Files:
         Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")
     ] = None
     figure: Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")] = None
+    interactive: Annotated[
+        Path | None,
+        typer.Option("--interactive", help="Write a page (html) with zoom and values under the cursor."),
+    ] = None
     overwrite: Overwrite = False
     json: Json = False
 
     def check(self) -> None:
         """Refuse before the work what could not be written after it."""
-        refuse_existing(self.output, self.figure, overwrite=self.overwrite)
-        if self.output is not None and self.output.suffix.lower() not in SUFFIXES:
+        self._check(SUFFIXES, self.output)
+
+    def _check(self, suffixes: Sequence[str], written: Path | None) -> None:
+        refuse_existing(written, self.figure, self.interactive, overwrite=self.overwrite)
+        if self.output is not None and self.output.suffix.lower() not in suffixes:
             raise StickslipError(
-                f"'{self.output}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen."
+                f"'{self.output}' must end in one of {', '.join(suffixes)}, by which the format is chosen."
             )
         if self.figure is not None:
             from fmu_models.report.figures import check_format
 
             check_format(self.figure)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import check_page
+
+            check_page(self.interactive)
 
     def tell(self, found: Pictured, content: dict[str, Any]) -> None:
         """Write what was found, and say it."""
-        if self.output is not None:
+        if self.output is not None and self.output.suffix.lower() != STORE:
             with write_whole(self.output, overwrite=self.overwrite) as temporary:
                 if self.output.suffix.lower() == ".csv":
                     found.frame.to_csv(temporary, float_format="%.17g")
@@ -193,8 +203,12 @@ class Files:
                     found.to_xarray().to_netcdf(temporary, engine="scipy")
         if self.figure is not None:
             found.figure(self.figure, overwrite=self.overwrite)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import write_page
+
+            write_page(found, self.interactive, overwrite=self.overwrite)
         content["how"] = getattr(found, "how", "")
-        content["files"] = [str(path) for path in (self.output, self.figure) if path]
+        content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
         def show(out: Console) -> None:
             out.print(found.summary(), markup=False, highlight=False)
@@ -204,6 +218,51 @@ class Files:
                 out.print(f"written: {path}")
 
         console.say(self.json, content, show)
+
+
+@dataclass(frozen=True)
+class StoredFiles(Files):
+    """The same of an analysis that makes many runs, whose chunks can be kept as they come."""
+
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the table as .csv, the arrays as .nc, or all runs as they come into a .zarr store.",
+        ),
+    ] = None
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an unfinished store: -o run.zarr.")] = False
+
+    @property
+    def store(self) -> Path | None:
+        """The store, where one is asked for."""
+        return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
+
+    def check(self) -> None:
+        """As for ``Files``; a store refuses what is there already by itself."""
+        self._check((*SUFFIXES, STORE), None if self.store else self.output)
+        if self.resume and self.store is None:
+            raise StickslipError("--resume goes on with a store, which keeps the runs: name it, -o run.zarr.")
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Who makes the runs."""
+
+    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None
+
+    def options(self, files: StoredFiles) -> dict[str, Any]:
+        """Arguments of an analysis."""
+        kept = {"store": files.store, "resume": files.resume, "overwrite": files.overwrite}
+        return {"workers": self.workers, "scheduler": self.scheduler, **kept}
+
+
+StillFiles = Annotated[Files, Without("interactive")]
+StillStored = Annotated[StoredFiles, Without("interactive")]
 
 
 def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:

@@ -19,8 +19,8 @@ def lyapunov(
     steps: Annotated[int, typer.Option(help="Steps of the section, all motions together.", min=2)] = 100_000,
     transient: Annotated[int, typer.Option(help="Steps of each motion before that.", min=0)] = 1000,
     motions: Annotated[int, typer.Option(help="Motions that are followed.", min=2)] = 8,
-    workers: f.Workers = None,
-    files: f.Files,
+    runs: f.Runs,
+    files: f.StillStored,
 ) -> None:
     """Find all Lyapunov exponents of a motion, with their errors.
 
@@ -37,7 +37,7 @@ def lyapunov(
             periods=steps,
             transient=transient,
             motions=motions,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
         )
     content = {
@@ -50,6 +50,7 @@ def lyapunov(
         "unit": found.unit,
         "steps": found.steps,
         "zero": found.zero,
+        "identity": found.identity,
         "lost": found.lost,
         "shares": dict(found.shares),
         "transient": dataclasses.asdict(found.transient) if found.transient else None,

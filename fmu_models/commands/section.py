@@ -17,7 +17,7 @@ def section(
     *,
     points: Annotated[int | None, typer.Option(help="Points of the section.", min=1, show_default="5000")] = None,
     transient: Annotated[int | None, typer.Option(help="Steps before that.", min=0, show_default="500")] = None,
-    files: f.Files,
+    files: f.StillFiles,
 ) -> None:
     """Take a Poincaré section of a motion.
 

@@ -22,7 +22,7 @@ def spectrum(
     transient: Annotated[int, typer.Option(help="Periods before that.", min=0)] = 1000,
     lines: Annotated[int, typer.Option(help="Harmonics of the forcing, of a periodic motion.", min=1)] = 8,
     periods: Annotated[int, typer.Option(help="Periods of the forcing, of another motion.", min=32)] = 1024,
-    files: f.Files,
+    files: f.StillFiles,
 ) -> None:
     """Compute the lines of a periodic motion, or the density of one that is not.
 
@@ -50,7 +50,7 @@ def spectrum(
         if not rows.filled[0]:
             raise StickslipError(f"The motion ends before it is settled: {next(iter(rows.messages.values()), 'lost')}.")
         length = float(system.periods({}, 1)[0])
-        times = np.arange(periods * SAMPLES) * (length / SAMPLES)
+        times = np.arange(periods * SAMPLES, dtype=float) * (length / SAMPLES)
         found = density_spectrum(system.trajectory(rows.ends[0], times), variable)
     content = {
         "model": system.name,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fmu_models.scene.kinds.kind import Row
     from fmu_models.simulation.trajectory import Trajectory
 
-BARS = 6  # values up to which exponents are bars in a panel each
+BARS = 2  # values up to which exponents are bars in a panel each
 WIDTH = 6.3  # inches: a page of a journal
 
 
@@ -42,7 +42,8 @@ def draw(
     """
     if not panels:
         raise StickslipError("There is no motion to draw.")
-    columns, rows = _grid(len(panels))
+    columns = 2 if len(panels) == 4 else min(3, len(panels))
+    rows = math.ceil(len(panels) / columns)
     figure = Figure(figsize=(1.0 + 3.6 * columns, 0.8 + 3.0 * rows), layout="constrained")
     figure.suptitle(title)
     figure.get_layout_engine().set(w_pad=0.1)  # type: ignore[union-attr] # labels of neighbours stay apart
@@ -74,8 +75,9 @@ def draw_families(title: str, over: str, rows: Sequence[Row], path: Path, *, ove
     families = {id(row.family): row for row in rows}
     exponents = isinstance(rows[0].family, Exponents)
     count = 1 if exponents and len(rows) > BARS else len(families)
-    columns, lines = _grid(count)
-    figure = Figure(figsize=(WIDTH * max(1.0, columns / 1.5), 0.5 + 3.7 * lines), layout="constrained")
+    columns = min(2, count)
+    lines = math.ceil(count / columns)
+    figure = Figure(figsize=(WIDTH if columns == 1 else 1.3 * WIDTH, 0.5 + 3.7 * lines), layout="constrained")
     figure.suptitle(title, fontsize="medium")
     grid = list(figure.subplots(lines, columns, squeeze=False).flat)
     if exponents and count == 1 < len(rows):
@@ -84,8 +86,7 @@ def draw_families(title: str, over: str, rows: Sequence[Row], path: Path, *, ove
         for axes, row in zip(grid, families.values(), strict=False):
             assert row.family is not None
             row.family.plot(axes)
-            if row.at is not None and count > 1:
-                axes.set_title(f"{over} = {row.at:g}", fontsize="medium")
+            axes.set_title("" if row.at is None or count == 1 else f"{over} = {row.at:g}", fontsize="medium")
     for axes in grid[count:]:
         axes.set_axis_off()
     save_figure(figure, path, overwrite=overwrite)
@@ -105,9 +106,3 @@ def _exponents(over: str, rows: Sequence[Row], axes: Axes) -> None:
     axes.set_xlabel(over)
     axes.set_ylabel(f"growth rate (1/{found[0].unit}), bars: 3 standard errors")
     axes.legend(frameon=False)
-
-
-def _grid(count: int) -> tuple[int, int]:
-    """Columns and rows of so many panels."""
-    columns = 2 if count == 4 else min(3, count)
-    return columns, math.ceil(count / columns)

@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown, Tabular, axes_or_new, span
-from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
+from fmu_models.codegen.contact_states import (
+    AWAY,
+    CONTACT_STATES,
+    OPEN,
+    RIGID_STATES,
+    SLIP_MINUS,
+    SLIP_PLUS,
+    STICK,
+    TOUCHING,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -48,6 +57,15 @@ class Event:
     def is_impact(self) -> bool:
         """Whether an impulse acted."""
         return self.rigid and (self.work != 0.0 or self.before == self.after)
+
+    @property
+    def clock(self) -> str:
+        """The clock of the contact that ticks there, in an FMU of FMI 3: "stick", "slip", "impact", or ""."""
+        if self.rigid:
+            return "impact" if self.is_impact or self.before == OPEN else ""
+        if self.after == TOUCHING:
+            return "impact" if self.before == AWAY else ""
+        return {STICK: "stick", SLIP_MINUS: "slip", SLIP_PLUS: "slip"}.get(self.after, "")
 
     def __str__(self) -> str:
         names = RIGID_STATES if self.rigid else CONTACT_STATES

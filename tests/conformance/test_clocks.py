@@ -30,10 +30,6 @@ def clocked(request: pytest.FixtureRequest) -> Fmu:
     return Fmu.open(built(request.param))
 
 
-def clocks(fmu: Fmu) -> list[str]:
-    return [name for name, v in fmu.variables.items() if v.type == "Clock"]
-
-
 def expected(fmu: Fmu, events: list[Event]) -> list[tuple[float, str]]:
     """What the events of a run mean for clocks, told apart from the engine."""
     ticks = []
@@ -56,7 +52,7 @@ def active(one: Face, names: list[str]) -> list[str]:
 
 def ticks(one: Face, step: float) -> Iterator[tuple[float, str]]:
     """Those of a Co-Simulation with event mode."""
-    names, time = clocks(one.fmu), 0.0
+    names, time = one.fmu.clocks, 0.0
     one.initialize()
     assert active(one, names) == []
     one.api.enterStepMode()
@@ -80,7 +76,12 @@ def test_clocks_tick_at_the_events_of_our_own_run(clocked: Fmu) -> None:
         found = sorted(ticks(one, 0.7))
     assert [name for _, name in found] == [name for _, name in wanted]
     assert [t for t, _ in found] == pytest.approx([t for t, _ in wanted], rel=1e-9, abs=1e-9)
-    assert bool(wanted) == bool(clocks(clocked))
+    assert bool(wanted) == bool(clocked.clocks)
+    # what a run tells of its events says the same
+    assert (
+        sorted((e.time, f"{e.contact}.{e.clock}") for e in events if f"{e.contact}.{e.clock}" in clocked.clocks)
+        == wanted
+    )
 
 
 def test_clocks_of_an_importer_that_integrates_by_itself() -> None:
@@ -91,16 +92,35 @@ def test_clocks_of_an_importer_that_integrates_by_itself() -> None:
     with face(fmu, co_simulation=False) as one:
         one.set({name: float(before[name][0]) for name in fmu.states})
         one.initialize(first.time - near)
-        assert active(one, clocks(fmu)) == []
+        assert active(one, fmu.clocks) == []
         one.update()
         one.api.enterContinuousTimeMode()
         one.set_states(one.get(fmu.states) + 2 * near * one.derivatives())
         one.api.setTime(first.time + near)
         one.api.enterEventMode()
-        assert active(one, clocks(fmu)) == ["belt.stick"]
+        assert active(one, fmu.clocks) == ["belt.stick"]
         # the rates jump, whoever asked for the clock before
         assert one.update()[3]
-        assert one.contact_states() == [0] and active(one, clocks(fmu)) == []
+        assert one.contact_states() == [0] and active(one, fmu.clocks) == []
+
+
+def test_all_bounces_that_an_importer_has_passed_tick() -> None:
+    fmu = Fmu.open(built("impact_pair"))
+    own = simulate(fmu, 0.2, start={"v": 100.0}).events
+    assert [e.contact for e in own] == ["right", "left"]
+    with face(fmu, co_simulation=False) as one:
+        one.set({"v": 100.0})
+        one.initialize()
+        one.update()
+        one.api.enterContinuousTimeMode()
+        one.set_states(one.get(fmu.states) + 0.16 * one.derivatives())
+        one.api.setTime(0.16)
+        one.api.enterEventMode()
+        one.log("logEvents")
+        assert active(one, fmu.clocks) == ["right.impact", "left.impact"]
+        # the work of both, told once
+        told = [float(m.split()[-2]) for m in one.messages if "work" in m]
+        assert told == pytest.approx([sum(e.work for e in own)], rel=0.05)
 
 
 def test_a_clock_that_nobody_reads_is_silent_afterwards() -> None:
@@ -115,9 +135,9 @@ def test_a_clock_that_nobody_reads_is_silent_afterwards() -> None:
         one.update()
         one.api.enterStepMode()
         one.api.enterEventMode()
-        assert active(one, clocks(fmu)) == []
+        assert active(one, fmu.clocks) == []
         one.set_state(state)
-        assert active(one, clocks(fmu)) == ["table.impact"]
+        assert active(one, fmu.clocks) == ["table.impact"]
 
 
 def test_what_is_wrong_with_clocks_is_refused() -> None:

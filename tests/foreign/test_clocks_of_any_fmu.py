@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from build import build
 from models import FOLDER
+from rich.console import Console
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
@@ -17,7 +18,9 @@ from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import driver as drivers
 from fmu_models.importer.driver import Driver, simulate_any
+from fmu_models.importer.experiment import Experiment, perform
 from fmu_models.importer.motion_error import MotionError
+from fmu_models.report.run_summary import print_summary, summary
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 
@@ -140,6 +143,18 @@ def test_clocks_of_every_kind_tick(clocked: Fmu, method: str, period: float) -> 
     assert run["total"].dtype == np.int64 and "never" not in run.method
 
 
+def test_a_run_by_the_shell_tells_of_ticks(clocked: Fmu, partitions: Fmu, capsys: pytest.CaptureFixture[str]) -> None:
+    for fmu, said in (
+        (clocked, {"sample": 4, "grow": 4, "later": 1, "go": 1, "fifth": 2, "tuned": 3}),
+        (partitions, {"each": 2, "asked": 1, "soon": 0, "fifth": 0}),
+    ):
+        recording = perform(fmu, Experiment(1.0, inputs={name: 1.0 for name in ("go", "asked") if name in said}))
+        content = summary(fmu, recording)
+        assert content["clocks"] == said
+    print_summary(content | {"files": []}, Console(width=200))
+    assert "clocks: each 2, asked 1, soon 0, fifth 0 ticks" in capsys.readouterr().out
+
+
 def test_the_times_of_a_run_that_begins_later(clocked: Fmu) -> None:
     run = simulate_any(clocked, 3.0, start_time=2.0, inputs={"go": 0.5})
     assert ticked(run)["sample"] == pytest.approx([2.1, 2.35, 2.6, 2.85])
@@ -205,6 +220,8 @@ def test_partitions_are_scheduled(partitions: Fmu) -> None:
     assert run["handed"].tolist() == (1000.0 * n_soon).tolist()
     # 1, 2 at 0; 3, 4 at 1; the fifth at 2, the tenth at 6, the fifteenth at 9
     assert ticked(run) == {"each": [*range(10)], **at, "fifth": [2.0, 6.0, 9.0]}
+    # of what ticks at the same time the first is that of the lowest priority
+    assert [event.clocks for event in run.events if event.time == 9.0] == ["each, asked, fifth"]
 
 
 def test_partitions_that_nobody_asks_for(partitions: Fmu) -> None:

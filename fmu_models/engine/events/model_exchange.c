@@ -262,12 +262,14 @@ static RunStatus resolve_earlier(Run *r, double now, int *moved)
         return RUN_ERROR;
     }
     memcpy(struck, r->struck, sizeof struck);
+    const double work = r->impact_work;
     if (run_advance(r, now, 0, NULL, NULL) == RUN_ERROR) {
         return RUN_ERROR;
     }
     for (int c = 0; c < MODEL_NC; c++) {
         r->struck[c] |= struck[c];
     }
+    r->impact_work += work;
     memcpy(r->at.u, u, sizeof u);
     r->at.time = now;
     r->at.time_rest = 0.0;

@@ -18,6 +18,7 @@ from fmu_models.codegen.c_function import by_contact, function, split, varied_by
 from fmu_models.codegen.constants import Constants
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
 from fmu_models.codegen.jets import Recurrences, Slots
+from fmu_models.codegen.map_rule import rule_functions
 from fmu_models.codegen.variations import read_by
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
@@ -62,6 +63,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
             head + '#include "model/model.h"\n\n#include <float.h>\n#include <math.h>\n#include <stddef.h>\n',
             *facts,
             *guards,
+            rule_functions(system),
         ]
     )
     model += '\n#include "model/jets.h"\n#include "model/mass_matrix.h"\n#include "model_kind.c"\n'
@@ -370,6 +372,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
+        "IS_MAP": int(bool(system.rule)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']

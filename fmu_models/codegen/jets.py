@@ -25,7 +25,7 @@ _HALF = sympy.Rational(1, 2)
 # name -> the recurrence of jets.h for the series {y} of the operands {0}, {1} ..., and that of its variation in
 # pair_jets.h: {v0} is the variation of {0}, {c0} that of the first of its constants
 _RECURRENCES = {
-    "product": ("jet_product({0}, {1}, k)", "pair_product({0}, {v1}, k) + pair_product({1}, {v0}, k)"),
+    "product": ("jet_product({0}, {1}, k)", "pair_both({0}, {v0}, {1}, {v1}, k)"),
     "square": ("jet_square({0}, k)", "2.0 * pair_product({0}, {v0}, k)"),
     "power": ("jet_power({0}, {1}, {y}, k)", "pair_power({0}, {v0}, {1}, {c0}, {y}, {vy}, k)"),
     "sqrt": ("jet_sqrt({0}, {y}, k)", "pair_sqrt({v0}, {y}, {vy}, k)"),

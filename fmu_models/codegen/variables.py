@@ -21,6 +21,7 @@ from fmu_models.language.quantities import TIME, Parameter, State, per_second
 if TYPE_CHECKING:
     import sympy
 
+    from fmu_models.language.declaration import Output
     from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 
 BASE_UNITS = {
@@ -160,13 +161,9 @@ class SystemVariables(Variables):
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
         self.derivatives = [self._add_derivative(state) for state in self.states]
-        continuous = {"causality": "output", "variability": "continuous", "initial": "calculated", "intermediate": True}
-        first: dict[tuple[sympy.Expr, str], Variable] = {}
         self.outputs: list[Variable] = []
-        for o in system.outputs:
-            same = first.get((o.expression, o.unit))
-            self.outputs.append(self._add(o.name, o.description, unit=o.unit, same_as=same, **continuous))
-            first.setdefault((o.expression, o.unit), self.outputs[-1])
+        for output in system.outputs:
+            self.outputs.append(self._add_output(output))
         self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
         kinds = sorted({contact.kind for contact in system.contacts})
         self.types = {contact_states.type_name(kind): contact_states.meaning(kind) for kind in kinds}
@@ -182,18 +179,6 @@ class SystemVariables(Variables):
             for what in contact.indicators
         ]
         self.clocks = list(self._clocks())
-
-    def _clocks(self) -> Iterator[Variable]:
-        """The clocks of FMI 3, whose references follow those of the variables."""
-        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
-        for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
-            yield Variable(
-                reference=reference,
-                name=f"{contact.name}.{name}",
-                description=f"{contact.description}: {contact_states.TICKS[name]}",
-                causality="output" if contact.name in self.system.shown_clocks else "local",
-                variability="discrete",
-            )
 
     def _add_values(self) -> None:
         for p in self.system.parameters:
@@ -235,6 +220,19 @@ class SystemVariables(Variables):
             intermediate=True,
         )
 
+    def _add_output(self, output: Output) -> Variable:
+        before = zip(self.system.outputs, self.outputs, strict=False)
+        return self._add(
+            output.name,
+            output.description,
+            causality="output",
+            variability="continuous",
+            initial="calculated",
+            unit=output.unit,
+            intermediate=True,
+            same_as=next((v for o, v in before if (o.expression, o.unit) == (output.expression, output.unit)), None),
+        )
+
     def _add_memory(self, contact: ContactDynamics) -> Variable:
         return self._add(
             f"{contact.name}_memory",
@@ -258,6 +256,18 @@ class SystemVariables(Variables):
             minimum=min(contact_states.CONTACT_STATES),
             maximum=max(contact_states.CONTACT_STATES),
         )
+
+    def _clocks(self) -> Iterator[Variable]:
+        """The clocks of FMI 3, whose references follow those of the variables."""
+        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
+        for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
+            yield Variable(
+                reference=reference,
+                name=f"{contact.name}.{name}",
+                description=f"{contact.description}: {contact_states.TICKS[name]}",
+                causality="output" if contact.name in self.system.shown_clocks else "local",
+                variability="discrete",
+            )
 
 
 def base_unit(unit: str) -> dict[str, float] | None:

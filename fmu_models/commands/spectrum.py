@@ -50,7 +50,7 @@ def spectrum(
         if not rows.filled[0]:
             raise StickslipError(f"The motion ends before it is settled: {next(iter(rows.messages.values()), 'lost')}.")
         length = float(system.periods({}, 1)[0])
-        times = np.arange(periods * SAMPLES) * (length / SAMPLES)
+        times = np.arange(periods * SAMPLES, dtype=float) * (length / SAMPLES)
         found = density_spectrum(system.trajectory(rows.ends[0], times), variable)
     content = {
         "model": system.name,

@@ -18,7 +18,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import instance, request
+from fmu_models.importer import instance, request, structure
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
@@ -48,15 +48,20 @@ def simulate_any(
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
     on_zeno: str = "stop",
+    parameters: Mapping[str, float] | None = None,
     **options: Any,
 ) -> Trajectory:
-    """Run an FMU once; ``options`` are those of ``Driver.run``.
+    """Run an FMU once; ``options`` are those of ``Driver.run``, ``parameters`` may be structural ones too.
 
     Raises:
         StickslipError: see ``Driver``.
     """
-    with Driver(fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno) as driver:
-        return driver.run(stop_time, **options)
+    fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+    sizes, others = structure.split(fmu, parameters or {})
+    with Driver(
+        fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno, structural_parameters=sizes
+    ) as driver:
+        return driver.run(stop_time, parameters=others, **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +88,7 @@ class Driver(Shown):
             Exchange is co-simulated, and one without either is scheduled.
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+        structural_parameters: values of those on which sizes of arrays depend (FMI 3).
         on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
             as they are there, if nothing else moves), "continue" (whatever the FMU does then).
 
@@ -98,6 +104,7 @@ class Driver(Shown):
         tolerance: float = 1e-8,
         record: Sequence[str] | None = None,
         on_zeno: str = "stop",
+        structural_parameters: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
             raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
@@ -106,12 +113,16 @@ class Driver(Shown):
             raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
         if on_zeno not in ON_ZENO:
             raise StickslipError(f"Where events accumulate a run can {', '.join(ON_ZENO)}; found '{on_zeno}'.")
-        self.fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        self._opened = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        self._structure = dict(structural_parameters or {})
+        self.fmu = structure.configured(self._opened, self._structure)
         if method == "auto" and self.fmu.description.modelExchange is None:
-            method = "co-simulation" if self.fmu.description.coSimulation else SCHEDULED
+            method = CO_SIMULATION if self.fmu.description.coSimulation else SCHEDULED
         integrates = method not in (CO_SIMULATION, SCHEDULED)
-        if not integrates and on_zeno != "stop":
-            raise StickslipError(f"'{on_zeno}' where events accumulate belongs to methods of integration.")
+        if not integrates and on_zeno == "hold":
+            raise StickslipError(f"'hold' where events accumulate belongs to methods of integration, found {method}.")
+        if method == CO_SIMULATION and self.fmu.ours:
+            on_zeno = "continue"  # its contacts come to rest
         if record is not None:
             request.check_recorded(self.fmu, record)
         self.method, self.tolerance = method, float(tolerance)
@@ -155,14 +166,16 @@ class Driver(Shown):
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
+        unrecordable = ", ".join(request.unrecordable(self.fmu))
+        self._missing = f"; not recorded, for they are no numbers: {unrecordable}" if unrecordable else ""
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
         # what all runs have in common
         self._blank = instance.Run(
             tolerance=self.tolerance,
             method=METHODS[method],
-            recorded=self._recorded.c(),
+            recorded=self._recorded.c,
             n_clocks=len(self.clocks.all),
-            clocked=self.clocks.recorded.c(),
+            clocked=self.clocks.recorded.c,
             event_capacity=EVENT_CAPACITY,
             on_zeno=ON_ZENO[on_zeno],
             events=request.address(self._events),
@@ -173,7 +186,7 @@ class Driver(Shown):
 
     def _load(self) -> instance.Instance:
         by = {"co_simulation": self.method == CO_SIMULATION, "scheduled": self.method == SCHEDULED}
-        return instance.Instance(self.fmu, **by)
+        return instance.Instance(self.fmu, structure=self._structure, **by)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "method": self.method, "tolerance": self.tolerance}
@@ -353,9 +366,9 @@ class Driver(Shown):
         values = np.empty((times.size, len(self._recorded.names)))
         c = instance.Run.from_buffer_copy(self._blank)
         c.start, c.stop, c.n_times = start_time, stop_time, times.size
-        c.starts, c.start_values = starts.c(), request.address(start_values)
+        c.starts, c.start_values = starts.c, request.address(start_values)
         c.times, c.states, c.values = map(request.address, (times, states, values))
-        c.inputs, c.n_knots = table.inputs.c(), table.times.size
+        c.inputs, c.n_knots = table.inputs.c, table.times.size
         c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
         c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
         clocks, kept, ticks = self.clocks.c(ticking or {})
@@ -423,14 +436,15 @@ class Driver(Shown):
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
         note = _note(self.method, prepared.c)
+        if prepared.c.jacobians and self._instance.calls.directional:
+            note += ", Jacobians by the FMU's directional derivatives"
         if self.method == CO_SIMULATION and self._instance.remark:
             note += f", {self._instance.remark}"
         if silent := self.clocks.silent(prepared.clocks):
             note += f"; {silent}"
         if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        if unrecordable := request.unrecordable(self.fmu):
-            note += f"; not recorded, for they are no numbers: {', '.join(unrecordable)}"
+        note += self._missing
         steps, evaluations = prepared.c.steps, prepared.c.evaluations
         return Trajectory(times[:n], values, self._units, events, steps, evaluations, note, arrays=self._arrays)
 
@@ -472,9 +486,7 @@ def _length(which: str, given: float | None) -> float:
 
 def _note(method: str, c: Any) -> str:
     """The method of a run in words."""
-    if method in (CO_SIMULATION, SCHEDULED):
-        return NAMES.get(method, method)
-    note = NAMES.get(method, NAMES["dop853"])
+    note = NAMES.get(method, method if method in (CO_SIMULATION, SCHEDULED) else NAMES["dop853"])
     if method == "auto" and c.n_switches:
         note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:
@@ -484,4 +496,8 @@ def _note(method: str, c: Any) -> str:
         note += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
     if c.slides:
         note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
+    if c.most_surfaces > 1:
+        note += f", along {c.most_surfaces} surfaces at once"
+    if c.by_convention:
+        note += " (their fields are no sum of one term for each surface: the mean is a convention there)"
     return note

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import sys
 import weakref
+from collections.abc import Collection
 from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
 from functools import cache, cached_property
 from pathlib import Path
@@ -54,6 +55,8 @@ FUNCTIONS: dict[int, tuple[str | None, str | None]] = {
     F.TERMINATE: ("Terminate", "Terminate"),
     F.BOOLEAN_STATUS: ("GetBooleanStatus", None),
     F.REAL_STATUS: ("GetRealStatus", None),
+    F.ENTER_CONFIGURATION: (None, "EnterConfigurationMode"),
+    F.EXIT_CONFIGURATION: (None, "ExitConfigurationMode"),
 }
 # the type that carries a variable of a type of FMI 2 or FMI 3
 TYPES2 = {"Real": T.FLOAT64, "Integer": T.INT32, "Enumeration": T.INT32, "Boolean": T.BOOLEAN}
@@ -106,6 +109,7 @@ def master_library() -> ctypes.CDLL:
         made = ctypes.CDLL(str(file))
     made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(FmuInstance), c_int64, c_int64)
     made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)
+    made.fmi_configure.restype, made.fmi_configure.argtypes = c_int, (POINTER(FmuInstance),)
     made.master_run.restype, made.master_run.argtypes = c_int32, (c_void_p, POINTER(Run))
     return made
 
@@ -121,6 +125,10 @@ class Instance:
 
     Without ``co_simulation`` and ``scheduled`` that is Model Exchange.
 
+    Args:
+        structure: names of the structural parameters to set to the start values that ``fmu`` says, which differ from
+            those of the library.
+
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
         remark: what the FMU declares but does not do, in words to be added to the method of a run; mostly empty.
@@ -129,7 +137,14 @@ class Instance:
         StickslipError: the FMU has no such interface or library, lacks a function, or refuses to be instantiated.
     """
 
-    def __init__(self, fmu: Fmu, *, co_simulation: bool = False, scheduled: bool = False) -> None:
+    def __init__(
+        self,
+        fmu: Fmu,
+        *,
+        co_simulation: bool = False,
+        scheduled: bool = False,
+        structure: Collection[str] = (),
+    ) -> None:
         self.fmu = fmu
         self.co_simulation, self.scheduled = co_simulation, scheduled
         self.log = Log()
@@ -157,6 +172,7 @@ class Instance:
         free = self._function("FreeInstance")
         free.restype, free.argtypes = None, (c_void_p,)
         self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
+        self._configure(structure)
         self._size()
 
     def close(self) -> None:
@@ -258,6 +274,25 @@ class Instance:
         marked = [] if variables is None else [e for e in variables if e.get("intermediateUpdate") in ("true", "1")]
         return frozenset(element.get("name", "") for element in marked)
 
+    def _configure(self, names: Collection[str]) -> None:
+        """Sizes of arrays, again after every reset."""
+        if not names:
+            return
+        for function in ("EnterConfigurationMode", "ExitConfigurationMode"):
+            self._function(function)
+        variables = [self.fmu.variables[name] for name in names]
+        values = np.array([float(str(v.start)) for v in variables])
+        types = np.array([TYPES3[str(v.type)] for v in variables], dtype=np.int32)
+        references = np.array([v.valueReference for v in variables], dtype=np.uint32)
+        calls, self._structure = self.calls, (values, types, references)
+        calls.structure = Variables(len(values), types.ctypes.data, references.ctypes.data, None)
+        calls.structure_values = values.ctypes.data
+        if master_library().fmi_configure(byref(calls)) >= STATUS.DISCARD:
+            asked = ", ".join(f"{v.name} = {v.start}" for v in variables)
+            said = self.message()
+            self.close()
+            raise StickslipError(f"'{self.fmu.path}' refuses the sizes {asked}: {said or 'it says nothing'}")
+
     def _size(self) -> None:
         """Names and numbers of states and indicators; an array counts with its elements."""
         pairs = [(u.variable, u.variable.derivative) for u in self.fmu.description.derivatives if u.variable]
@@ -278,6 +313,7 @@ class Instance:
                 if function(calls.instance, byref(count)) < 2:
                     setattr(calls, field, count.value)
         if calls.n_states != len(self.states):
+            self.close()
             raise StickslipError(
                 f"'{self.fmu.path}': the FMU has {calls.n_states} continuous states, "
                 f"its description lists {len(self.states)}."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,6 +54,7 @@ class Selection:
             np.array([size for n in counts for size in (n, *[0] * (n - 1))[:n]], dtype=np.int32),
         )
 
+    @cached_property
     def c(self) -> Any:
         return instance.Variables(len(self.names), *map(address, (self.types, self.references, self.sizes)))
 
@@ -112,8 +114,8 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
         variable = variables.get(owner(name, variables))
         if variable is not None and variable.causality == "structuralParameter":
             raise StickslipError(
-                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend; it keeps its start "
-                f"value {variable.start}. Export the FMU with another one."
+                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend: it is set when the "
+                "FMU is loaded (structural_parameters of the Driver), not for a run."
             )
         if variable is None or variable.causality != "parameter":
             has = [name for name, v in variables.items() if v.causality == "parameter" and is_numeric(fmu, name)]

@@ -13,8 +13,11 @@ Line = tuple[str | sympy.Basic, ...]
 def rates(system: HybridSystem) -> list[tuple[sympy.Expr, sympy.Expr]]:
     """Left and right sides of the equations of motion, contact forces named lambda_<contact>.
 
-    With a mass matrix that is left to the generated code, the left sides are its rows times the accelerations.
+    Of a map they are its rule. With a mass matrix that is left to the generated code, the left sides are its rows times
+    the accelerations.
     """
+    if system.rule:
+        return [(sympy.Symbol(f"{x.name} (k+1)"), after) for x, after in system.rule.items()]
     forces = sympy.Matrix([sympy.Symbol(f"lambda_{contact.name}") for contact in system.contacts])
     pushed = system.W * forces if system.contacts else sympy.zeros(len(system.driven), 1)
     dots = [sympy.Symbol(f"{state.name}'") for state in system.driven]

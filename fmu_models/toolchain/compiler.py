@@ -31,6 +31,8 @@ FLAGS = (
     *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
 )
 
+_SHOWN = 8  # lines of what the compiler says
+
 CPP = (".cpp", ".cc", ".cxx", ".C")
 
 
@@ -136,7 +138,10 @@ def _compile(
             lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]
             if any("NoSpaceLeft" in line or "No space left" in line for line in lines):
                 raise _full()
-            shown = "\n  ".join(lines[:8])
-            raise StickslipError(f"The C compiler failed:\n  {shown}")
+            # lists of what it knows come before the error
+            first = next((i for i, line in enumerate(lines) if "error" in line), 0)
+            shown = "\n  ".join(lines[first if first >= _SHOWN else 0 :][:_SHOWN])
+            target = flags[flags.index("-target") + 1]
+            raise StickslipError(f"The C compiler failed for {target}:\n  {shown}")
         os.replace(library, kept)
     seal(kept)

@@ -35,6 +35,7 @@ INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "step
 FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)), directional=True)
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
+    "dahlquist": Foreign(("x",), (1.0,), (("k", 1.0),)),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
     "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     # ball.c as tools write it: an edge of h < 0, remembered between events
@@ -49,6 +50,19 @@ MODELS = {
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
     "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "bar": Foreign(
+        ("y", "v", "w"),
+        (0.0, 1.0, 0.3),
+        (("mu_1", 1.0), ("mu_2", 0.5), ("pull", 0.8), ("twist", 0.1), ("arm", 1.0)),
+        ("side_1", "side_2"),
+        indicators=2,
+        depends=(2, 3),
+    ),
+    "cross": Foreign(("x", "y", "w"), (0.3, 0.2, 0.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "hook": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "nudges"), indicators=2, depends=(1, 2)),
+    "relays": Foreign(
+        ("a", "b", "c", "d", "e"), (1.0, 2.0, 3.0, 4.0, 5.0), (), (), indicators=5, depends=(1, 2, 3, 4, 5)
+    ),
     "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
@@ -71,6 +85,7 @@ MODELS = {
         indicators=1,
         directional=True,
     ),
+    "ball_steps": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), co_simulation=True),
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 

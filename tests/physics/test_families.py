@@ -175,14 +175,10 @@ def test_nothing_is_left_of_differences_where_a_ball_rests(gamma, e):
     assert found.values.tolist() == [-math.inf, -math.inf] and found.lost == 2
 
 
-@pytest.mark.parametrize(
-    ("omega", "x", "v", "known", "error"),
-    [(1.668, 2.1419, -0.528, 0.33087, 0.00042), (1.67587, 2.0798, -0.62, 0.30601, 0.00046)],
-)
-def test_stick_takes_one_exponent(omega, x, v, known, error):
-    strobe = Strobe(model("forced_stick_slip"), forcing="omega", every=2, parameters={"omega": omega})
-    found = exponents(strobe, {"x": x, "v": v}, 8000)
-    assert within(found.values[0], found.errors[0], known, error)
+def test_stick_takes_one_exponent():
+    strobe = Strobe(model("forced_stick_slip"), forcing="omega", every=2, parameters={"omega": 1.668})
+    found = exponents(strobe, {"x": 2.1419, "v": -0.528}, 8000)
+    assert within(found.values[0], found.errors[0], 0.33087, 0.00042)
     assert found.values[1] == -math.inf
 
 

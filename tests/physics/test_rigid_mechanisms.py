@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 import sympy
 from colliding import opened, rod
+from faces import face
+from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
@@ -278,6 +280,28 @@ def test_which_solution_of_painleve_is_taken() -> None:
     # G_NN - mu G_NT < 0 times the force is minus what the end would rise with
     rises = math.sin(math.pi / 4) * fast**2 - 9.81
     assert down["end_force"][0] == pytest.approx(rises / (1.5 * (LIMIT + 0.1) - 2.5), rel=1e-9)
+
+
+@pytest.mark.parametrize(("depth", "located"), [(1e-5, True), (0.05, False)])
+def test_an_importer_far_below_the_wall_is_told_of_its_step_and_not_only_of_painleve(
+    depth: float, located: bool
+) -> None:
+    fmu, given = rod("newton"), sliding_rod(LIMIT + 0.1, 0.0)
+    with face(fmu, co_simulation=False) as f:
+        f.set(given["parameters"] | given["start"] | {"y": 2.0})
+        f.initialize()
+        f.update()
+        f.api.enterContinuousTimeMode()
+        f.api.setTime(0.5)
+        below = given["start"] | {"y": given["start"]["y"] - depth, "vy": -1e-7}
+        f.set_states(np.array([below.get(name, 0.0) for name in fmu.states]))
+        f.api.enterEventMode()
+        with pytest.raises(FMICallException):
+            f.update()
+        said = f.messages[-1]
+    blames = "the event of contact 'end' was never located" in said and "the importer's step is too long" in said
+    assert "no states of 'end' fit the motion" in said
+    assert blames != located
 
 
 def test_painleve_without_a_solution_is_refused_with_words() -> None:

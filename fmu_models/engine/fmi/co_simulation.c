@@ -11,6 +11,8 @@
 
 #include "co_simulation.h"
 
+#include "iteration.h"
+
 #include "../events/run.h"
 
 /* the run is shown at its present time; how far the step goes from there */
@@ -57,6 +59,12 @@ Status co_simulation_step(Instance *m, const char *function, double time, double
                                core->stop_time);
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
     memset(core->ticks, 0, sizeof core->ticks);
+    if (MODEL_IS_MAP) {
+        int stepped;
+        if (iteration_advance(m, function, end, stop_at_event, &stepped)) return STATUS_ERROR;
+        *ended = (StepEnd){stepped, r->at.time < end};
+        return STATUS_OK;
+    }
     r->goal = end;
     const RunStatus status = m->intermediate ? advance_shown(m, end, stop_at_event)
                                              : run_advance(r, end, stop_at_event, instance_note, m);

@@ -2,6 +2,7 @@
 #include "fmi3_interface.h"
 
 #include "fmu_state.h"
+#include "iteration.h"
 #include "variables.h"
 
 /* statuses and integers are passed through as they are */
@@ -128,11 +129,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *need_update, fm
     if (instance_enter(c, PHASE_EVENT, __func__)) return fmi3Error;
     for (int i = 0; i < 6; i++)
         if (instance_array(c, results[i], 1, __func__, "a result")) return fmi3Error;
-    if (instance_update(c, __func__, &changed)) return fmi3Error;
+    if (iteration_update(c, __func__, &changed)) return fmi3Error;
     /* the engine iterates to a fixed point itself: one call is enough */
-    *need_update = *terminate = *nominals_changed = *next_event_defined = false;
+    *need_update = *terminate = *nominals_changed = false;
     *states_changed = changed != 0;
-    *next_event = 0.0;
+    *next_event_defined = MODEL_IS_MAP;
+    *next_event = MODEL_IS_MAP ? iteration_next(&((Instance *)c)->core) : 0.0;
     return fmi3OK;
 }
 

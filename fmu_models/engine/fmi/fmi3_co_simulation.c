@@ -4,6 +4,7 @@
 #include "fmi3_interface.h"
 
 #include "co_simulation.h"
+#include "iteration.h"
 #include "variables.h"
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
@@ -21,7 +22,7 @@ fmi3Status fmi3EnterStepMode(fmi3Instance c)
     if (!m->core.co_simulation)
         return (fmi3Status)instance_not_provided(m, __func__,
                                                  "Model Exchange goes on with fmi3EnterContinuousTimeMode");
-    if (instance_update(m, __func__, &changed)) return fmi3Error;
+    if (iteration_update(m, __func__, &changed)) return fmi3Error;
     memset(m->core.ticks, 0, sizeof m->core.ticks);
     m->core.phase = PHASE_STEP;
     return fmi3OK;

@@ -223,7 +223,8 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
     core->run.tolerances = run_default_tolerances;
     core->run.tolerances.drift = core->co_simulation ? 0.0 : tolerance_defined ? tolerance : 1e-6;
     if (tolerance_defined && tolerance < core->run.tolerances.step) core->run.tolerances.step = tolerance;
-    core->run.at.time = core->start_time = start_time;
+    core->run.at.time = core->start_time = core->first_step = start_time;
+    core->iterations = 0;
     core->stop_defined = stop_defined;
     core->stop_time = stop_time;
     core->settled = 0;
@@ -316,7 +317,7 @@ Status instance_set_time(Instance *m, const char *function, double time)
 Status instance_set_states(Instance *m, const char *function, const double *x, size_t n)
 {
     if (instance_enter(m, PHASE_CONTINUOUS, function)) return STATUS_ERROR;
-    if (check_size(m, function, n, MODEL_NX, "states") || instance_array(m, x, n, function, "states"))
+    if (check_size(m, function, n, MODEL_FLOWING, "states") || instance_array(m, x, n, function, "states"))
         return STATUS_ERROR;
     for (size_t i = 0; i < n; i++)
         if (!isfinite(x[i])) return instance_refuse(m, "%s: state %zu is not finite", function, i);
@@ -342,21 +343,21 @@ static Status checked(Instance *m, const char *function, RunStatus status)
 
 Status instance_states(Instance *m, const char *function, double *x, size_t n)
 {
-    if (check_result(m, function, x, n, MODEL_NX, "states")) return STATUS_ERROR;
+    if (check_result(m, function, x, n, MODEL_FLOWING, "states")) return STATUS_ERROR;
     if (n) memcpy(x, m->core.run.at.x, n * sizeof *x);
     return STATUS_OK;
 }
 
 Status instance_nominals(Instance *m, const char *function, double *x, size_t n)
 {
-    if (check_result(m, function, x, n, MODEL_NX, "nominal values")) return STATUS_ERROR;
+    if (check_result(m, function, x, n, MODEL_FLOWING, "nominal values")) return STATUS_ERROR;
     if (n) memcpy(x, model_nominal_states, n * sizeof *x);
     return STATUS_OK;
 }
 
 Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n)
 {
-    if (check_result(m, function, dx, n, MODEL_NX, "derivatives")) return STATUS_ERROR;
+    if (check_result(m, function, dx, n, MODEL_FLOWING, "derivatives")) return STATUS_ERROR;
     return n ? checked(m, function, exchange_derivatives(&m->core.run, dx)) : STATUS_OK;
 }
 

@@ -51,6 +51,8 @@ typedef struct {
     int event_moved;   /* states or contacts changed by an event that was resolved before values were set */
     unsigned char ticks[MODEL_ROOM(MODEL_NC)]; /* of the clocks of a contact, active until they are read (Tick) */
     int stop_defined;
+    long iterations; /* of a map: steps made since first_step, s, at this period, s */
+    double first_step, period;
     double start_time, stop_time;
 } Core;
 

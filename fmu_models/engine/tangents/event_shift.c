@@ -49,7 +49,7 @@ static int falls_with_speed(const Run *r, const Falling *f, double s, double slo
     return fabs(slope) > r->tolerances.graze * size;
 }
 
-int event_shift(const Run *r, const Variation *l, int lane, double s, Shift *shift)
+int event_shift(const Run *r, const Variation *l, int lane, double s, double at, Shift *shift)
 {
     Falling f;
     *shift = (Shift){.untimed = 1};
@@ -64,7 +64,7 @@ int event_shift(const Run *r, const Variation *l, int lane, double s, Shift *shi
                 slope = slope * s + k * f.value[k];
             }
             const int has_speed = falls_with_speed(r, &f, s, slope);
-            const double later = -polynomial_value(f.derivative, f.order, s) / slope;
+            const double later = -polynomial_value(f.derivative, f.order, at) / slope;
             if (shift->untimed && !has_speed) {
                 return 0;
             }

@@ -10,7 +10,8 @@ typedef struct {
     int corner;   /* others fall at the same instant, but not for the neighbour */
 } Shift;
 
-/* of the event at s, the end of the step in use, along one of the two directions; 0 where it has no derivative */
-int event_shift(const Run *r, const Variation *l, int lane, double s, Shift *shift);
+/* of the event at s, the end of the step in use, where the variable of the variations is `at`, along one of the two
+   directions; 0 where it has no derivative */
+int event_shift(const Run *r, const Variation *l, int lane, double s, double at, Shift *shift);
 
 #endif

@@ -37,7 +37,28 @@ PAIR_JET Pair pair_convolution(const double *a, const Pair *B, int k, int first,
 /* a B */
 PAIR_JET Pair pair_product(const double *a, const Pair *B, int k) { return pair_convolution(a, B, k, 0, k); }
 
-/* the same where B is of order 1, or 2 where the series run in the root of time */
+/* a B + b A, in four sums */
+PAIR_JET Pair pair_both(const double *a, const Pair *A, const double *b, const Pair *B, int k)
+{
+    Pair one = PAIR_ZERO;
+    Pair two = PAIR_ZERO;
+    Pair three = PAIR_ZERO;
+    Pair four = PAIR_ZERO;
+    int i = 0;
+    for (; i + 1 <= k; i += 2) {
+        one += a[i] * B[k - i];
+        two += b[i] * A[k - i];
+        three += a[i + 1] * B[k - i - 1];
+        four += b[i + 1] * A[k - i - 1];
+    }
+    if (i <= k) {
+        one += a[i] * B[k - i];
+        two += b[i] * A[k - i];
+    }
+    return (one + two) + (three + four);
+}
+
+/* a B where B is of order 1, or 2 where the series run in the root of time */
 PAIR_JET Pair pair_phase(const double *a, const Pair *B, int k)
 {
     return pair_convolution(a, B, k, k < 2 ? 0 : k - 2, k);
@@ -49,7 +70,13 @@ static inline int pair_is_zero(Pair a) { return a[0] == 0.0 && a[1] == 0.0; }
 PAIR_JET Pair pair_quotient(Pair Q, double b0, Pair B0, double b1, Pair B1, const double *b, const Pair *B,
                             const double *y, const Pair *Y, int k)
 {
-    Pair rest = Q - b1 * (pair_product(y, B, k) + pair_convolution(b, Y, k, 1, k));
+    Pair one = y[0] * B[k];
+    Pair two = PAIR_ZERO;
+    for (int i = 1; i <= k; i++) {
+        one += y[i] * B[k - i];
+        two += b[i] * Y[k - i];
+    }
+    Pair rest = Q - b1 * (one + two);
     if (!pair_is_zero(B0)) {
         rest -= B0 * y[k];
     }

@@ -30,6 +30,7 @@
 #include "event_shift.h"
 
 #include "tangent_event.h"
+#include "tangent_step.h"
 
 static int pairs(int n) { return (n + PAIR - 1) / PAIR; }
 
@@ -121,116 +122,6 @@ static int overflows(const Tangent *t)
     return !(largest <= LARGEST * EPS);
 }
 
-/* where the series of the tangents start */
-static void load_variations(Tangents *tangents)
-{
-    for (int k = 0; k < tangents->count; k++) {
-        const Point *at = &tangents->list[k].at;
-        Variation *l = variation_of(tangents, k);
-        const int lane = k % PAIR;
-        l->t[0][lane] = cimag(at->time) / EPS;
-        for (int i = 0; i < MODEL_NU; i++) {
-            l->u[i][0][lane] = cimag(at->u[i]) / EPS;
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
-            l->x[i][0][lane] = cimag(at->x[i]) / EPS;
-        }
-        for (int c = 0; c < MODEL_NC; c++) {
-            l->memory[c][lane] = cimag(at->memory[c]) / EPS;
-        }
-    }
-}
-
-/* derivatives of the inverse of the matrix of the held contacts */
-static void vary_held(void *of, const Run *r, Variation *l)
-{
-    Tangents *tangents = of;
-    const int first = (int)(l - variation_of(tangents, 0)) * PAIR;
-    signed char member[NC];
-    for (int c = 0; c < MODEL_NC; c++) {
-        member[c] = (signed char)contact_is_held(r->at.state, c);
-    }
-    for (int k = first; k < first + PAIR && k < tangents->count; k++) {
-        Point *at = &tangents->list[k].at;
-        Jets *j = &tangents->list[k].jets;
-        for (int c = 0; c < MODEL_NC; c++) {
-            j->capacity[c][0] = r->jets.capacity[c][0] + EPS * l->capacity[c][0][k % PAIR] * _Complex_I;
-            for (int e = 0; e < MODEL_NC; e++) {
-                j->G[c][e][0] = r->jets.G[c][e][0] + EPS * l->G[c][e][0][k % PAIR] * _Complex_I;
-            }
-        }
-        contact_factor(at, j, member, at->state, &at->sticking);
-        for (int i = 0; i < at->sticking.count; i++) {
-            for (int e = at->sticking.first[i]; e < at->sticking.last[i]; e++) {
-                l->inverse[i][e][k % PAIR] = cimag(at->sticking.inverse[i][e]) / EPS;
-            }
-        }
-    }
-}
-
-/* the order up to which the series of the states are numbers: just before a force that is a root of the depth lets go,
-   high orders grow beyond all, and the step is so short that they do not matter */
-static int finite_order(const Run *r, const Variation *l, int order)
-{
-    for (int k = 0; k <= order; k++) {
-        for (int i = 0; i < MODEL_NX; i++) {
-            if (!isfinite(r->jets.x[i][k]) || !isfinite(l->x[i][k][0]) || !isfinite(l->x[i][k][1])) {
-                return k - 1;
-            }
-        }
-    }
-    return order;
-}
-
-static void vary_series(const Run *r, Tangents *tangents)
-{
-    const int order = taylor_order(r);
-    load_variations(tangents);
-    for (int k = 0; k < tangents->count; k += PAIR) {
-        Variation *l = variation_of(tangents, k);
-        variation_series(r, l, order, vary_held, tangents);
-        l->order = r->segment_rooted ? order : finite_order(r, l, order);
-    }
-}
-
-/* of the relative size that a derivative has in its largest part: what is smaller than this in others need not be exact */
-static const double NEGLIGIBLE = 1e-6;
-
-static double state_size(const Run *r, int i) { return fabs(r->at.x[i]) + model_nominal_states[i]; }
-
-/* the largest derivative along a direction, relative to what it is of */
-static double relative_size(const Run *r, const Tangent *t)
-{
-    double largest = t->relative;
-    for (int i = 0; i < MODEL_NX; i++) {
-        largest = fmax(largest, fabs(cimag(t->at.x[i])) / state_size(r, i));
-    }
-    for (int c = 0; c < MODEL_NC; c++) {
-        largest = r->at.memory[c] > 0.0 ? fmax(largest, fabs(cimag(t->at.memory[c])) / r->at.memory[c]) : largest;
-    }
-    return largest / EPS;
-}
-
-/* the length over which the derivatives of the states keep the tolerance */
-static double shortest_length(const Run *r, Tangents *tangents)
-{
-    double shortest = INFINITY;
-    for (int k = 0; k < tangents->count; k++) {
-        const Variation *l = variation_of(tangents, k);
-        const double least = NEGLIGIBLE * relative_size(r, &tangents->list[k]);
-        for (int i = 0; i < MODEL_NX; i++) {
-            double derivative[POLYNOMIAL_TERMS];
-            for (int m = 0; m <= l->order; m++) {
-                derivative[m] = l->x[i][m][k % PAIR];
-            }
-            derivative[0] = fmax(fabs(derivative[0]), least * state_size(r, i));
-            const double length = taylor_series_length(derivative, l->order, r->tolerances.step);
-            shortest = length > 0.0 ? fmin(shortest, length) : shortest;
-        }
-    }
-    return shortest;
-}
-
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
@@ -238,12 +129,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
         if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) {
             return RUN_ERROR;
         }
-        if (!r->segment_rooted) {
-            taylor_complete(r);
-        }
-        vary_series(r, tangents);
-        /* where a step runs in the root of time there is no series in time */
-        if (!r->segment_rooted && taylor_shorten(r, shortest_length(r, tangents)) == RUN_ERROR) {
+        if (tangent_step(r, tangents) == RUN_ERROR) {
             return RUN_ERROR;
         }
     }
@@ -251,23 +137,37 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
     return RUN_OK;
 }
 
-/* the states of the motion at s, the variable of the series, and their slopes there */
+/* where a step ends: states of the motion and their slopes by s, the variable of its series, and the derivatives there
+   of the series of two tangents at a time */
 typedef struct {
     double s;
     double x[MODEL_ROOM(MODEL_NX)];
     double slope[MODEL_ROOM(MODEL_NX)];
+    Pair along[MODEL_ROOM(MODEL_NX)];
 } Arrived;
 
-static void arrive(const Run *r, double length, Arrived *a)
+static void arrive(const Run *r, Tangents *tangents, double length, int at_event, Arrived *a)
 {
+    int shifted = at_event;
+    for (int k = 0; k < tangents->count; k++) {
+        shifted |= cimag(tangents->list[k].at.time) != 0.0;
+    }
     a->s = r->segment_rooted ? sqrt(length) : length;
     for (int i = 0; i < MODEL_NX; i++) {
-        const double *x = r->jets.x[i];
-        a->x[i] = polynomial_value(x, r->segment_order, a->s);
-        a->slope[i] = 0.0;
-        for (int m = r->segment_order; m > 0; m--) {
-            a->slope[i] = a->slope[i] * a->s + m * x[m];
+        a->x[i] = polynomial_value(r->jets.x[i], r->segment_order, a->s);
+        a->slope[i] = shifted ? tangent_slope(r, tangents, i, length) : 0.0;
+    }
+}
+
+static void arrive_pair(const Run *r, const Variation *l, double length, Arrived *a)
+{
+    const double s = variation_variable(r, l, length);
+    for (int i = 0; i < MODEL_NX; i++) {
+        Pair sum = PAIR_ZERO;
+        for (int m = l->order; m >= 0; m--) {
+            sum = sum * s + l->x[i][m];
         }
+        a->along[i] = sum;
     }
 }
 
@@ -277,7 +177,7 @@ static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, dou
     Tangent *t = &tangents->list[k];
     const Variation *l = variation_of(tangents, k);
     Shift shift = {.untimed = 1};
-    if (at_event && !event_shift(r, l, k % PAIR, a->s, &shift)) {
+    if (at_event && !event_shift(r, l, k % PAIR, a->s, variation_variable(r, l, length), &shift)) {
         return 0;
     }
     const double rate = r->segment_rooted ? 2.0 * a->s : 1.0; /* of time by s */
@@ -287,11 +187,7 @@ static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, dou
     t->untimed = at_event && shift.untimed;
     t->corner |= shift.corner;
     for (int i = 0; i < MODEL_NX; i++) {
-        double derivative = 0.0;
-        for (int m = l->order; m >= 0; m--) {
-            derivative = derivative * a->s + l->x[i][m][k % PAIR];
-        }
-        t->at.x[i] = a->x[i] + EPS * (derivative + a->slope[i] * later) * _Complex_I;
+        t->at.x[i] = a->x[i] + EPS * (a->along[i][k % PAIR] + a->slope[i] * later) * _Complex_I;
     }
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] += t->at.du[i] * since;
@@ -375,8 +271,11 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
     const int at_event = !inside && r->segment_event;
     const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
     Arrived arrived;
-    arrive(r, length, &arrived);
+    arrive(r, tangents, length, at_event, &arrived);
     for (int k = 0; k < tangents->count; k++) {
+        if (k % PAIR == 0) {
+            arrive_pair(r, variation_of(tangents, k), length, &arrived);
+        }
         if (!follow(r, tangents, k, &arrived, length, at_event)) {
             return run_fail(
                 r,

@@ -9,25 +9,22 @@
 
 #include "../step/roots.h"
 
-#include "tangent_series.h"
+#include "tangent_step.h"
 
 /* states and their derivatives within the step */
 static void states_inside(const Run *r, Tangents *tangents, double length)
 {
     const double s = r->segment_rooted ? sqrt(length) : length;
     for (int i = 0; i < MODEL_NX; i++) {
-        const double *x = r->jets.x[i];
-        double slope = 0.0;
-        tangents->x[i] = polynomial_value(x, r->segment_order, s);
-        for (int m = r->segment_order; m > 0; m--) {
-            slope = slope * s + m * x[m];
-        }
+        const double slope = tangent_slope(r, tangents, i, length);
         const double rate = r->segment_rooted ? slope / (2.0 * s) : slope;
+        tangents->x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
         for (int k = 0; k < tangents->count; k += PAIR) {
             Variation *l = variation_of(tangents, k);
+            const double at = variation_variable(r, l, length);
             Pair derivative = PAIR_ZERO;
             for (int m = l->order; m >= 0; m--) {
-                derivative = derivative * s + l->x[i][m];
+                derivative = derivative * at + l->x[i][m];
             }
             l->here[i] = derivative - rate * l->t[0];
         }

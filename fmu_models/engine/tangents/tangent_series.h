@@ -20,18 +20,21 @@ typedef struct {
     Real y[MODEL_ROOM(MODEL_NY)]; /* outputs at the time evaluated at */
 } Tangent;
 
+typedef struct Tangents Tangents;
+
 struct Tangents {
     int count;
     Jets scratch;
-    double x[MODEL_ROOM(MODEL_NX)]; /* states at the time evaluated at */
-    Tangent list[];                 /* and behind it their variations, in pairs */
+    double x[MODEL_ROOM(MODEL_NX)];                     /* states at the time evaluated at */
+    double rate[MODEL_ROOM(MODEL_NX)][MODEL_TERMS + 1]; /* of the motion, for variations in the root of the time left */
+    Tangent list[];                                     /* and behind it their variations, in pairs */
 };
 
 /* so small that its square vanishes, so large that nothing underflows; a power of two, so that nothing is rounded */
 #define EPS 0x1p-332
 
 /* of the pair to which tangent k belongs */
-static inline Variation *variation_of(struct Tangents *tangents, int k)
+static inline Variation *variation_of(Tangents *tangents, int k)
 {
     return (Variation *)(void *)(tangents->list + tangents->count) + k / PAIR;
 }

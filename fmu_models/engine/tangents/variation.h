@@ -9,8 +9,9 @@
 
 /* derivatives of what Jets and Point have under the same names */
 typedef struct {
-    int moved; /* a parameter has a derivative */
-    int order; /* to which the series hold; 0: they do not */
+    int moved;     /* a parameter has a derivative */
+    int order;     /* to which the series hold; 0: they do not */
+    double ending; /* the series run in this less the root of the time that is left, if it is not 0 */
     Pair p[MODEL_ROOM(MODEL_NP)];
     Pair d[MODEL_ROOM(MODEL_ND)];
     Pair memory[MODEL_ROOM(MODEL_NC)];
@@ -39,8 +40,13 @@ typedef struct {
 /* who knows the derivatives of the matrix of the held contacts (Sticking) at the start of a step */
 typedef void (*HeldVariation)(void *of, const Run *r, Variation *l);
 
-/* all series to an order, from the first orders of t, u and x, from memory and parameters, on top of those of the step
-   of the run, which must hold to that order */
+/* all series to an order, from the first orders of t, u and x, from memory and parameters, on top of those of the
+   motion, which must hold to that order */
 void variation_series(const Run *r, Variation *l, int order, HeldVariation held, void *of);
+/* the series of the motion over the step in use in s0 less the root of the time that is left, in r->scratch, where
+   variations with `ending` find them, and of its rates, to the order before; returns s0 */
+double variation_ending(Run *r, int order, double (*rate)[MODEL_TERMS + 1]);
+/* the variable of the series at a time since the start of the step */
+double variation_variable(const Run *r, const Variation *l, double length);
 
 #endif

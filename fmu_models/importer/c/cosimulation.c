@@ -11,6 +11,7 @@
 #include "field.h"
 #include "recording.h"
 #include "ticking.h"
+#include "zeno.h"
 
 #include <float.h>
 #include <math.h>
@@ -128,7 +129,7 @@ RunStatus cosimulation_run(Master *m)
     Run *r = m->run;
     RunStatus status = RUN_DONE;
     if (r->steps == 0) {
-        m->stalled = 0;
+        zeno_reset(m);
         m->shown = 0;
         status = m->fmu->event_mode ? event_mode(m, 0, 0) : RUN_DONE;
         status = status == RUN_DONE ? recording_here(m) : status;
@@ -150,6 +151,7 @@ RunStatus cosimulation_run(Master *m)
         if (status == RUN_DONE && !m->terminate && m->fmu->event_mode && (event || timed || jump)) {
             status = event_mode(m, 1, jump);
             note(m, event ? EVENT_STATE : timed ? EVENT_TIME : EVENT_INPUT);
+            status = status == RUN_DONE && event && zeno_told(m) == STOP ? m->ended : status;
         } else if (status == RUN_DONE && !m->terminate && arrived && m->nu && field_inputs(m, m->t) != FINE) {
             status = REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
         }

@@ -122,7 +122,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
     int halvings = 0;
     *theta = -1.0;
     memset(m->fired, 0, (size_t)m->slots);
-    if (m->nz == 0 && !m->run->section_state) {
+    if (m->slots == 0) {
         return FINE;
     }
     Outcome outcome = method_dense(m);

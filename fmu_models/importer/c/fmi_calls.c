@@ -301,6 +301,16 @@ int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *steppe
     return status;
 }
 
+EXPORT int fmi_configure(const FmuInstance *fmu)
+{
+    if (fmu->structure.n == 0) {
+        return FMI_OK;
+    }
+    const int entered = fmi_plain(fmu, F_ENTER_CONFIGURATION);
+    const int set = entered < FMI_DISCARD ? fmi_write(fmu, &fmu->structure, fmu->structure_values) : entered;
+    return set < FMI_DISCARD ? fmi_plain(fmu, F_EXIT_CONFIGURATION) : set;
+}
+
 int fmi_set_clock(const FmuInstance *fmu, uint32_t reference)
 {
     const fmi3Clock active = fmi3ClockActive;

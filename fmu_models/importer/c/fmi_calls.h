@@ -16,6 +16,7 @@ typedef struct {
 
 int fmi_plain(const FmuInstance *fmu, Function function); /* the functions that take the instance only */
 int fmi_initialize(const FmuInstance *fmu, double start, double stop, double tolerance); /* up to initialization mode */
+EXPORT int fmi_configure(const FmuInstance *fmu); /* structural parameters, if there are any to be set */
 int fmi_update(const FmuInstance *fmu, Update *update);
 int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate);
 int fmi_set_time(const FmuInstance *fmu, double t);

@@ -36,6 +36,8 @@ typedef enum {
     F_TERMINATE,
     F_BOOLEAN_STATUS,
     F_REAL_STATUS,
+    F_ENTER_CONFIGURATION,
+    F_EXIT_CONFIGURATION,
     F_GETTERS,
     F_SETTERS = F_GETTERS + 11,
     F_COUNT = F_SETTERS + 11
@@ -63,6 +65,14 @@ typedef struct {
     void *master; /* NULL: nobody who looks inside its steps */
 } Log;
 
+/* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
+typedef struct {
+    int64_t n;
+    const int32_t *types; /* Type */
+    const uint32_t *references;
+    const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
+} Variables;
+
 /* an instance of an FMU */
 typedef struct {
     int64_t fmi; /* 2 or 3 */
@@ -74,17 +84,11 @@ typedef struct {
     Log *log;
     int64_t n_state_references; /* fewer than states where a state is an array */
     const uint32_t *state_references, *derivative_references;
+    Variables structure; /* structural parameters to set in configuration mode */
+    const double *structure_values;
     void *instance;
     void *function[F_COUNT];
 } FmuInstance;
-
-/* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
-typedef struct {
-    int64_t n;
-    const int32_t *types; /* Type */
-    const uint32_t *references;
-    const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
-} Variables;
 
 /* how a clock of FMI 3 ticks: in equal intervals, after an interval that the FMU tells at each tick or some time later,
    when the user asks, when the FMU does */
@@ -158,6 +162,7 @@ typedef enum {
     RUN_EVENT_ITERATION,
     RUN_CHATTERING,
     RUN_CHATTERING_OF_TWO,
+    RUN_CHATTERING_OF_MANY,
     RUN_ZENO,
     RUN_EVENTS_PILE_UP,
     RUN_STALLS,
@@ -213,10 +218,11 @@ typedef struct {
     int64_t begun, next_time, n_events, n_ticks;
     int64_t looks; /* inside the steps of a co-simulation */
     int64_t steps, rejected, evaluations, jacobians, slides;
-    int64_t n_switches;       /* of the method, by auto */
-    double switch_time;       /* of the first one */
-    int64_t accumulations;    /* at which the run did not end */
-    double accumulation_time; /* of the first one */
+    int64_t most_surfaces, by_convention; /* slid along at once; such motions whose mean is a convention */
+    int64_t n_switches;                   /* of the method, by auto */
+    double switch_time;                   /* of the first one */
+    int64_t accumulations;                /* at which the run did not end */
+    double accumulation_time;             /* of the first one */
     /* report of an early end */
     double report_time, report_value;
     int64_t report_index;    /* indicator, state, or Function that returned an error */

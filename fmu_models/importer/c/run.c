@@ -41,7 +41,7 @@ static void record_at(Master *m, double t, const double *x, Outcome *outcome)
     if (r->recorded.n == 0) {
         return;
     }
-    if (m->slide.active) {
+    if (m->slide.n) {
         *outcome = slide_values(m, t, x, values);
         return;
     }
@@ -121,9 +121,9 @@ static Outcome refresh(Master *m)
         return m->bad_state >= 0 ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
                                  : field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, status);
     }
-    if (outcome == FINE && r->section_state && m->z[m->nz + 1] == 0.0) {
+    if (outcome == FINE && r->section_state && m->z[m->nz] == 0.0) {
         /* on the section: the side is the one that the motion goes to */
-        m->side[m->nz + 1] = m->f[r->section_state - 1] > 0.0 ? 1 : -1;
+        m->side[m->nz] = m->f[r->section_state - 1] > 0.0 ? 1 : -1;
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
@@ -138,6 +138,11 @@ static Outcome initialize(Master *m)
     int status = fmu->resets ? fmi_plain(fmu, F_RESET) : FMI_OK;
     if (status >= FMI_DISCARD) {
         return field_report(m, RUN_FMI_ERROR, m->t, F_RESET, status);
+    }
+    /* which puts sizes of arrays back too */
+    status = fmu->resets ? fmi_configure(fmu) : FMI_OK;
+    if (status >= FMI_DISCARD) {
+        return field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_CONFIGURATION, status);
     }
     status = fmi_write(fmu, &r->starts, r->start_values);
     if (status >= FMI_DISCARD) {
@@ -163,6 +168,7 @@ static Outcome start(Master *m)
     Run *r = m->run;
     const int integrates = r->method != METHOD_CO_SIMULATION && r->method != METHOD_SCHEDULED;
     m->nu = (int)r->inputs.n;
+    m->slots = m->nz + (r->section_state != 0);
     m->t = r->start;
     m->ended = RUN_DONE;
     m->terminate = m->crossed = 0;
@@ -175,7 +181,7 @@ static Outcome start(Master *m)
     m->calm_needed = 20;
     m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
     m->last_error = 0.0;
-    m->slide.active = 0;
+    m->slide.n = 0;
     m->length = 0.0;
     m->pace_steps = 0;
     m->pace_time = r->start;
@@ -206,7 +212,6 @@ static Outcome start(Master *m)
 static Outcome begin_slide(Master *m, int indicator)
 {
     Run *r = m->run;
-    const double since = m->t - master_tolerances.chatter_gap * fmax(fabs(m->t), r->stop - r->start);
     m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1
                                                                                                : 0;
     m->slide_time = m->t;
@@ -219,7 +224,7 @@ static Outcome begin_slide(Master *m, int indicator)
     }
     while (r->n_events > 0) {
         const MasterEvent *last = &r->events[r->n_events - 1];
-        if (last->kind != EVENT_STATE || last->indicator != indicator || last->time < since) {
+        if (last->kind != EVENT_STATE || last->indicator != indicator || !zeno_at_once(m, last->time)) {
             break;
         }
         r->n_events--;
@@ -261,18 +266,20 @@ typedef struct {
 
 static Outcome handle_event(Master *m, const Causes *causes)
 {
-    const int sliding = m->slide.active;
-    const int on = m->slide.indicator;
+    const int sliding = m->slide.n;
     memcpy(m->before, m->x, (size_t)m->n * sizeof *m->x);
     if (zeno_stalled(m) != FINE) {
         return STOP;
     }
-    if (sliding && (m->fired[on] || m->fired[m->nz])) {
-        log_event(m, EVENT_LEAVE, on, m->z[on], 0.0);
-        const Outcome outcome = slide_leave(m, m->fired[on] ? 1.0 : -1.0);
-        m->fired[on] = m->fired[m->nz] = 0;
+    for (int i = 0; i < m->nz && m->slide.n; i++) {
+        if (!m->fired[i] || !slide_along(m, i)) {
+            continue;
+        }
+        log_event(m, EVENT_LEAVE, i, m->z[i], 0.0);
+        m->fired[i] = 0;
+        const Outcome outcome = slide_leave(m, i);
         if (outcome != FINE) {
-            return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, on, 0.0);
+            return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, i, 0.0);
         }
     }
     Outcome outcome = events_update(m, 1, causes->jump);
@@ -297,13 +304,13 @@ static Outcome handle_event(Master *m, const Causes *causes)
                       ? field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_ERROR)
                       : watch_fired(m);
     }
-    if (outcome == FINE && m->slide.active && sliding) {
-        int left = 0;
+    for (int left = 0; outcome == FINE && m->slide.n && sliding && left >= 0;) {
+        const int first = m->slide.indicator[0];
         outcome = slide_resume(m, &left);
-        if (left) {
-            log_event(m, EVENT_LEAVE, on, 0.0, 0.0);
+        if (left >= 0) {
+            log_event(m, EVENT_LEAVE, left, 0.0, 0.0);
         }
-        outcome = outcome == SHORTER ? field_report(m, RUN_CHATTERING, m->t, on, 0.0) : outcome;
+        outcome = outcome == SHORTER ? field_report(m, RUN_CHATTERING, m->t, first, 0.0) : outcome;
     }
     return outcome;
 }
@@ -319,7 +326,7 @@ static int ends_at(const Master *m, int side)
 static Outcome arrive(Master *m, double t1, double theta)
 {
     Run *r = m->run;
-    const int section = m->nz + 1, changes = theta > 0.0 && m->fired[section];
+    const int section = m->nz, changes = theta > 0.0 && m->slots > section && m->fired[section];
     const int side = changes ? -m->side[section] : m->side[section];
     Causes causes = {.state = theta > 0.0 && memchr(m->fired, 1, (size_t)section)};
     m->crossed = changes && ends_at(m, side);
@@ -332,7 +339,8 @@ static Outcome arrive(Master *m, double t1, double theta)
         memcpy(m->f, m->f1, (size_t)m->n * sizeof *m->x);
     }
     m->t = t1;
-    Outcome outcome = m->slide.active ? slide_project(m) : FINE;
+    /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
+    Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
     outcome = outcome == FINE ? field_at(m, m->t, m->x) : outcome;
     if (outcome != FINE) {
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
@@ -368,7 +376,7 @@ static Outcome arrive(Master *m, double t1, double theta)
         }
         /* an event may take the state across */
         m->crossed |= event && m->side[section] != side && ends_at(m, m->side[section]);
-    } else if (outcome == FINE && m->nz && !m->terminate) {
+    } else if (outcome == FINE && m->slots && !m->terminate) {
         memcpy(m->z, m->samples, (size_t)m->slots * sizeof *m->z);
     }
     return outcome == FINE ? record_here(m) : outcome;
@@ -395,6 +403,9 @@ static Outcome advance(Master *m)
     }
     const double length = m->length;
     const double longer = length * step_growth(m, error);
+    if (!m->stiff) {
+        m->last_error = fmax(error, 1e-4);
+    }
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
     m->step_error = error;

@@ -95,7 +95,7 @@ Outcome tangent_step(Master *m, double theta)
     const int n = m->n, all = STAGES * n;
     const double h = theta * m->length;
     double *jacobians = r->tangent_room, *matrix = jacobians + STAGES * n * n, *rates = matrix + all * all;
-    if (m->slide.active) {
+    if (m->slide.n) {
         r->missed++;
         return FINE;
     }
@@ -199,7 +199,7 @@ void tangent_after(Master *m, int states_decide)
     Run *r = m->run;
     const int n = m->n;
     const double *field = r->tangent_room, *row = field + n;
-    if (memcmp(m->before, m->x, (size_t)n * sizeof *m->x) != 0 || m->slide.active) {
+    if (memcmp(m->before, m->x, (size_t)n * sizeof *m->x) != 0 || m->slide.n) {
         r->missed++;
         return;
     }

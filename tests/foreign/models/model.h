@@ -50,7 +50,7 @@
 #define SIZE(v) 1
 #endif
 
-enum { OK = 0, FAILED = 3, ROOM = 4 };
+enum { OK = 0, FAILED = 3, ROOM = 8 };
 
 typedef struct {
     double t, x[NX + 1], p[NP + 1];

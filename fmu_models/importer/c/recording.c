@@ -1,8 +1,13 @@
-/* What is recorded of an FMU that moves by itself. */
+/* What is recorded: of a motion that is integrated, at its dense output; of an FMU that moves by itself, where it is. */
 #include "recording.h"
 
+#include "dense_output.h"
 #include "field.h"
+#include "method.h"
+#include "slide.h"
 #include "ticking.h"
+
+#include <string.h>
 
 RunStatus recording_here(Master *m)
 {
@@ -17,4 +22,50 @@ RunStatus recording_here(Master *m)
         r->next_time++;
     }
     return RUN_DONE;
+}
+
+void recording_at(Master *m, double t, const double *x, Outcome *outcome)
+{
+    Run *r = m->run;
+    memcpy(r->states + r->next_time * m->n, x, (size_t)m->n * sizeof *x);
+    double *values = r->values + r->next_time * r->recorded.n;
+    ticking_record(m);
+    r->next_time++;
+    if (r->recorded.n == 0) {
+        return;
+    }
+    if (m->slide.n) {
+        *outcome = slide_values(m, t, x, values);
+        return;
+    }
+    *outcome = field_at(m, t, x);
+    if (*outcome == FINE) {
+        *outcome = field_fail(m, F_GETTERS, fmi_read(m->fmu, &r->recorded, values));
+    }
+}
+
+/* output times before the end of the step at t1 */
+Outcome recording_within(Master *m, double t1)
+{
+    Run *r = m->run;
+    Outcome outcome = FINE;
+    while (outcome == FINE && r->next_time < r->n_times && r->times[r->next_time] < t1) {
+        outcome = method_dense(m);
+        if (outcome == FINE) {
+            dense_value(m, (r->times[r->next_time] - m->t) / m->length, m->point);
+            memcpy(m->stage, m->point, (size_t)m->n * sizeof *m->x);
+            recording_at(m, r->times[r->next_time], m->stage, &outcome);
+        }
+    }
+    return outcome;
+}
+
+Outcome recording_reached(Master *m)
+{
+    Run *r = m->run;
+    Outcome outcome = FINE;
+    while (outcome == FINE && r->next_time < r->n_times && r->times[r->next_time] <= m->t) {
+        recording_at(m, m->t, m->x, &outcome);
+    }
+    return outcome;
 }

@@ -1,9 +1,13 @@
-/* What is recorded of an FMU that moves by itself. */
+/* What is recorded (recording.c). */
 #ifndef STICKSLIP_RECORDING_H
 #define STICKSLIP_RECORDING_H
 
 #include "master_state.h"
 
-RunStatus recording_here(Master *m); /* rows of all output times that are reached */
+RunStatus recording_here(Master *m); /* rows of all output times that are reached, of an FMU that moves by itself */
+
+void recording_at(Master *m, double t, const double *x, Outcome *outcome); /* the next row */
+Outcome recording_within(Master *m, double t1); /* rows of output times before the end of the step at t1 */
+Outcome recording_reached(Master *m);           /* rows of output times that the run has reached */
 
 #endif

@@ -24,6 +24,7 @@ from fmu_models.analyses import jobs as families
 from fmu_models.analyses.cluster import Cluster
 from fmu_models.analyses.jobs import Chunk, Jobs
 from fmu_models.analyses.store import Stage, Store
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Tabular
 from fmu_models.base.version import version
 from fmu_models.simulation.rows import Rows, joined
@@ -81,7 +82,11 @@ class Execution:
         self.provenance: dict[str, Any] = {}
         if plan is not None:
             self.provenance = {"stickslip": version(), **{n: _told(v) for n, v in plan.items()}}
-            self.provenance["system"] = system.identity()
+            try:
+                self.provenance["system"] = system.identity()
+            except StickslipError:
+                if store is not None:  # without one nobody asks later which system it was
+                    raise
         self.store = Store.open(Path(store), self.provenance, resume, overwrite) if store is not None else None
         self.cluster = Cluster(scheduler, system) if scheduler is not None else None
 

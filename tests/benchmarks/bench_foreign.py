@@ -1,4 +1,5 @@
-"""Foreign FMUs under the master and under fmpy's CVode, run in turn: error against a tight reference, time, ratio.
+"""Foreign FMUs under the master and under fmpy's CVode, run in turn: error against a tight reference, CPU time,
+ratio.
 
     python tests/benchmarks/bench_foreign.py [repetitions]
 
@@ -117,10 +118,11 @@ def sweep(driver: Driver, case: Case) -> Callable[[], np.ndarray]:
 
 def timed(run: Callable[[], object]) -> float:
     """CPU time of a run, s."""
-    begin = time.process_time()
-    with silent(), contextlib.suppress(RuntimeError):
-        run()
-    return time.process_time() - begin
+    with silent():
+        begin = time.process_time()
+        with contextlib.suppress(RuntimeError):
+            run()
+        return time.process_time() - begin
 
 
 def compare(case: Case, folder: Path, repetitions: int) -> None:

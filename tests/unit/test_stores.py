@@ -21,8 +21,10 @@ from fmu_models.analyses.diagram import orbit_diagram
 from fmu_models.analyses.fmu_sections import Crossing, Strobe
 from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.analyses.return_map import ReturnMap
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.fmu.load import load
+from fmu_models.simulation.sections import Section
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
@@ -211,6 +213,13 @@ def test_a_store_of_something_else_is_refused_with_the_difference(whole, tmp_pat
     with pytest.raises(StickslipError, match=r"stickslip = .*there, .9\.9. here"):
         mapped(store=whole)
     assert (tmp_path / "notes.txt").is_file()
+
+
+def test_a_return_map_whose_start_is_a_function_has_no_store(tmp_path):
+    back = ReturnMap(SUPPORT, "v", section=Section("x", 0.0, 1), cap=50.0, start=lambda v: {"x": 0.0, "v": v})
+    assert orbit_diagram(back, "omega", [1.0], start=[1.0], transient=2, points=1, longest=0).steps == 3
+    with pytest.raises(StickslipError, match="give the start of the return map as values"):
+        orbit_diagram(back, "omega", [1.0], store=tmp_path / "run.zarr")
 
 
 def test_overwriting_takes_the_place_of_a_store(tmp_path):

@@ -429,7 +429,7 @@ static Outcome advance(Master *m)
     }
     if (r->tangents) {
         outcome = outcome == FINE ? method_dense(m) : outcome;
-        outcome = outcome == FINE ? tangent_step(m, theta > 0.0 ? theta : 1.0) : outcome;
+        outcome = outcome == FINE ? tangent_advance(m, theta > 0.0 ? theta : 1.0) : outcome;
     }
     /* only now: the polynomial of the step is that of the method which made it */
     if (change) {

@@ -89,7 +89,7 @@ static void add_product(int n, const double *j, const double *v, int stride, dou
     }
 }
 
-Outcome tangent_step(Master *m, double theta)
+Outcome tangent_advance(Master *m, double theta)
 {
     Run *r = m->run;
     const int n = m->n, all = STAGES * n;

@@ -129,7 +129,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
         if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) {
             return RUN_ERROR;
         }
-        if (tangent_step(r, tangents) == RUN_ERROR) {
+        if (tangents_fit_step(r, tangents) == RUN_ERROR) {
             return RUN_ERROR;
         }
     }
@@ -155,7 +155,7 @@ static void arrive(const Run *r, Tangents *tangents, double length, int at_event
     a->s = r->segment_rooted ? sqrt(length) : length;
     for (int i = 0; i < MODEL_NX; i++) {
         a->x[i] = polynomial_value(r->jets.x[i], r->segment_order, a->s);
-        a->slope[i] = shifted ? tangent_slope(r, tangents, i, length) : 0.0;
+        a->slope[i] = shifted ? tangents_slope(r, tangents, i, length) : 0.0;
     }
 }
 

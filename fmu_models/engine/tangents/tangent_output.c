@@ -16,7 +16,7 @@ static void states_inside(const Run *r, Tangents *tangents, double length)
 {
     const double s = r->segment_rooted ? sqrt(length) : length;
     for (int i = 0; i < MODEL_NX; i++) {
-        const double slope = tangent_slope(r, tangents, i, length);
+        const double slope = tangents_slope(r, tangents, i, length);
         const double rate = r->segment_rooted ? slope / (2.0 * s) : slope;
         tangents->x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
         for (int k = 0; k < tangents->count; k += PAIR) {

@@ -128,7 +128,7 @@ static int ends_at_root(const Run *r)
     return ends;
 }
 
-RunStatus tangent_step(Run *r, Tangents *tangents)
+RunStatus tangents_fit_step(Run *r, Tangents *tangents)
 {
     load_variations(tangents);
     if (r->segment_rooted) {
@@ -150,7 +150,7 @@ RunStatus tangent_step(Run *r, Tangents *tangents)
     return RUN_OK;
 }
 
-double tangent_slope(const Run *r, Tangents *tangents, int i, double length)
+double tangents_slope(const Run *r, Tangents *tangents, int i, double length)
 {
     const Variation *l = variation_of(tangents, 0);
     const double s = variation_variable(r, l, length);

@@ -7,7 +7,7 @@ import math
 import os
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,18 +21,14 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request, structure
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
+from fmu_models.importer.sweep import Sweep, columns_of
+from fmu_models.importer.words import note, nothing_to_record
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 _C = declarations("importer/c/master.h")
 METHODS = {n.lower().replace("_", "-"): k for n, k in vars(_C.constants("MethodChoice", "METHOD_")).items()}
 CO_SIMULATION, SCHEDULED = "co-simulation", "scheduled"
-NAMES = {
-    "scheduled": "scheduled execution",
-    "dopri5": "Dormand-Prince 5(4)",
-    "dop853": "Dormand-Prince 8(5,3)",
-    "stiff": "Radau IIA of order 5",
-}
 EVENT_KINDS = {number: name.lower() for name, number in vars(_C.constants("EventKind", "EVENT_")).items()}
 ON_ZENO = {name.lower(): number for name, number in vars(ZENO).items()}
 EVENT_CAPACITY = 4096
@@ -62,20 +58,6 @@ def simulate_any(
         fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno, structural_parameters=sizes
     ) as driver:
         return driver.run(stop_time, parameters=others, **options)
-
-
-@dataclass(frozen=True, eq=False)
-class Sweep(Shown):
-    """Runs of a sweep: per variable (runs, times), and why runs ended early, by the number of the run."""
-
-    time: NDArray[np.float64]
-    values: Mapping[str, NDArray[np.float64]]
-    failures: Mapping[int, str]
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        if name not in self.values:
-            raise StickslipError(f"The sweep has no variable '{name}'.{nearest(name, self.values)}")
-        return self.values[name]
 
 
 class Driver(Shown):
@@ -148,7 +130,7 @@ class Driver(Shown):
         self._recorded = request.Selection.of(self.fmu, unclocked)
         if not (self._states or self._recorded.names or clocked):
             self._instance.close()
-            raise StickslipError(_nothing(self.fmu))
+            raise StickslipError(nothing_to_record(self.fmu))
         shapes = {name: v.shape for name, v in self.fmu.variables.items() if v.shape}
         self._arrays = {n: shapes[n] for n in (*given, *names) if n in shapes}
         self._library = instance.master_library()
@@ -238,9 +220,10 @@ class Driver(Shown):
         table = request.table(self.fmu, others, start_time, stop_time)
         between = table
         if self.method == CO_SIMULATION:
-            times, table = self._communication(
-                times if output_times is not None else None, table, start_time, stop_time, communication_step
-            )
+            length = request.communication_step(self.fmu, communication_step, start_time, stop_time)
+            asked = times if output_times is not None else None
+            points = request.communication_points(self.fmu, length, start_time, stop_time, asked, table)
+            times, table = points if asked is None else asked, request.at_points(table, points)
         elif communication_step is not None:
             raise StickslipError(f"A communication step belongs to the method 'co-simulation', not to '{self.method}'.")
         prepared = self._prepare(times, initial, table, start_time, stop_time, ticking)
@@ -285,25 +268,7 @@ class Driver(Shown):
                 "value."
             )
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
-        columns = {name: np.array(column, dtype=float) for name, column in values.items()}
-        sizes = {column.shape for column in columns.values()}
-        elements = [name for name in columns if owner(name, self.fmu.variables) != name]
-        if elements:
-            raise StickslipError(
-                f"A sweep takes scalars; '{elements[0]}' is an element of an array. Run once per value."
-            )
-        if len(sizes) != 1 or len(next(iter(sizes))) != 1 or not next(iter(sizes))[0]:
-            raise StickslipError(
-                f"A sweep needs one list of numbers per name, all of one length; found shapes {sizes or 'none'}."
-            )
-        for row in (np.min, np.max):
-            bounds = {name: float(row(column)) for name, column in columns.items()}
-            own = {
-                n: v
-                for n, v in bounds.items()
-                if n in self.fmu.variables and self.fmu.variables[n].causality == "parameter"
-            }
-            request.start_values(self.fmu, own, {n: v for n, v in bounds.items() if n not in own})
+        columns = columns_of(self.fmu, values)
         table = request.table(self.fmu, inputs or {}, start_time, stop_time)
         rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
         prepared = self._prepare(times, dict.fromkeys(columns, 0.0), table, start_time, stop_time)
@@ -330,23 +295,6 @@ class Driver(Shown):
         named = {name: states[:, :, k] for k, name in enumerate(self._states)}
         named |= {name: recorded[:, :, k] for k, name in enumerate(self._recorded.names)}
         return Sweep(times, named, failures)
-
-    def _communication(
-        self,
-        times: NDArray[np.float64] | None,
-        table: request.Table,
-        start_time: float,
-        stop_time: float,
-        step: float | None,
-    ) -> tuple[NDArray[np.float64], request.Table]:
-        """Output times, and the table of inputs at all communication points."""
-        length = request.communication_step(self.fmu, step, start_time, stop_time)
-        points = request.communication_points(self.fmu, length, start_time, stop_time, times, table)
-        rows = np.clip(np.searchsorted(table.times, points, side="right") - 1, 0, None)
-        values = table.values[rows] + table.slopes[rows] * (points - table.times[rows])[:, None]
-        jumps = np.where((table.times[rows] == points) & (table.jumps[rows] == request.JUMP), request.JUMP, 1)
-        at_points = replace(table, times=points, values=values, slopes=np.zeros_like(values), jumps=jumps)
-        return points if times is None else times, at_points
 
     def _prepare(
         self,
@@ -435,18 +383,18 @@ class Driver(Shown):
         if not self._units:
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
-        note = _note(self.method, prepared.c)
+        said = note(self.method, prepared.c)
         if prepared.c.jacobians and self._instance.calls.directional:
-            note += ", Jacobians by the FMU's directional derivatives"
+            said += ", Jacobians by the FMU's directional derivatives"
         if self.method == CO_SIMULATION and self._instance.remark:
-            note += f", {self._instance.remark}"
+            said += f", {self._instance.remark}"
         if silent := self.clocks.silent(prepared.clocks):
-            note += f"; {silent}"
+            said += f"; {silent}"
         if status == RUN.TERMINATED:
-            note += f"; {self._end(prepared.c)}"
-        note += self._missing
+            said += f"; {self._end(prepared.c)}"
+        said += self._missing
         steps, evaluations = prepared.c.steps, prepared.c.evaluations
-        return Trajectory(times[:n], values, self._units, events, steps, evaluations, note, arrays=self._arrays)
+        return Trajectory(times[:n], values, self._units, events, steps, evaluations, said, arrays=self._arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -468,36 +416,7 @@ def _close(free: Callable[[int], None], master: int, instance: instance.Instance
     instance.close()
 
 
-def _nothing(fmu: Fmu) -> str:
-    """Why there is nothing to record."""
-    unrecordable = request.unrecordable(fmu)
-    has = f"its outputs are {', '.join(unrecordable)}" if unrecordable else "it has neither states nor outputs"
-    return (
-        f"'{fmu.path}' gives no number that a run would record: {has}. Name variables that are numbers to record, or "
-        "ask its author for outputs."
-    )
-
-
 def _length(which: str, given: float | None) -> float:
     if given is not None and not (math.isfinite(given) and given > 0):
         raise StickslipError(f"The {which} step must be a positive number of seconds, found {given:g}.")
     return float(given or 0.0)
-
-
-def _note(method: str, c: Any) -> str:
-    """The method of a run in words."""
-    note = NAMES.get(method, method if method in (CO_SIMULATION, SCHEDULED) else NAMES["dop853"])
-    if method == "auto" and c.n_switches:
-        note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
-        if c.n_switches > 1:
-            note += f" ({c.n_switches} changes between the two)"
-    if c.accumulations:
-        done = "held from there on" if c.on_zeno == ZENO.HOLD else "continued as the FMU does"
-        note += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
-    if c.slides:
-        note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
-    if c.most_surfaces > 1:
-        note += f", along {c.most_surfaces} surfaces at once"
-    if c.by_convention:
-        note += " (their fields are no sum of one term for each surface: the mean is a convention there)"
-    return note

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -276,3 +276,11 @@ def communication_points(
     points = points[np.append(np.diff(points) > near, True)]
     points[0], points[-1] = start, stop
     return np.asarray(points, dtype=np.float64)
+
+
+def at_points(table: Table, points: NDArray[np.float64]) -> Table:
+    """The same inputs as values that hold from one communication point to the next."""
+    rows = np.clip(np.searchsorted(table.times, points, side="right") - 1, 0, None)
+    values = table.values[rows] + table.slopes[rows] * (points - table.times[rows])[:, None]
+    jumps = np.where((table.times[rows] == points) & (table.jumps[rows] == JUMP), JUMP, 1)
+    return replace(table, times=points, values=values, slopes=np.zeros_like(values), jumps=jumps)

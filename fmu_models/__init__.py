@@ -61,12 +61,15 @@ if TYPE_CHECKING:
     from fmu_models.language.laws.conti import Conti as Conti
     from fmu_models.language.laws.conti_viscous import ContiViscous as ContiViscous
     from fmu_models.language.laws.coulomb import Coulomb as Coulomb
-    from fmu_models.language.laws.exponential_stribeck import ExponentialStribeck as ExponentialStribeck
+    from fmu_models.language.laws.dieterich import Dieterich as Dieterich
     from fmu_models.language.laws.kelvin_voigt import KelvinVoigt as KelvinVoigt
     from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh as LankaraniNikravesh
     from fmu_models.language.laws.lugre import LuGre as LuGre
+    from fmu_models.language.laws.ruina import Ruina as Ruina
+    from fmu_models.language.laws.stribeck import Stribeck as Stribeck
     from fmu_models.language.laws.stribeck_cubic import StribeckCubic as StribeckCubic
     from fmu_models.language.laws.tanh import Tanh as Tanh
+    from fmu_models.language.laws.tustin import Tustin as Tustin
     from fmu_models.language.maps import Map as Map
     from fmu_models.language.mechanism import Mechanism as Mechanism
     from fmu_models.language.quantities import Coordinate as Coordinate

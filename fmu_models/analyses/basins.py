@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import itertools
 import math
+import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed, index_of, targets_of
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.periodic import PeriodicMotion
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -79,6 +83,8 @@ class Basins(Pictured):
         attractors: stable periodic motions, the shortest first, then chaotic ones.
         steps: of the section until a start was decided.
         failures: why a start could not be run, by its place in the grid.
+        how: of ``SectionSystem``.
+        provenance: what it was made of; see ``Execution``.
     """
 
     model: str
@@ -88,6 +94,8 @@ class Basins(Pictured):
     attractors: tuple[Attractor, ...]
     steps: NDArray[np.int64]
     failures: Mapping[tuple[int, ...], str]
+    how: str = ""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def undecided(self) -> int:
@@ -141,14 +149,14 @@ class Basins(Pictured):
 
         names = list(self.axes)
         data = {"attractor": (names, self.labels), "steps": (names, self.steps)}
-        return xarray.Dataset(data, dict(self.axes), {"model": self.model})
+        return xarray.Dataset(data, dict(self.axes), {"model": self.model, PROVENANCE: told(self.provenance)})
 
     def _heading(self) -> str:
         shape = " x ".join(f"{len(values)} {name}" for name, values in self.axes.items())
         return f"Basins of {self.model}: {shape}, {len(self.attractors)} attractors"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+        return {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary, "how": self.how or None}
 
 
 def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
@@ -181,6 +189,10 @@ def basins(
     most: int = 3000,
     longest: int = 64,
     workers: int | None = None,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Basins:
@@ -191,44 +203,88 @@ def basins(
         start: what the axes do not say.
         most: steps after which a motion that has not repeated itself is taken to stay as it is.
         longest: period that is looked for.
-        workers: threads.
+        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
         axes: values of a state by its name; the first is the rows.
 
     Raises:
-        StickslipError: unknown states, or values out of their range.
+        StickslipError: unknown states, or values out of their range; as ``Execution``.
     """
     values, starts = grid_of(system, axes, start)
-    rows = 2 * longest
+    plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
+    with Execution(
+        system,
+        plan,
+        workers=workers,
+        scheduler=scheduler,
+        store=store,
+        resume=resume,
+        overwrite=overwrite,
+        progress=progress,
+    ) as execution:
+        found = _mapped(execution, system, values, starts, most, longest)
+        execution.finish(found)
+    return found
+
+
+def _mapped(
+    execution: Execution, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
+) -> Basins:
+    rows, shape = 2 * longest, tuple(len(one) for one in values.values())
     jobs = Jobs(starts, transient=most, rows=rows, longest=longest, settled=SETTLED)
     few = jobs.part(0, 0) if len(starts) <= COARSE else _every(jobs, len(starts) // COARSE)
     known: list[Attractor] = []
     if len(few):
-        _decide(system, system.make(few, workers=workers), known, longest)
+        _decide(system, execution.make(few, quiet=True), known, longest)
     periodic = [one for one in known if isinstance(one, PeriodicMotion)]
+    labels, steps = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
+    failures: dict[tuple[int, ...], str] = {}
+    left, ends = [np.zeros(0, np.int64)], [starts[:0]]
+
+    def map_some(begin: int, made: Rows) -> None:
+        found = _ended(made)
+        found[made.orbits >= 0] = [known.index(periodic[i]) for i in made.orbits[made.orbits >= 0]]
+        labels[begin : begin + len(found)], steps[begin : begin + len(found)] = found, made.steps
+        open_ = np.flatnonzero((found == UNDECIDED) & (made.filled > 0))
+        left.append(begin + open_)
+        ends.append(made.ends[open_])
+        for i, text in made.messages.items():
+            failures[tuple(map(int, np.unravel_index(begin + i, shape)))] = text
+
     targets = targets_of(system, periodic)
-    mapped = system.make(
-        Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets),
-        workers=workers,
-        progress=progress,
-    )
-    labels = np.full(len(starts), UNDECIDED)
-    labels[mapped.orbits >= 0] = [known.index(periodic[i]) for i in mapped.orbits[mapped.orbits >= 0]]
-    labels[mapped.outcomes == families.ESCAPED] = INFINITE
-    labels[(mapped.outcomes == families.BROKEN) | (mapped.outcomes == families.LOST)] = FAILED
-    if (left := np.flatnonzero((labels == UNDECIDED) & (mapped.filled > 0))).size:
-        rest = system.make(Jobs(mapped.ends[left], rows=rows, longest=longest, settled=SETTLED), workers=workers)
-        labels[left] = _decide(system, rest, known, longest)
-        labels[left] = _assign_chaos(system, rest, labels[left], known, workers)
+    execution.each(Jobs(starts, transient=most, rows=1, longest=longest, settled=SETTLED, targets=targets), map_some)
+    rest = np.concatenate(left)
+
+    def settle_some(begin: int, made: Rows) -> None:
+        which = rest[begin : begin + len(made.filled)]
+        labels[which] = _decide(system, made, known, longest)
+        labels[which] = _assign_chaos(execution, made, labels[which], known)
+
+    if rest.size:
+        execution.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
     order = sorted(range(len(known)), key=lambda i: (known[i].period == 0, known[i].period, *known[i].points[0]))
     place = {old: new for new, old in enumerate(order)}
     labels = np.array([place.get(int(one), int(one)) for one in labels])
-    shape = tuple(len(one) for one in values.values())
-    failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in mapped.messages.items()}
     ordered = tuple(known[i] for i in order)
     return Basins(
-        system.name, tuple(system.states), values, labels.reshape(shape), ordered, mapped.steps.reshape(shape), failures
+        system.name,
+        tuple(system.states),
+        values,
+        labels.reshape(shape),
+        ordered,
+        steps.reshape(shape),
+        failures,
+        system.how,
+        execution.provenance,
     )
+
+
+def _ended(made: Rows) -> NDArray[np.int64]:
+    """Labels of the runs that end without an attractor."""
+    labels = np.full(len(made.outcomes), UNDECIDED)
+    labels[made.outcomes == families.ESCAPED] = INFINITE
+    labels[(made.outcomes == families.BROKEN) | (made.outcomes == families.LOST)] = FAILED
+    return labels
 
 
 def _every(jobs: Jobs, stride: int) -> Jobs:
@@ -243,9 +299,7 @@ def _every(jobs: Jobs, stride: int) -> Jobs:
 
 def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: int) -> NDArray[np.int64]:
     """Labels of the runs that repeat themselves; motions that are not known yet are added."""
-    labels = np.full(len(made.outcomes), UNDECIDED)
-    labels[made.outcomes == families.ESCAPED] = INFINITE
-    labels[(made.outcomes == families.BROKEN) | (made.outcomes == families.LOST)] = FAILED
+    labels = _ended(made)
     which = np.flatnonzero((made.outcomes == families.SETTLED) | (made.outcomes == families.FINISHED))
     if not which.size:
         return labels
@@ -263,7 +317,7 @@ def _decide(system: SectionSystem, made: Rows, known: list[Attractor], longest: 
 
 
 def _assign_chaos(
-    system: SectionSystem, made: Rows, labels: NDArray[np.int64], known: list[Attractor], workers: int | None
+    execution: Execution, made: Rows, labels: NDArray[np.int64], known: list[Attractor]
 ) -> NDArray[np.int64]:
     """Labels of the runs that never repeat themselves, by the cells of chaotic attractors."""
     left = np.flatnonzero((labels == UNDECIDED) & (made.outcomes == families.FINISHED))
@@ -272,7 +326,7 @@ def _assign_chaos(
         points = made.points[i, : made.filled[i]]
         found = next((k for k, cloud in clouds if cloud.share(points) >= HELD), UNDECIDED)
         if found == UNDECIDED:
-            cloud = _cloud(system, points[-1], workers)
+            cloud = _cloud(execution, points[-1])
             if cloud is not None and cloud.share(points) >= HELD:
                 known.append(cloud)
                 clouds.append((len(known) - 1, cloud))
@@ -281,9 +335,9 @@ def _assign_chaos(
     return labels
 
 
-def _cloud(system: SectionSystem, start: Vector, workers: int | None) -> Cloud | None:
+def _cloud(execution: Execution, start: Vector) -> Cloud | None:
     """The set that a long run fills twice; None where its halves differ."""
-    made = system.make(Jobs(start[None], rows=CLOUD), workers=workers)
+    made = execution.make(Jobs(start[None], rows=CLOUD), quiet=True)
     if made.filled[0] < CLOUD:
         return None
     points = made.points[0]

@@ -6,15 +6,17 @@
     exponent    sign of the largest Lyapunov exponent
     attractor   which of the motions found it is, by its period and its events
 
-With ``refine`` the chart is made on a coarse grid first; a square is divided where its corners, or those of one beside
-it, differ, and what is left between equal corners has their class.
+With ``refine`` the chart is made on a coarse grid first, and its distances are halved until all cells are there. A new
+cell is taken to be of the class of the one before it; it is run where one beside it is of another class, and so on
+until every cell beside another class has been run. What is narrower than the coarse grid is found only where it leaves
+a trace on it.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,10 +24,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -50,6 +55,8 @@ class Chart(Pictured):
         made: (rows, columns) whether the cell was run; the others lie between equal ones.
         failures: why, by row and column.
         runs: how many were made.
+        how: of ``SectionSystem``.
+        provenance: what it was made of; see ``Execution``.
     """
 
     model: str
@@ -60,6 +67,8 @@ class Chart(Pictured):
     values: Vector
     made: NDArray[np.bool_]
     failures: Mapping[tuple[int, int], str]
+    how: str = ""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -82,14 +91,20 @@ class Chart(Pictured):
 
         names = list(self.axes)
         data = {"label": (names, self.labels), "value": (names, self.values), "made": (names, self.made)}
-        return xarray.Dataset(data, dict(self.axes), {"model": self.model, "classes": list(self.classes)})
+        attributes = {"model": self.model, "classes": list(self.classes), PROVENANCE: told(self.provenance)}
+        return xarray.Dataset(data, dict(self.axes), attributes)
 
     def _heading(self) -> str:
         return f"Chart of {self.model}: {self.what} over {' and '.join(self.axes)}, {self.runs} runs"
 
     def _contents(self) -> Mapping[str, Any]:
         counts = {name: int((self.labels == i).sum()) for i, name in enumerate(self.classes)}
-        return {**{name: values for name, values in self.axes.items()}, "cells": counts, "failed": len(self.failures)}
+        return {
+            **{name: values for name, values in self.axes.items()},
+            "cells": counts,
+            "failed": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def chart(
@@ -102,6 +117,10 @@ def chart(
     longest: int = 24,
     refine: int = 1,
     workers: int | None = None,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
     **axes: ArrayLike,
 ) -> Chart:
@@ -114,13 +133,13 @@ def chart(
         transient: steps before a motion is classified; fewer where it repeats itself before.
         points: steps over which it is then looked at.
         longest: period that is looked for.
-        refine: cells a side of the coarse grid, a power of two; 1: all cells are run.
-        workers: threads.
+        refine: cells from one of the coarse grid to the next, a power of two; 1: all cells are run.
+        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done, of each round of refinement.
         axes: values (m,) and (n,) of two parameters.
 
     Raises:
-        StickslipError: not two parameters, unknown names, values out of their range, no such class.
+        StickslipError: not two parameters, unknown names, values out of their range, no such class; as ``Execution``.
     """
     if what not in WHAT:
         raise StickslipError(f"A chart shows one of {', '.join(WHAT)}, found '{what}'.")
@@ -131,28 +150,66 @@ def chart(
         raise StickslipError(f"The coarse grid is a power of two cells apart, found {refine}.")
     for name, one in values.items():
         system.check(name, one)
-    begin = system.start(start)
+    how = _Cells(what, system.start(start), transient, points, longest)
+    plan = {"analysis": "chart", **vars(how), "refine": refine, "axes": values}
+    with Execution(
+        system,
+        plan,
+        workers=workers,
+        scheduler=scheduler,
+        store=store,
+        resume=resume,
+        overwrite=overwrite,
+        progress=progress,
+    ) as execution:
+        found = _charted(execution, system, how, refine, values)
+        execution.finish(found)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """What a run of a cell is, and what is asked of it."""
+
+    what: str
+    start: Vector
+    transient: int
+    points: int
+    longest: int
+
+    def jobs(self, varied: Mapping[str, Vector], count: int) -> Jobs:
+        return Jobs(
+            np.tile(self.start, (count, 1)),
+            varied,
+            transient=self.transient,
+            rows=max(self.points, 2 * self.longest) if self.what != "exponent" else 1,
+            longest=0 if self.what in ("stick", "exponent") else self.longest,
+            settled=SETTLED,
+            tangents=int(self.what == "exponent"),
+            batch=TANGENT_STEPS if self.what == "exponent" else 1,
+        )
+
+
+def _charted(
+    execution: Execution, system: SectionSystem, how: _Cells, refine: int, values: Mapping[str, Vector]
+) -> Chart:
     shape = tuple(one.size for one in values.values())
     kept: dict[tuple[int, int], tuple[str, float]] = {}
     failures: dict[tuple[int, int], str] = {}
 
     def run(cells: list[tuple[int, int]]) -> None:
         varied = {name: one[[cell[k] for cell in cells]] for k, (name, one) in enumerate(values.items())}
-        jobs = Jobs(
-            np.tile(begin, (len(cells), 1)),
-            varied,
-            transient=transient,
-            rows=max(points, 2 * longest) if what != "exponent" else 1,
-            longest=0 if what in ("stick", "exponent") else longest,
-            settled=SETTLED,
-            tangents=int(what == "exponent"),
-            batch=TANGENT_STEPS if what == "exponent" else 1,
-        )
-        made = system.make(jobs, workers=workers, progress=progress)
-        for i, (cell, found) in enumerate(zip(cells, _classes(system, made, varied, what, longest), strict=True)):
-            kept[cell] = found
-            if made.outcomes[i] > families.ABSORBED:
-                failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
+
+        def take(begin: int, made: Rows) -> None:
+            end = begin + len(made.filled)
+            part = {name: one[begin:end] for name, one in varied.items()}
+            found = _classes(system, made, part, how.what, how.longest)
+            for i, cell in enumerate(cells[begin:end]):
+                kept[cell] = found[i]
+                if made.outcomes[i] > families.ABSORBED:
+                    failures[cell] = made.messages.get(i) or families.OUTCOMES[int(made.outcomes[i])]
+
+        execution.each(how.jobs(varied, len(cells)), take)
 
     labels = _filled(shape, refine, kept, run)
     classes = tuple(sorted({label for label in labels.ravel() if label}, key=_in_order))
@@ -162,7 +219,9 @@ def chart(
     for cell, (_, value) in kept.items():
         numbers[cell], made[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
-    return Chart(system.name, what, values, classes, indices, numbers, made, failures)
+    return Chart(
+        system.name, how.what, values, classes, indices, numbers, made, failures, system.how, execution.provenance
+    )
 
 
 def _in_order(label: str) -> tuple[Any, ...]:
@@ -176,50 +235,34 @@ def _filled(
     run: Callable[[list[tuple[int, int]]], None],
 ) -> NDArray[np.object_]:
     """A label per cell, from runs of as few of them as tell where the classes meet."""
-    ticks = [sorted({*range(0, size, refine), size - 1}) for size in shape]
-    run([(i, j) for i in ticks[0] for j in ticks[1]])
-    squares = [(a, b, c, d) for a, b in _pairs(ticks[0]) for c, d in _pairs(ticks[1])]
-    while refine > 1:
-        refine //= 2
-        mixed = _mixed(squares, kept)
-        parts: list[tuple[int, int, int, int]] = []
-        for square in squares:
-            a, b, c, d = square
-            if square not in mixed:
-                parts.append(square)
-                continue
-            rows, columns = sorted({a, (a + b) // 2, b}), sorted({c, (c + d) // 2, d})
-            parts += [(p, q, r, s) for p, q in _pairs(rows) for r, s in _pairs(columns)]
-        fresh = sorted({(i, j) for a, b, c, d in parts for i in (a, b) for j in (c, d)} - set(kept))
-        if fresh:
-            run(fresh)
-        squares = parts
-    labels = np.full(shape, "", dtype=object)
-    for a, b, c, d in squares:
-        labels[a : b + 1, c : d + 1] = kept[a, c][0]
-    for cell, (label, _) in kept.items():
-        labels[cell] = label
-    return labels
+    labels, made = np.full(shape, "", dtype=object), np.zeros(shape, bool)
+    ticks = [np.unique(np.append(np.arange(0, size, refine), size - 1)) for size in shape]
+    fresh = np.ones([one.size for one in ticks], bool)
+    while True:
+        grid = np.ix_(*ticks)
+        while fresh.any():
+            cells = [(int(ticks[0][i]), int(ticks[1][j])) for i, j in np.argwhere(fresh)]
+            run(cells)
+            for cell in cells:
+                labels[cell], made[cell] = kept[cell][0], True
+            fresh = _beside_another(labels[grid]) & ~made[grid]
+        if labels[grid].shape == shape:
+            return labels
+        finer = [np.union1d(one, (one[1:] + one[:-1]) // 2) for one in ticks]
+        before = [one[np.searchsorted(one, new, side="right") - 1] for one, new in zip(ticks, finer, strict=True)]
+        ticks, known = finer, labels[np.ix_(*before)]
+        labels[np.ix_(*ticks)] = known
+        fresh = _beside_another(known) & ~made[np.ix_(*ticks)]
 
 
-def _pairs(ticks: Sequence[int]) -> list[tuple[int, int]]:
-    """Neighbours; of one tick with itself."""
-    return list(pairwise(ticks)) or [(ticks[0], ticks[0])]
-
-
-def _mixed(
-    squares: Sequence[tuple[int, int, int, int]], kept: Mapping[tuple[int, int], tuple[str, float]]
-) -> set[tuple[int, int, int, int]]:
-    """Squares more than a cell wide whose corners differ, or those of a neighbour at a corner."""
-
-    def corners(square: tuple[int, int, int, int]) -> list[tuple[int, int]]:
-        a, b, c, d = square
-        return [(i, j) for i in (a, b) for j in (c, d)]
-
-    differ = {square for square in squares if len({kept[cell][0] for cell in corners(square)}) > 1}
-    touched = {cell for square in differ for cell in corners(square)}
-    wide = (one for one in squares if one[1] - one[0] > 1 or one[3] - one[2] > 1)
-    return {square for square in wide if square in differ or any(cell in touched for cell in corners(square))}
+def _beside_another(labels: NDArray[np.object_]) -> NDArray[np.bool_]:
+    """Which cells have one of another class beside them, along either axis."""
+    found = np.zeros(labels.shape, bool)
+    for one, mark in ((labels, found), (labels.T, found.T)):
+        differs = one[1:] != one[:-1]
+        mark[1:] |= differs
+        mark[:-1] |= differs
+    return found
 
 
 def _classes(

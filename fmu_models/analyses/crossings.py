@@ -361,7 +361,7 @@ class _Scan:
         side = 0 if min(below, over) > 100 * self.accuracy else (1 if over > below else -1)
         room = max(below, over) if side else min(below, over)
         found = derivative(
-            np.vectorize(self.function, otypes=[float]),
+            self.values,
             x,
             initial_step=min(reach, 0.5 * room),
             step_direction=side,
@@ -369,6 +369,10 @@ class _Scan:
         )
         self.evaluations += int(found.nfev)
         return FixedPoint(x, float(found.df), float(found.error))
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """The function at each x; not as a ufunc, which reads the processor's flags: compiled code may raise them."""
+        return np.reshape([float(self.function(float(one))) for one in np.ravel(x)], np.shape(x))
 
     def apart(self, points: list[FixedPoint]) -> list[FixedPoint]:
         """The fixed points without those that only the noise sets apart."""

@@ -7,8 +7,9 @@ of two frequencies, or one that is not there yet, which the sign of the largest 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,13 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.base.errors import StickslipError
+from fmu_models.analyses.store import PROVENANCE, told
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -32,7 +36,7 @@ class Diagram(Pictured):
     """Of d directions, m values, r points at most, n states.
 
     Attributes:
-        model, over: names of the model and of the parameter.
+        model, over, of: names of the model, of the parameter, and of the state that a picture shows.
         states, contacts: names.
         values: (m,) of the parameter.
         directions: of the sweeps.
@@ -43,6 +47,8 @@ class Diagram(Pictured):
             nan where it was not asked for.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
+        how: of ``SectionSystem``.
+        provenance: what it was made of; see ``Execution``.
     """
 
     model: str
@@ -57,6 +63,14 @@ class Diagram(Pictured):
     exponents: Vector
     failures: Mapping[tuple[str, float], str]
     steps: int
+    of: str
+    how: str = ""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def shown(self) -> Vector:
+        """(d, m, r) points of the state that a picture shows."""
+        return self.points[..., self.states.index(self.of)]
 
     def word(self, direction: int, value: int) -> str:
         """n-p-q: period, and how often each contact begins in it; empty where no period is claimed."""
@@ -77,17 +91,23 @@ class Diagram(Pictured):
         """The arrays with their dimensions."""
         import xarray
 
-        cells, index = ("direction", self.over), {"direction": list(self.directions), self.over: self.values}
+        cells = ("direction", self.over)
+        index = {"direction": np.array(self.directions, object), self.over: self.values}
         data: dict[str, Any] = {n: ((*cells, "point"), self.points[..., i]) for i, n in enumerate(self.states)}
         data |= {"period": (cells, self.periods), "exponent": (cells, self.exponents)}
         data |= {f"{name}_began": (cells, self.began[..., i]) for i, name in enumerate(self.contacts)}
-        return xarray.Dataset(data, index, {"model": self.model})
+        return xarray.Dataset(data, index, {"model": self.model, PROVENANCE: told(self.provenance)})
 
     def _heading(self) -> str:
         return f"Diagram of {self.model} over {self.over}: {len(self.values)} values, {', '.join(self.directions)}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {self.over: self.values, "periods": np.unique(self.periods), "failures": len(self.failures)}
+        return {
+            self.over: self.values,
+            "periods": np.unique(self.periods),
+            "failures": len(self.failures),
+            "how": self.how or None,
+        }
 
 
 def orbit_diagram(
@@ -101,7 +121,12 @@ def orbit_diagram(
     points: int = 50,
     longest: int = 24,
     exponents: bool = False,
+    of: str | None = None,
     workers: int | None = None,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Diagram:
     """Where motions stay, over a parameter.
@@ -115,11 +140,13 @@ def orbit_diagram(
         points: that are kept where a motion does not repeat itself.
         longest: period that is looked for.
         exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
-        workers: threads; a sweep is made by one.
+        of: the state that a picture shows; the first if left out.
+        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
 
     Raises:
-        StickslipError: an unknown name, values out of their range or not ascending, a direction that is none.
+        StickslipError: an unknown name, values out of their range or not ascending, a direction that is none; as
+            ``Execution``.
     """
     swept = np.asarray(values, dtype=float)
     if direction not in DIRECTIONS:
@@ -130,25 +157,63 @@ def orbit_diagram(
         raise StickslipError(
             f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
         )
-    ways, m = DIRECTIONS[direction], swept.size
+    if of is not None and of not in system.states:
+        raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
+    sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
+    plan = {"analysis": "diagram", **vars(sweep)}
+    with Execution(
+        system,
+        plan,
+        workers=workers,
+        scheduler=scheduler,
+        store=store,
+        resume=resume,
+        overwrite=overwrite,
+        progress=progress,
+    ) as execution:
+        found = _swept(execution, system, sweep, of or system.states[0])
+        execution.finish(found)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    over: str
+    values: Vector
+    directions: tuple[str, ...]
+    start: Vector
+    transient: int
+    points: int
+    longest: int
+    exponents: bool
+
+
+def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
+    ways, m = sweep.directions, sweep.values.size
     order = np.concatenate([np.arange(m) if way == "up" else np.arange(m)[::-1] for way in ways])
-    varied = {over: swept[order]}
-    starts = np.tile(system.start(start), (order.size, 1))
-    rows_kept = max(points, 2 * longest)
-    jobs = Jobs(starts, varied, transient=transient, rows=rows_kept, chain=m, longest=longest, settled=SETTLED)
-    made = system.make(jobs, workers=workers, progress=progress)
-    claims = claimed(system, made, varied, longest=longest)
-    kept = made.points[:, :points].copy()
+    varied = {sweep.over: sweep.values[order]}
+    jobs = Jobs(
+        np.tile(sweep.start, (order.size, 1)),
+        varied,
+        transient=sweep.transient,
+        rows=max(sweep.points, 2 * sweep.longest),
+        chain=m,
+        longest=sweep.longest,
+        settled=SETTLED,
+    )
+    made = execution.make(jobs)
+    claims = claimed(system, made, varied, longest=sweep.longest)
+    kept = made.points[:, : sweep.points].copy()
     began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
     for i, motion in enumerate(claims.motions):
         if motion is not None:
             kept[i] = np.nan
-            kept[i, : motion.period] = motion.points[:points]
+            kept[i, : motion.period] = motion.points[: sweep.points]
             began[i] = motion.began
             with np.errstate(divide="ignore"):
                 growth[i] = np.log(np.abs(motion.stability.eigenvalues[0])) / motion.period
-    if exponents:
-        _fill_exponents(system, made, varied, claims.periods, growth, workers)
+    if sweep.exponents:
+        _fill_exponents(execution, made, varied, claims.periods, growth)
     back = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(ways), m))]))
 
     def shaped(one: NDArray[Any]) -> NDArray[Any]:
@@ -156,27 +221,25 @@ def orbit_diagram(
 
     return Diagram(
         system.name,
-        over,
+        sweep.over,
         tuple(system.states),
         tuple(system.contacts),
-        swept,
+        sweep.values,
         ways,
         shaped(kept),
         shaped(claims.periods),
         shaped(began),
         shaped(growth),
-        failures=_failures(made, order, swept, ways),
-        steps=int(made.steps.sum()),
+        _failures(made, order, sweep.values, ways),
+        int(made.steps.sum()),
+        of,
+        system.how,
+        execution.provenance,
     )
 
 
 def _fill_exponents(
-    system: SectionSystem,
-    made: Rows,
-    varied: Mapping[str, Vector],
-    periods: NDArray[np.int64],
-    growth: Vector,
-    workers: int | None,
+    execution: Execution, made: Rows, varied: Mapping[str, Vector], periods: NDArray[np.int64], growth: Vector
 ) -> None:
     """The largest exponent where no period is claimed, from 400 steps."""
     which = np.flatnonzero((periods == 0) & (made.outcomes <= families.ABSORBED) & (made.filled > 0))
@@ -185,7 +248,7 @@ def _fill_exponents(
     jobs = Jobs(
         made.ends[which], {name: v[which] for name, v in varied.items()}, transient=20, rows=1, batch=400, tangents=1
     )
-    found = system.make(jobs, workers=workers)
+    found = execution.make(jobs)
     growth[which] = found.growth[:, 0, 0] / jobs.batch
 
 

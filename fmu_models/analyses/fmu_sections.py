@@ -7,13 +7,17 @@
 A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one
 of time, the phase of the forcing in turns. What nothing forces has no phase. Derivatives are exact, events on the way
 included; at a section that a neighbour meets earlier or later they are those on the section.
+
+FMUs of others are strobed, or seen at a level, through the importer (``importer_steps``).
 """
 
 from __future__ import annotations
 
 import copy
 import math
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -21,15 +25,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses import stepwise
+from fmu_models.analyses.importer_steps import Begin, ImporterSteps
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.flow import constants_of
+from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import KINDS, Known, Runs, Where, make_runs
-from fmu_models.simulation.run import check_names, check_value
+from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.run import check_names, check_value, simulate
 from fmu_models.simulation.sections import Section
+from fmu_models.simulation.trajectory import Trajectory
 
 Vector = NDArray[np.float64]
 
@@ -37,20 +48,23 @@ Vector = NDArray[np.float64]
 PATIENCE = 1000.0
 # of the size of a state: a start nearer to its level is on it, and does not cross it at once
 ON_LEVEL = 1e-9
+# relative error of a step: of our engine, which keeps it at little cost; of a method of integration, above its rounding
+TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 
 
 class FmuSection(SectionSystem):
     """What the sections of an FMU share.
 
     Args:
-        fmu: of this suite.
+        fmu: of this suite, or of others and for Model Exchange.
         forcing: the parameter that is the frequency of the forcing, in rad/s where its unit says so, else in cycles.
         period: s, of the forcing, where no parameter says it.
         parameters: parameters and constant inputs that are not at their default.
-        tolerance: relative local error of a step of the engine.
+        tolerance: relative local error of a step; 1e-14, and 1e-12 of FMUs of others.
 
     Raises:
-        StickslipError: unknown names, values out of their range, a forcing without period, an FMU of somebody else.
+        StickslipError: unknown names, values out of their range, a forcing without period, an FMU of others that has no
+            Model Exchange or states that cannot be set.
     """
 
     together = 1
@@ -62,11 +76,12 @@ class FmuSection(SectionSystem):
         forcing: str | None = None,
         period: float | None = None,
         parameters: Mapping[str, float] | None = None,
-        tolerance: float = 1e-14,
+        tolerance: float | None = None,
     ) -> None:
-        self.fmu, self.forcing, self.period, self.tolerance = fmu, forcing, period, tolerance
-        self.values = _checked(fmu, parameters, forcing, period)
-        self._engine = engine_of(fmu)
+        self.fmu, self.forcing, self.period = fmu, forcing, period
+        self.tolerance = tolerance or (TOLERANCE if fmu.ours else TOLERANCE_OF_OTHERS)
+        self.values = _checked(fmu, self.parameters, parameters, forcing, period)
+        self._follow()
 
     @property
     def name(self) -> str:
@@ -76,7 +91,7 @@ class FmuSection(SectionSystem):
     @cached_property
     def _columns(self) -> list[tuple[str, int]]:
         """Each number of a point and its place in a row of the engine: states, memories of all contacts, time."""
-        n, contacts = len(self.fmu.states), self.fmu.contacts
+        n, contacts = len(self.fmu.states), self.contacts
         memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self._memories]
         return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
 
@@ -89,15 +104,20 @@ class FmuSection(SectionSystem):
 
     @cached_property
     def _contacts(self) -> tuple[str, ...]:
-        return tuple(self.fmu.contacts)
+        return tuple(self.fmu.contacts) if self.fmu.ours else ()
 
     @cached_property
     def _parameters(self) -> list[str]:
-        return [*self.fmu.parameters, *self.fmu.inputs]
+        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
 
     @cached_property
     def _memories(self) -> list[str]:
-        return self.fmu.memories
+        return self.fmu.memories if self.fmu.ours else []
+
+    @property
+    def how(self) -> str:
+        """Where steps and derivatives come from, if not from the engine in the FMU."""
+        return self._importer.how if self._importer else ""
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -187,8 +207,39 @@ class FmuSection(SectionSystem):
         states = {name: value for name, value in found.items() if name in self.fmu.states}
         return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
 
+    def resumed(self, start: Vector, end: Vector) -> Vector:
+        """In a chain that the engine makes in one call the phase is that of the start."""
+        phased = self._engine is not None and self.states[-1:] == ("phase",)
+        return np.concatenate([end[:-1], start[-1:]]) if phased else end
+
+    def identity(self) -> dict[str, Any]:
+        """With the FMU's token and hash."""
+        return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: one for name, one in vars(self).items() if name not in ("_engine", "_importer")}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        vars(self).update(state)
+        self._follow()
+
+    def trajectory(self, point: Vector, times: Vector) -> Trajectory:
+        """The motion from a point (n,), whose phase is left out, from 0 to the last of some times (m,), s."""
+        given: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
+        return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **given)
+
+    def _follow(self) -> None:
+        """Who makes the steps: the engine of an FMU of ours, or the importer."""
+        self._engine = engine_of(self.fmu) if self.fmu.ours else None
+        self._importer = None if self.fmu.ours else ImporterSteps(self.fmu, self.tolerance)
+
+    @abstractmethod
     def _where(self) -> Where:
-        raise NotImplementedError
+        """The section, as the engine is asked for it."""
+
+    @abstractmethod
+    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        """The motion to the next meeting from a point, as the importer is asked for it."""
 
     def _placed(self, starts: Vector) -> Vector:
         """Starts (m, n) brought onto the section where only rounding keeps them off it."""
@@ -200,56 +251,90 @@ class FmuSection(SectionSystem):
 
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), all by one instance."""
+        if self._importer:
+            return self._imported(self._importer, points, varied or {}, derivative)
         rows = self.run(Jobs(points, varied or {}, derivatives=derivative), np.zeros(1, np.int32))
         lost = np.flatnonzero(rows.filled == 0)
-        said = {int(i): rows.messages.get(int(i)) or self._said(int(rows.outcomes[i])) for i in lost}
+        said = {int(i): rows.messages.get(int(i), "the motion goes to infinity") for i in lost}
         derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
         return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], said)
 
-    def _said(self, outcome: int) -> str:
-        if outcome == families.LOST:
-            return f"the section is not met again within {PATIENCE:g} {'periods' if self.forced else 's'}"
-        return "the motion goes to infinity"
+    def _imported(
+        self, importer: ImporterSteps, points: Vector, varied: Mapping[str, Vector], derivative: bool
+    ) -> Step:
+        """A step of points (m, n) through the importer, one after the other."""
+        (m, k), n = points.shape, len(self.fmu.states)
+        points, periods = self._placed(points), self.periods(varied, m)
+        ends, times = np.full((m, k), np.nan), np.full(m, np.nan)
+        derivatives = np.full((m, k, k) if derivative else (m, 0), np.nan)
+        why: dict[int, str] = {}
+        for i in range(m):
+            values = {**self.values, **{name: float(one[i]) for name, one in varied.items()}}
+            begin = self._begin(points[i], values, float(periods[i]))
+            try:
+                flow = importer.flow(points[i, :n], begin, derivative=derivative)
+                if begin.section is not None and not flow.crossed:
+                    why[i] = self._lost(float(periods[i]))
+                    continue
+                scale = np.append(np.ones(n), periods[i] or 1.0)
+                ends[i] = np.append(flow.states, flow.time)[:k] / scale[:k]
+                times[i] = flow.time - begin.time
+                if derivative:
+                    found = importer.derivative(points[i, :n], begin, flow, self.sizes()[:n])
+                    derivatives[i] = (found * scale / scale[:, None])[:k, :k]
+            except StickslipError as error:
+                ends[i], why[i] = np.nan, str(error)
+        return Step(self.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
+
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+        """(m, n) rates of the states at points (m, n)."""
+        assert self._importer is not None  # the engine follows the motion's direction by itself
+        periods = self.periods(varied or {}, len(points))
+        rates = np.zeros_like(points)
+        for i, (point, period) in enumerate(zip(points, periods.tolist(), strict=True)):
+            values = {**self.values, **{name: float(one[i]) for name, one in (varied or {}).items()}}
+            begin = self._begin(point, values, period)
+            flow = self._importer.flow(point, replace(begin, latest=begin.time), derivative=True)
+            rates[i] = flow.start_rates
+        return rates
+
+    def _lost(self, period: float) -> str:
+        """That the section is not met, and how long it was waited for."""
+        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE:g} s"
+        return f"the section is not met within {waited}"
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
         """The rows of some jobs, in one call of the engine per chain."""
+        if self._engine is None:
+            return stepwise.run(self, jobs, stop)
         if jobs.chain > 1 and len(jobs) > jobs.chain:
             begins = range(0, len(jobs), jobs.chain)
-            return families.joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+            return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
         places = [place for _, place in self._columns]
         periods = self.periods(jobs.varied, len(jobs))
         sizes = (len(self.fmu.states), len(self.contacts))
         made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
-        points = made.points[..., places]
-        derivatives = made.jacobians
+        lost = np.flatnonzero(made.outcomes == families.LOST)
+        points, derivatives = made.points[..., places], made.derivatives
         if jobs.derivatives:
             derivatives = np.zeros((*points.shape, len(places)))
-            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.jacobians[:, :, places, :]
+            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.derivatives[:, :, places, :]
         if self.states[-1:] == ("phase",):
             points[..., -1] /= periods[:, None]
             derivatives[:, :, -1:, :] /= periods[:, None, None, None]
             derivatives[..., -1:] *= periods[:, None, None, None]
-        return Rows(
-            points,
-            made.points[..., -1],
-            made.held,
-            made.began,
-            made.growth,
-            derivatives,
-            made.rows,
-            made.steps,
-            made.outcomes,
-            made.recurs,
-            made.orbits,
-            made.messages,
-        )
+        messages = {int(i): self._lost(float(periods[i])) for i in lost} | made.messages
+        return replace(made, points=points, derivatives=derivatives, messages=messages)
 
     def _runs(self, jobs: Jobs) -> Runs:
         m, n = len(jobs), len(self.fmu.states)
         variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
         given = self.states[: -1 if phased else None]
-        values = np.stack([*constants.values(), *self._placed(jobs.starts).T[: len(given)]], axis=1)
+        placed = self._placed(jobs.starts)
+        if jobs.resumed:
+            placed = np.concatenate([jobs.starts[:1], placed[1:]])
+        values = np.stack([*constants.values(), *placed.T[: len(given)]], axis=1)
         periods = self.periods(jobs.varied, m)
         weights = np.zeros(n + 1)
         weights[:n] = 1.0 / self.sizes()[:n]
@@ -287,14 +372,14 @@ class FmuSection(SectionSystem):
 
 
 def _checked(
-    fmu: Fmu, given: Mapping[str, float] | None, forcing: str | None, period: float | None
+    fmu: Fmu, known: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
 ) -> dict[str, float]:
     values = dict(given or {})
-    check_names(fmu, "parameter", values, [*fmu.parameters, *fmu.inputs])
+    check_names(fmu, "parameter", values, known)
     for name, value in values.items():
         check_value(fmu, name, float(value))
     if forcing is not None:
-        check_names(fmu, "parameter", {forcing: None}, fmu.parameters)
+        check_names(fmu, "parameter", {forcing: None}, known)
         frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
         if not frequency > 0.0:
             raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")
@@ -325,6 +410,13 @@ class Strobe(FmuSection):
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
 
+    def log_volumes(self, points: Vector) -> Vector | None:
+        """By the divergence of the rates, where no event changes volumes."""
+        if not keeps_volumes(self.fmu):
+            return None
+        length = self.every * float(self.periods({}, 1)[0])
+        return np.array([volume_change(self.fmu, length, **self.as_run(point)) for point in points])
+
     def _phase(self, place: int) -> list[tuple[str, int]]:
         return []
 
@@ -333,6 +425,9 @@ class Strobe(FmuSection):
 
     def _where(self) -> Where:
         return Where(KINDS.STROBE)
+
+    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        return Begin(values, 0.0, self.every * period)
 
 
 class Crossing(FmuSection):
@@ -364,6 +459,11 @@ class Crossing(FmuSection):
     def _where(self) -> Where:
         return Where(KINDS.LEVEL, self.fmu.variables[self.state].valueReference, self.level, self.direction)
 
+    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        time = float(point[-1]) * period if self.forced else 0.0
+        section = Section(self.state, self.level, self.direction)
+        return Begin(values, time, time + PATIENCE * (period or 1.0), section, period)
+
 
 class Impacts(FmuSection):
     """The states right after a contact begins: an impact, the touch of a stop, the begin of stick.
@@ -375,6 +475,11 @@ class Impacts(FmuSection):
     """
 
     def __init__(self, fmu: Fmu, contact: str, *, ends: bool = False, **others: Any) -> None:
+        if not fmu.ours:
+            raise StickslipError(
+                f"'{fmu.description.modelName}' is not of this suite and tells no contacts. Take a level of a state, "
+                "as the gap where it is one, or a strobe."
+            )
         super().__init__(fmu, **others)
         check_names(fmu, "contact", {contact: None}, fmu.contacts)
         self.contact, self.ends = contact, ends
@@ -386,3 +491,6 @@ class Impacts(FmuSection):
 
     def _where(self) -> Where:
         return Where(KINDS.END if self.ends else KINDS.BEGIN, contact=self.contacts.index(self.contact))
+
+    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        raise StickslipError(f"'{self.name}' is not of this suite: it has no contacts to be seen at.")

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fmu_models.analyses.crossings import Crossings, find_crossings
 from fmu_models.analyses.section_system import SectionSystem, named_point
 from fmu_models.analyses.stepwise import Step
+from fmu_models.base.cache import digest
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_values
@@ -99,6 +100,11 @@ class Iteration(SectionSystem):
     def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) a state; what is not given is as declared."""
         return named_point(self.name, self.states, np.array([float(x.start) for x in self.map.states]), given)
+
+    def identity(self) -> dict[str, Any]:
+        """With the hash of the rule."""
+        rule = (self.map.inverse if self.backward else self.map.rule) or {}
+        return {**super().identity(), "rule": digest(*(str(rule[x]) for x in self.map.states))}
 
     @property
     def box(self) -> Vector:

@@ -15,18 +15,23 @@ mechanics (1997), section 3 (the window of the autocorrelation).
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.analyses.store import PROVENANCE, told
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -35,6 +40,7 @@ BATCHES = 1000  # of one motion, at most
 WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
+IDENTITY_STEPS = 32  # over which the sum of the exponents is compared with the volumes
 SHORTEST = 10  # batches on either side of a change point
 
 
@@ -67,7 +73,12 @@ class Exponents(Pictured):
         lost: how many are -inf.
         shares: per contact the share of the time in contact or stick.
         sum: of all exponents, per step.
+        identity: by how much, relative, the sum misses what the volumes of differences do over some steps: of an
+            oscillator the integral of the divergence, of a map its determinant; None where that is not known, because
+            friction, impacts or the memory of a stop change volumes too.
         transient: what the motion was at first; None if it did not change.
+        how: of ``SectionSystem``.
+        provenance: what it was made of; see ``Execution``.
     """
 
     values: Vector
@@ -80,6 +91,9 @@ class Exponents(Pictured):
     lost: int
     shares: Mapping[str, float]
     transient: Transient | None = None
+    how: str = ""
+    identity: float | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sum(self) -> float:
@@ -107,9 +121,14 @@ class Exponents(Pictured):
         columns |= {"per_time": self.per_time, "per_time_error": self.per_time_errors}
         return pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(self.values) + 1, name="exponent"))
 
+    def to_xarray(self) -> Any:
+        """The table, with its unit and where it comes from."""
+        return super().to_xarray().assign_attrs({"unit": self.unit, PROVENANCE: told(self.provenance)})
+
     def _contents(self) -> Mapping[str, Any]:
         known = {"per step": self.values, "errors": self.errors, f"per {self.unit}": self.per_time}
-        return {**known, "steps": self.steps, "zero": self.zero, "transient": self.transient}
+        told_ = {"identity": self.identity, "transient": self.transient, "how": self.how or None}
+        return {**known, "steps": self.steps, "zero": self.zero, **told_}
 
     def _heading(self) -> str:
         return f"{len(self.values)} Lyapunov exponents"
@@ -124,6 +143,10 @@ def lyapunov(
     motions: int = 8,
     seed: int = 0,
     workers: int | None = None,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Exponents:
     """All Lyapunov exponents of the motion that ``start`` leads to.
@@ -135,12 +158,12 @@ def lyapunov(
         transient: steps of each before that, in which it comes to where it stays.
         motions: how many are followed, at least 2.
         seed: of their starts.
-        workers: threads.
+        workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
 
     Raises:
         StickslipError: fewer than 2 motions or steps for them; a motion goes to infinity, does not meet the section, or
-            cannot be continued.
+            cannot be continued; as ``Execution``.
     """
     steps = periods // max(1, motions)
     if motions < 2 or steps < 1 or transient < 0:
@@ -151,13 +174,45 @@ def lyapunov(
     sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
     starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
-    rows = min(steps, BATCHES)
-    batch = steps // rows
+    batch = -(-steps // BATCHES)
+    rows = steps // batch
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
-    made = system.make(jobs, workers=workers, progress=progress)
-    _check(system, begin, made)
-    return _exponents(system, made, batch)
+    plan = {"analysis": "lyapunov", "start": begin, "periods": periods, "transient": transient, "motions": motions}
+    plan["seed"] = seed
+    with Execution(
+        system,
+        plan,
+        workers=workers,
+        scheduler=scheduler,
+        store=store,
+        resume=resume,
+        overwrite=overwrite,
+        progress=progress,
+    ) as execution:
+        found = _followed(execution, system, jobs)
+        execution.finish(found)
+    return found
+
+
+def _followed(execution: Execution, system: SectionSystem, jobs: Jobs) -> Exponents:
+    made = execution.make(jobs)
+    _check(system, jobs.starts[0], made)
+    found = _exponents(system, made, jobs.batch)
+    identity = _identity(execution, system, made.ends[:1], jobs.tangents)
+    return dataclasses.replace(found, identity=identity, provenance=execution.provenance)
+
+
+def _identity(execution: Execution, system: SectionSystem, start: Vector, tangents: int) -> float | None:
+    """By how much the growth of all differences misses that of their volume."""
+    volumes = system.log_volumes(start)
+    if volumes is None or tangents < start.shape[1]:
+        return None
+    made = execution.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
+    growth, volumes = made.growth[0, 1:].sum(), system.log_volumes(made.points[0, :-1])
+    if volumes is None or not np.isfinite(growth) or not volumes.sum():
+        return None
+    return float(abs(growth / volumes.sum() - 1.0))
 
 
 def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
@@ -166,8 +221,8 @@ def _check(system: SectionSystem, begin: Vector, made: Rows) -> None:
         return
     place = ", ".join(f"{name} = {value:g}" for name, value in zip(system.states, begin, strict=True))
     outcome, steps = int(made.outcomes[bad[0]]), int(made.steps[bad[0]])
-    why = {families.ESCAPED: "leaves every bound", families.LOST: "does not meet the section again"}.get(outcome)
-    why = why or f"cannot be continued ({made.messages.get(int(bad[0]), families.OUTCOMES[outcome])})"
+    said = made.messages.get(int(bad[0]), families.OUTCOMES[outcome])
+    why = "leaves every bound" if outcome == families.ESCAPED else f"cannot be continued ({said})"
     raise StickslipError(
         f"{system.name}: the motion from {place} {why} after {steps} steps, so it has no exponents. Start elsewhere, "
         "or change the parameters."
@@ -198,6 +253,7 @@ def _exponents(system: SectionSystem, made: Rows, batch: int) -> Exponents:
         lost=int((~np.isfinite(values)).sum()),
         shares=shares,
         transient=transient,
+        how=system.how,
     )
 
 

@@ -150,7 +150,10 @@ def corrected_cycles(
     miss = system.difference(made.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
     matrix = _cycle_matrix(made.derivatives.reshape(m, period, n, n))
     matrix[list(lost)], miss[list(lost)] = np.eye(period * n), 0.0
-    moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
+    try:
+        moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
+    except np.linalg.LinAlgError:  # one of them lies on a continuum of motions: the least move
+        moved = (np.linalg.pinv(matrix) @ miss.reshape(m, -1, 1)).reshape(guesses.shape)
     cycles = system.wrapped(guesses - moved)
     after = system.step(cycles.reshape(-1, n), values, derivative=False)
     found: list[PeriodicMotion | None] = []

@@ -28,6 +28,7 @@ class PoincareSection(Pictured):
         points: (k, n) one after the other.
         times: (k,) since the point before.
         began: (k, contacts) how often each contact or stick began since then.
+        how: of ``SectionSystem``.
     """
 
     model: str
@@ -36,6 +37,7 @@ class PoincareSection(Pictured):
     points: Vector
     times: Vector
     began: NDArray[np.int32]
+    how: str = ""
 
     @property
     def frame(self) -> Any:
@@ -50,7 +52,7 @@ class PoincareSection(Pictured):
         return f"Section of {self.model}: {len(self.points)} points"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {name: self.points[:, i] for i, name in enumerate(self.states)}
+        return {name: self.points[:, i] for i, name in enumerate(self.states)} | {"how": self.how or None}
 
 
 def poincare_section(
@@ -77,5 +79,11 @@ def poincare_section(
         why = made.messages.get(0) or families.OUTCOMES[int(made.outcomes[0])]
         raise StickslipError(f"{system.name}: the motion ends after {made.steps[0]} steps: {why}. Start elsewhere.")
     return PoincareSection(
-        system.name, tuple(system.states), tuple(system.contacts), made.points[0], made.times[0], made.began[0]
+        system.name,
+        tuple(system.states),
+        tuple(system.contacts),
+        made.points[0],
+        made.times[0],
+        made.began[0],
+        system.how,
     )

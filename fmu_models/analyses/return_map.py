@@ -109,6 +109,24 @@ class ReturnMap(SectionSystem):
         }
         return type(self)(self.fmu, self.state, **others, **run)
 
+    def identity(self) -> dict[str, Any]:
+        """With the section, the start, and the FMU's token and hash."""
+        if callable(self._start) or self._accept is not None:
+            raise StickslipError(
+                "A store says what it is made of, and a function has no name that tells it from others: give the start "
+                "of the return map as values, without accept."
+            )
+        section = {"section": [self.section.state, self.section.level, self.section.direction]}
+        fmu = {"token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
+        return {**super().identity(), **section, **fmu, "start": dict(self._start), "tolerance": self._run["tolerance"]}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: one for name, one in vars(self).items() if name != "_follower"}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        vars(self).update(state)
+        self._follower = Follower(self.fmu, self.section, **self._run)
+
     def check(self, name: str, values: NDArray[np.float64]) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
         check_names(self.fmu, "parameter", {name: None}, self.parameters)

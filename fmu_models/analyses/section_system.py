@@ -17,12 +17,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses import jobs as families
 from fmu_models.analyses import stepwise
-from fmu_models.analyses.jobs import Jobs, Rows
+from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.stepwise import Step
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]
 
@@ -93,6 +94,15 @@ class SectionSystem(Shown, ABC):
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n); varied: values (m,) of parameters by name."""
 
+    @property
+    def how(self) -> str:
+        """Where steps and their derivatives come from, in words, where that is not a matter of course."""
+        return ""
+
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+        """(m, n) the direction of the motion at points (m, n), of what is autonomous."""
+        raise StickslipError(f"{self.name} has no direction of its motion: a step of it is no part of a flow.")
+
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
         """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return stepwise.run(self, jobs, stop)
@@ -100,10 +110,21 @@ class SectionSystem(Shown, ABC):
     def make(
         self, jobs: Jobs, *, workers: int | None = None, progress: Callable[[float], Any] = lambda fraction: None
     ) -> Rows:
-        """The rows of all jobs; see ``jobs.make``."""
-        for name, values in jobs.varied.items():
-            self.check(name, values)
-        return families.make(self.run, jobs, together=self.together, workers=workers, progress=progress)
+        """The rows of all jobs, by threads, in memory; see ``execution`` for the rest."""
+        return Execution(self, workers=workers, progress=progress).make(jobs)
+
+    def resumed(self, start: Vector, end: Vector) -> Vector:
+        """(n,) where a run begins that goes on from the end of another one, in place of its own start."""
+        return end
+
+    def identity(self) -> dict[str, Any]:
+        """What tells this system from all others, as JSON: a store keeps it.
+
+        Raises:
+            StickslipError: it depends on something that has no name.
+        """
+        plain = {name: one for name, one in vars(self).items() if isinstance(one, str | int | float | None)}
+        return {"section": type(self).__name__, "model": self.name, **plain, "parameters": dict(self.values)}
 
     def wrapped(self, points: Vector) -> Vector:
         """(..., n) angles and phases brought within their period."""
@@ -120,6 +141,12 @@ class SectionSystem(Shown, ABC):
     def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None:
         """(m,) determinant of the derivative of a step, where it is known by itself."""
         return None
+
+    def log_volumes(self, points: Vector) -> Vector | None:
+        """(m,) logarithm of what a step makes of a small volume, by itself and not by the growth of differences; None
+        where it is not known."""
+        volumes = self.volume(points)
+        return None if volumes is None else np.log(np.abs(volumes))
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.name, "states": self.states, **self.values}

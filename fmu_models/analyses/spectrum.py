@@ -24,7 +24,6 @@ from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.periodic import PeriodicMotion
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
-from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Trajectory
 
 Vector = NDArray[np.float64]
@@ -49,6 +48,7 @@ class Spectrum(Pictured):
         mean_square: of the variable, in unit^2.
         lines: these are lines of a periodic motion.
         period: steps of the section after which the motion repeats itself; 0 of a density.
+        how: of ``SectionSystem``, of lines.
     """
 
     of: str
@@ -61,6 +61,7 @@ class Spectrum(Pictured):
     mean_square: float
     lines: bool
     period: int
+    how: str = ""
 
     @property
     def frame(self) -> Any:
@@ -75,7 +76,12 @@ class Spectrum(Pictured):
         return f"Spectrum of {self.of}: {'lines' if self.lines else 'density'}"
 
     def _contents(self) -> Mapping[str, Any]:
-        return {"frequency": self.frequency, "amplitude": self.amplitude, "mean square": self.mean_square}
+        return {
+            "frequency": self.frequency,
+            "amplitude": self.amplitude,
+            "mean square": self.mean_square,
+            "how": self.how or None,
+        }
 
 
 def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None, *, lines: int = 8) -> Spectrum:
@@ -95,11 +101,11 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
     if lines < 1:
         raise StickslipError(f"At least one line is computed, found {lines}.")
     count = lines * motion.period * system.every
-    run: dict[str, Any] = system.as_run(motion.points[0])
-    events = simulate(system.fmu, motion.time, output_times=[motion.time], **run).events
+    begin = motion.points[0]
+    events = system.trajectory(begin, np.array([motion.time])).events
     edges = np.unique([0.0, motion.time, *(e.time for e in events if 0.0 < e.time < motion.time)])
     times, weights = _nodes(edges, motion.time / count * PANELS)
-    values = simulate(system.fmu, motion.time, output_times=times, **run)[name]
+    values = system.trajectory(begin, np.append(times, motion.time))[name][:-1]
     turns = np.exp(-2j * np.pi * np.outer(np.arange(count + 1), times / motion.time))
     found = (turns * weights) @ values / motion.time
     amplitude = np.abs(found) * np.where(np.arange(count + 1) > 0, 2.0, 1.0)
@@ -114,6 +120,7 @@ def line_spectrum(system: Strobe, motion: PeriodicMotion, of: str | None = None,
         float(weights @ values**2 / motion.time),
         lines=True,
         period=motion.period,
+        how=system.how,
     )
 
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as outcome
-from fmu_models.analyses.jobs import Jobs, Rows, joined
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.simulation.rows import Rows, joined
 
 Vector = NDArray[np.float64]
 
@@ -50,6 +51,7 @@ class Stepping(Protocol):
     def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step: ...
     def difference(self, points: Vector) -> Vector: ...
     def sizes(self) -> Vector: ...
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector: ...
     def volume(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector | None: ...
 
 
@@ -90,23 +92,16 @@ class _Together:
         contacts, k = len(system.contacts), jobs.tangents
         self.system, self.jobs = system, jobs
         self.x = np.array(jobs.starts, dtype=float)
-        self.rows = Rows(
-            np.full((m, jobs.rows, n), np.nan),
-            np.full((m, jobs.rows), np.nan),
-            np.zeros((m, jobs.rows, contacts)),
-            np.zeros((m, jobs.rows, contacts), np.int32),
-            np.full((m, jobs.rows, k), np.nan),
-            np.full((m, jobs.rows, n, n) if jobs.derivatives else (m, jobs.rows, 0, 0), np.nan),
-            np.zeros(m, np.int64),
-            np.zeros(m, np.int64),
-            np.zeros(m, np.int32),
-            np.zeros(m, np.int64),
-            np.full(m, -1, np.int64),
-            {},
-        )
+        derivatives = (n, n) if jobs.derivatives else (0, 0)
+        self.rows = Rows.empty(m, jobs.rows, n, contacts, growth=k, derivatives=derivatives)
         self.left = np.full(m, jobs.transient)
         self.wanted = np.full(m, jobs.rows)
         self.frames = np.broadcast_to(np.eye(n)[:, :k], (m, n, k)).copy()
+        if jobs.flow:
+            # the first along the motion, the others beside it: of n + 1 vectors one is lost
+            first = system.along(self.x, jobs.varied)[:, :, None]
+            made, _, lost = _orthonormal(np.concatenate([first, np.broadcast_to(np.eye(n), (m, n, n))], axis=2))
+            self.frames = np.stack([v[:, ~gone][:, :k] for v, gone in zip(made, lost, strict=True)])
         # the ring of the last points, for how many steps each period has held, and known points met in a row
         self.ring = np.full((jobs.longest, m, n), np.nan)
         self.period_held = np.zeros((jobs.longest, m), int)
@@ -139,6 +134,8 @@ class _Together:
         if recording:
             rows.times[group, row] = 0.0
             rows.growth[group, row] = 0.0
+            if jobs.flow:
+                rows.growth[group, row, 0] = self._speed(group)
         for _ in range(steps):
             varied = {name: values[group] for name, values in jobs.varied.items()}
             derivative = jobs.tangents > 0 or jobs.derivatives
@@ -156,6 +153,9 @@ class _Together:
                     rows.derivatives[group, row] = made.derivatives
             self._lose(group, made)
         arrived = rows.outcomes[group] == outcome.FINISHED
+        if recording and jobs.flow:
+            # less that of the speed, which says nothing of a motion that stays where it is
+            rows.growth[group[arrived], row[arrived], 0] -= self._speed(group[arrived])
         if recording:
             kept = group[arrived]
             rows.points[kept, rows.filled[kept]] = self.x[kept]
@@ -167,11 +167,15 @@ class _Together:
             self.frames[fresh] = np.eye(self.x.shape[1])[:, : jobs.tangents]
         self._end(group[arrived])
 
+    def _speed(self, group: NDArray[np.int64]) -> Vector:
+        varied = {name: values[group] for name, values in self.jobs.varied.items()}
+        return np.log(np.sqrt((self.system.along(self.x[group], varied) ** 2).sum(axis=1)))
+
     def _lose(self, group: NDArray[np.int64], made: Step) -> None:
         """Runs that do not arrive, or go to infinity."""
         for i, why in made.why.items():
             self.rows.outcomes[group[i]] = outcome.BROKEN if why else outcome.LOST
-            self.rows.messages[int(group[i])] = why  # type: ignore[index]
+            self.rows.messages[int(group[i])] = why
         with np.errstate(invalid="ignore"):
             far = ~(np.abs(self.x[group]) < FAR).all(axis=1)
         far &= self.rows.outcomes[group] == outcome.FINISHED

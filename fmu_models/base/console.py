@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import sys
 import time
@@ -71,6 +72,11 @@ def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None])
         show(console())
 
 
+def finite(value: float) -> float | None:
+    """A number for JSON, which has neither infinity nor nan: null."""
+    return value if math.isfinite(value) else None
+
+
 class table:
     """Rows given one by one, shown as a `fmu_models.base.table.Table`; columns named with a leading '>' are numbers."""
 
@@ -96,19 +102,24 @@ def plain(text: str, style: str = "") -> Text:
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a function to call with the fraction done. On a terminal a bar appears once the work has taken two seconds;
-    elsewhere there is a line on standard error every ten seconds."""
+    elsewhere there is a line on standard error every ten seconds. Notes of an interrupt are said."""
     from rich.console import Console
 
     out = Console(stderr=True)
     pace, begin = Pace(), time.monotonic()
-    with _bar(label, out) if out.is_terminal else _lines(label) as show:
+    try:
+        with _bar(label, out) if out.is_terminal else _lines(label) as show:
 
-        def advance(fraction: float) -> None:
-            elapsed = time.monotonic() - begin
-            left = pace.remaining(elapsed, fraction)
-            show(elapsed, fraction, "" if left is None else f"about {spoken(left)} left")
+            def advance(fraction: float) -> None:
+                elapsed = time.monotonic() - begin
+                left = pace.remaining(elapsed, fraction)
+                show(elapsed, fraction, "" if left is None else f"about {spoken(left)} left")
 
-        yield advance
+            yield advance
+    except KeyboardInterrupt as interrupt:
+        for note in getattr(interrupt, "__notes__", ()):
+            _complain(note)
+        raise
 
 
 @contextmanager

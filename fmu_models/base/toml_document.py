@@ -14,6 +14,7 @@ from fmu_models.base.errors import StickslipError, nearest
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_RANGE = {"from", "to", "count"}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 
 
@@ -134,6 +135,25 @@ class Document:
             if isinstance(found, str):
                 raise self.fault(f"'{name}' must be a finite number, found {found!r}.", *place, name)
         return {name: self.value(found, "1", *place, name) for name, found in table.items()}
+
+    def values(self, raw: Any, unit: str, *place: str | int) -> list[float]:
+        """A list of values; or as many as ``count``, evenly spaced, ``{ from = ..., to = ..., count = ... }``."""
+        if isinstance(raw, list):
+            return [self.value(entry, unit, *place, i) for i, entry in enumerate(raw)]
+        if not isinstance(raw, dict) or not _RANGE & raw.keys():
+            raise self.fault(
+                f"'{place[-1]}' must be a list of values, or {{ from = ..., to = ..., count = ... }}, found {raw!r}.",
+                *place,
+            )
+        for key in sorted(raw.keys() ^ _RANGE):
+            said = "is missing" if key in _RANGE else "is not a part"
+            raise self.fault(f"'{key}' {said} of the range '{place[-1]}', which has from, to and count.", *place)
+        low, high = (self.value(raw[key], unit, *place, key) for key in ("from", "to"))
+        count = raw["count"]
+        if isinstance(count, bool) or not isinstance(count, int) or count < 2:
+            raise self.fault(f"'count' must be a whole number from 2 on, found {count!r}.", *place, "count")
+        step = (high - low) / (count - 1)
+        return [*(i * step + low for i in range(count - 1)), high]
 
     def value(self, raw: Any, unit: str, *place: str | int) -> float:
         """A number, or a text of number and unit, in ``unit``.

@@ -1,4 +1,4 @@
-"""The C of one model: ``model.c``, ``model_kind.c`` and ``model_sizes.h``, which implement engine/model/model.h.
+"""The C of one model: what implements engine/model/model.h, and ``model_variation.c`` for engine/tangents/variation.h.
 
 The text depends on the declaration alone: it is the same, byte for byte, in every process.
 """
@@ -8,14 +8,18 @@ from __future__ import annotations
 import uuid
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from itertools import groupby
 from typing import Any
 
 import sympy
 
+from fmu_models.codegen import contact_states
 from fmu_models.codegen.c_expression import c_expression, c_number, c_string
+from fmu_models.codegen.c_function import by_contact, function, split, varied_by_contact, varied_function
+from fmu_models.codegen.constants import Constants
 from fmu_models.codegen.inertia import assign_inertia, envelope, solve, sparsity
-from fmu_models.codegen.jets import Constants, Recurrences, Slots
+from fmu_models.codegen.jets import Recurrences, Slots
+from fmu_models.codegen.map_rule import rule_functions
+from fmu_models.codegen.variations import read_by
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
@@ -23,14 +27,10 @@ from fmu_models.lowering.hybrid_system import HybridSystem, acting, terms
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
-_ARGUMENTS = "const Real *p, const Real *d, Jets *j, int k"
-# characters of the statements of one function
-_MANY = 3000
-_UNUSED = "    (void)p, (void)d, (void)j, (void)k;"
 
 
 def sources(system: HybridSystem) -> dict[str, str]:
-    """Text of ``model.c``, ``model_kind.c`` (what exists per kind of number) and ``model_sizes.h``, by file name.
+    """Text of ``model.c``, ``model_kind.c`` (what exists per kind of number), ``model_variation.c``, ``model_sizes.h``.
 
     Raises:
         StickslipError: an expression of the model cannot be turned into Taylor recurrences.
@@ -46,7 +46,7 @@ def instantiation_token(system: HybridSystem) -> str:
 @lru_cache(maxsize=8)
 def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     names = _Names(system)
-    functions = _functions(system, names)
+    functions, variations = _functions(system, names)
     facts = _facts(system)
     guards = [
         _violation(system, names),
@@ -63,14 +63,18 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
             head + '#include "model/model.h"\n\n#include <float.h>\n#include <math.h>\n#include <stddef.h>\n',
             *facts,
             *guards,
+            rule_functions(system),
         ]
     )
     model += '\n#include "model/jets.h"\n#include "model/mass_matrix.h"\n#include "model_kind.c"\n'
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
+    variation = "\n".join([head + "/* included by tangents/variation.c */\n", *variations])
     sizes = _sizes(system, names)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in _variables(system))
     token = f"{{{uuid.uuid5(_NAMESPACE, model + kind + sizes + variables)}}}"
-    return {"model.c": model, "model_kind.c": kind, "model_sizes.h": sizes.replace("@TOKEN@", token)}, token
+    sizes = sizes.replace("@TOKEN@", token)
+    texts = {"model.c": model, "model_kind.c": kind, "model_variation.c": variation, "model_sizes.h": sizes}
+    return texts, token
 
 
 class _Names:
@@ -111,8 +115,8 @@ class _Names:
         return Recurrences(known, self.constants, self.slots, rooted=set(self.depths))
 
 
-def _functions(system: HybridSystem, names: _Names) -> list[str]:
-    """The functions of model.h that work on series."""
+def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str]]:
+    """The functions of model.h that work on series, and their variations."""
     contacts = list(enumerate(system.contacts))
     met = names.slips, names.depths
     moving = names.slips, names.accelerations
@@ -139,28 +143,41 @@ def _functions(system: HybridSystem, names: _Names) -> list[str]:
     acceleration = recurrences(accelerations, after=[inertia])
     derived = [inertia, acceleration]
     if system.inertia:
-        acceleration.lines.append(solve("j->a[0]", "a"))
-
-    def body(assignments: Mapping[str, sympy.Expr], *series: Mapping[sympy.Basic, str]) -> list[str]:
-        return recurrences(assignments, *series).lines
+        solve(acceleration, "a[0]", "a")
 
     laws = [recurrences(force, *met) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
     always = [laws[i] for i, c in contacts if c.kind == "friction" and not c.sticks and c.depth is None]
 
+    found: dict[str, Recurrences | list[Recurrences]] = {
+        "slip": recurrences({f"j->slip[{i}]": c.slip for i, c in contacts}),
+        "depth": recurrences(depths),
+        "inertia": inertia,
+        "acceleration": acceleration,
+        "law": laws,
+        "release": [recurrences(release, *met) for release in releases],
+        "stick": [recurrences(stick, *moving, after=derived) for stick in sticks],
+        "internal": recurrences(internal, *met, after=[*derived, *always]),
+    }
+    outputs = recurrences(_outputs(system, names), *met, names.forces, names.W, free_rates, after=derived)
+    texts = [
+        by_contact(name, [one.lines for one in made])
+        if isinstance(made, list)
+        else function(f"model_{name}", made.lines)
+        for name, made in found.items()
+    ]
+    return [*texts, function("model_outputs", outputs.lines)], _variations(found)
+
+
+def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
+    """The functions of model_variation.c."""
+    bodies = [one.variations for made in functions.values() for one in (made if isinstance(made, list) else [made])]
+    read = read_by(bodies)
     return [
-        _function("model_slip", body({f"j->slip[{i}]": c.slip for i, c in contacts})),
-        _function("model_depth", body(depths)),
-        _function("model_inertia", inertia.lines),
-        _function("model_acceleration", acceleration.lines),
-        _by_contact("law", [law.lines for law in laws]),
-        _by_contact("release", [body(release, *met) for release in releases]),
-        _by_contact("stick", [recurrences(stick, *moving, after=derived).lines for stick in sticks]),
-        _function("model_internal", recurrences(internal, *met, after=[*derived, *always]).lines),
-        _function(
-            "model_outputs",
-            recurrences(_outputs(system, names), *met, names.forces, names.W, free_rates, after=derived).lines,
-        ),
+        varied_by_contact(name, [one.variations.statements(read) for one in made])
+        if isinstance(made, list)
+        else varied_function(f"model_{name}_variation", made.variations.statements(read))
+        for name, made in functions.items()
     ]
 
 
@@ -177,57 +194,11 @@ def _outputs(system: HybridSystem, names: _Names) -> dict[str, Any]:
     return {f"j->y[{i}]": sympy.sympify(output.expression).xreplace(full) for i, output in enumerate(system.outputs)}
 
 
-def _function(name: str, lines: Iterable[str]) -> str:
-    return _split(name, list(lines), f"void {name}({_ARGUMENTS})", _ARGUMENTS, "p, d, j, k", _UNUSED)
-
-
-def _split(name: str, lines: list[str], head: str, parameters: str, arguments: str, unused: str) -> str:
-    """A function of these statements; of many, one that calls their parts in turn: long ones take compilers minutes."""
-    texts = []
-    if sum(map(len, lines)) > _MANY:
-        parts = [list(part) for _, part in groupby(lines, key=_Counter(_MANY))]
-        names = [f"KIND({name}_part_{i})" for i in range(len(parts))]
-        texts = [
-            _definition(f"static CALLED void {part}({parameters})", unused, body)
-            for part, body in zip(names, parts, strict=True)
-        ]
-        lines = [f"{part}({arguments});" for part in names]
-    return "\n".join([*texts, _definition(head, unused, lines)])
-
-
-class _Counter:
-    """The number of the part that a line belongs to, of parts of about so many characters."""
-
-    def __init__(self, size: int) -> None:
-        self._size = size
-        self._seen = 0
-
-    def __call__(self, line: str) -> int:
-        self._seen += len(line)
-        return self._seen // self._size
-
-
-def _definition(head: str, unused: str, lines: Iterable[str]) -> str:
-    body = "\n".join(f"    {line}" for line in lines)
-    return f"{head}\n{{\n{unused}\n{body}\n}}\n".replace("\n\n}", "\n}")
-
-
-def _by_contact(name: str, bodies: list[list[str]]) -> str:
-    """One static function per contact, and the one of model.h that chooses among them."""
-    texts = []
-    for i, lines in enumerate(bodies):
-        texts.append("static " + _function(f"KIND({name}_{i})", lines))
-    cases = "".join(f"    case {i}: KIND({name}_{i})(p, d, j, k); break;\n" for i in range(len(bodies)))
-    choice = f"    switch (c) {{\n{cases}    default: break;\n    }}\n" if bodies else "    (void)c;\n"
-    texts.append(f"void model_{name}({_ARGUMENTS}, int c)\n{{\n{_UNUSED}\n{choice}}}\n")
-    return "\n".join(texts)
-
-
 def _prepare(names: _Names) -> str:
     derived = names.constants.derived
     lines = [f"{name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
     head, parameters = "void model_prepare(const Real *p, Real *d)", "const Real *p, Real *d"
-    return _split("model_prepare", lines, head, parameters, "p, d", "    (void)p, (void)d;")
+    return split("model_prepare", lines, head, parameters, "p, d", "    (void)p, (void)d;")
 
 
 def _violation(system: HybridSystem, names: _Names) -> str:
@@ -368,6 +339,7 @@ def _facts(system: HybridSystem) -> list[str]:
         "resets": (c.reset_sides for c in system.contacts),
         "is_impact": (c.kind == "impact" for c in system.contacts),
         "poisson": (c.poisson for c in system.contacts),
+        "clocks": (contact_states.clocks(c.kind) for c in system.contacts),
     }
     partners = ", ".join(str(-1 if c.partner is None else c.partner) for c in system.contacts) or "-1"
     return [
@@ -400,6 +372,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
+        "IS_MAP": int(bool(system.rule)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']

@@ -12,6 +12,7 @@ AWAY: int = _STATES.AWAY
 TOUCHING: int = _STATES.TOUCHING
 RELEASED: int = _STATES.RELEASED
 CHATTERING: int = _STATES.CHATTERING
+_TICKS = declarations("engine/model/model.h").constants("Tick", "TICK_")
 # of a rigid contact
 OPEN, CLOSED = AWAY, TOUCHING
 
@@ -33,6 +34,26 @@ MEANINGS = {
     },
     "impact_friction": _FRICTION | {AWAY: "away (open)"},
 }
+
+
+# what the clocks of contacts tick at, and which of them each kind of contact has
+TICKS = {
+    "stick": "ticks where the contact begins to stick",
+    "slip": "ticks where the contact begins to slip, or to slip the other way",
+    "impact": "ticks where the bodies meet",
+}
+CLOCKS = {
+    "friction": ("stick", "slip"),
+    "stop": ("impact",),
+    "switch": (),
+    "impact": ("impact",),
+    "impact_friction": ("stick", "slip"),
+}
+
+
+def clocks(kind: str) -> int:
+    """The same for the engine: the sum of its ticks."""
+    return sum(getattr(_TICKS, name.upper()) for name in CLOCKS[kind])
 
 
 def meaning(kind: str) -> str:

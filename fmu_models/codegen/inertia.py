@@ -25,6 +25,8 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
     sparse = zeros > max((len(system.W) + len(system.G)) / 2, _FEW) or bool(system.inertia)
     if sparse:
         result.lines += _CLEAR_INERTIA
+        for line in _CLEAR_INERTIA:
+            result.variations.state(line.replace("j->", "l->").replace("0.0;", "PAIR_ZERO;"))
     if not system.inertia:
         for matrix, letter in ((system.W, "W"), (system.G, "G")):
             entries = matrix.todok() if sparse else {divmod(i, matrix.cols): e for i, e in enumerate(matrix.flat())}
@@ -37,7 +39,8 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
     levers = system.W.todok()
     for (row, column), lever in sorted(levers.items()):
         result.assign(f"j->W[{row}][{column}]", lever)
-    result.lines += [solve(f"j->W[0][{c}]", "W") for c in range(len(system.contacts))]
+    for c in range(len(system.contacts)):
+        solve(result, f"W[0][{c}]", "W")
     symbols = {name: symbol for symbol, name in W.items()}
     for c, e in sorted(joined(system)):
         if e <= c:
@@ -45,12 +48,16 @@ def assign_inertia(system: HybridSystem, result: Recurrences, W: Mapping[sympy.B
             result.assign(f"j->G[{c}][{e}]", sympy.Add(*rate))
             if e < c:
                 result.lines.append(f"j->G[{e}][{c}][k] = j->G[{c}][{e}][k];")
+                result.variations.state(f"l->G[{e}][{c}][k] = l->G[{c}][{e}][k];")
     return result
 
 
-def solve(first: str, series: str) -> str:
+def solve(result: Recurrences, first: str, series: str) -> None:
     """The statement that turns generalised forces, in the place of their accelerations, into these."""
-    return f"mass_solve(j->M, j->factor, {first}, (int)(sizeof j->{series}[0] / sizeof(Real)), k);"
+    stride = f"(int)(sizeof j->{series}[0] / sizeof(Real))"
+    result.lines.append(f"mass_solve(j->M, j->factor, j->{first}, {stride}, k);")
+    stride = f"(int)(sizeof j->{series}[0] / sizeof(double))"
+    result.variations.state(f"pair_mass_solve(j->M, l->M, j->factor, j->{first}, l->{first}, {stride}, k);")
 
 
 def envelope(system: HybridSystem) -> list[tuple[int, int]]:

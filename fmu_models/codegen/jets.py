@@ -2,7 +2,8 @@
 
 Every expression is brought to the form  c_0 + sum_i c_i s_i  with series s_i and constants c_i (numbers, parameters,
 signs of slip). Sums and multiples so need no line of their own; a product, quotient or function of series becomes one
-new series ``j->w[n]``, computed from lower orders as engine/model/jets.h says.
+new series ``j->w[n]``, computed from lower orders as engine/model/jets.h says. Beside each line stands that of its
+variation, of the same order of the series ``l->w[n]`` of derivatives along directions (engine/tangents/variation.h).
 """
 
 from __future__ import annotations
@@ -13,11 +14,43 @@ from dataclasses import dataclass, field
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.c_expression import Expr, c_factor, divisor_of, is_negative, unsupported
+from fmu_models.codegen.c_expression import Expr, divisor_of, is_negative, unsupported
+from fmu_models.codegen.constants import Constants
+from fmu_models.codegen.variations import Variations, varied
 from fmu_models.language.quantities import TIME
 
 _ONE = sympy.S.One
 _HALF = sympy.Rational(1, 2)
+
+# name -> the recurrence of jets.h for the series {y} of the operands {0}, {1} ..., and that of its variation in
+# pair_jets.h: {v0} is the variation of {0}, {c0} that of the first of its constants
+_RECURRENCES = {
+    "product": ("jet_product({0}, {1}, k)", "pair_both({0}, {v0}, {1}, {v1}, k)"),
+    "square": ("jet_square({0}, k)", "2.0 * pair_product({0}, {v0}, k)"),
+    "power": ("jet_power({0}, {1}, {y}, k)", "pair_power({0}, {v0}, {1}, {c0}, {y}, {vy}, k)"),
+    "sqrt": ("jet_sqrt({0}, {y}, k)", "pair_sqrt({v0}, {y}, {vy}, k)"),
+    "root": ("jet_root({0}, {y}, k)", "pair_root({0}, {v0}, {y}, {vy}, k)"),
+    "exp": ("jet_exp({0}, {y}, k)", "pair_product({y}, {v0}, k)"),
+    "log": ("jet_log({0}, {y}, k)", "pair_log({0}, {v0}, {vy}, k)"),
+    "atan": ("jet_atan({0}, {1}, {y}, k)", "pair_atan({v0}, {1}, {vy}, k)"),
+    "reciprocal": (
+        "jet_reciprocal({0}, {1}, {2}, {y}, k)",
+        "pair_quotient(PAIR_ZERO, {0}, {c0}, {1}, {c1}, {2}, {v2}, {y}, {vy}, k)",
+    ),
+    "quotient": (
+        "jet_quotient({0}, {1}, {2}, {3}, {y}, k)",
+        "pair_quotient({v0}[k], {1}, {c0}, {2}, {c1}, {3}, {v3}, {y}, {vy}, k)",
+    ),
+    "turns": ("jet_turns({0}, {1}, {2}, j->time_rest, k)", "pair_turns({0}, {c0}, {c1}, {2}, {v2}, j->time_rest, k)"),
+    "angle": ("jet_angle({0}, {1}, {2}, j->time_rest, k)", "pair_angle({0}, {c0}, {c1}, {2}, {v2}, j->time_rest, k)"),
+    "sin": ("jet_sin({0}, {1}, k)", "pair_product({1}, {v0}, k)"),
+    "cos": ("jet_cos({0}, {1}, k)", "-pair_product({1}, {v0}, k)"),
+    "sin_phase": ("jet_sin_phase({0}, {1}, k)", "pair_phase({1}, {v0}, k)"),
+    "cos_phase": ("jet_cos_phase({0}, {1}, k)", "-pair_phase({1}, {v0}, k)"),
+    "sinh": ("jet_sinh({0}, {1}, k)", "pair_product({1}, {v0}, k)"),
+    "cosh": ("jet_cosh({0}, {1}, k)", "pair_product({1}, {v0}, k)"),
+    "tanh": ("jet_tanh({0}, {1}, k)", "{v0}[k] - pair_product({1}, {v0}, k)"),
+}
 
 
 @dataclass(frozen=True)
@@ -34,35 +67,6 @@ class Affine:
             ((series, factor),) = self.terms.items()
             return series, factor
         return None
-
-
-@dataclass
-class Constants:
-    """Constants of one model: parameters ``p[i]``, what is derived from parameters alone, ``d[i]``, and ``held``.
-
-    ``held`` are the constants of one step: signs of slip and speeds of entry.
-    """
-
-    names: Mapping[sympy.Basic, str]
-    held: Mapping[sympy.Basic, str]
-    derived: dict[Expr, str] = field(default_factory=dict)
-
-    def text(self, value: Expr) -> str:
-        """C code of a constant; anything but a single parameter or number is computed once, in ``d``."""
-        if value in self.held:
-            return self.held[value]
-        if value in self.names:
-            return self.names[value]
-        if not value.free_symbols:
-            return c_factor(value, {})
-        if not value.free_symbols & set(self.held):
-            return self.derived.setdefault(value, f"d[{len(self.derived)}]")
-        if value.is_Mul:
-            own = [factor for factor in value.args if factor.free_symbols & set(self.held)]
-            rest = sympy.Mul(*(factor for factor in value.args if factor not in own))
-            if rest.free_symbols:
-                return f"{self.text(rest)} * {c_factor(sympy.Mul(*own), {**self.names, **self.held})}"
-        return c_factor(value, {**self.names, **self.held})
 
 
 @dataclass
@@ -94,6 +98,7 @@ class Recurrences:
         rooted: Collection[sympy.Basic] = (),
     ) -> None:
         self.lines: list[str] = []
+        self.variations = Variations()
         self._constants = constants
         self._slots = slots
         self._rooted = rooted
@@ -103,7 +108,7 @@ class Recurrences:
 
     def assign(self, target: str, expression: Expr) -> None:
         """Add the line that sets coefficient k of the series ``target`` to that of the expression."""
-        self.lines.append(f"{target}[k] = {self._coefficient(self._affine(sympy.sympify(expression)))};")
+        self._set(target, self._affine(sympy.sympify(expression)))
 
     def share(self, earlier: Recurrences) -> None:
         """Read what another function of the model has computed by then, to the same order, instead of computing it."""
@@ -124,9 +129,9 @@ class Recurrences:
         if e.is_Pow:
             return self._pow(e.base, e.exp)
         if e.func is sympy.exp:
-            return self._node("jet_exp({0}, {y}, k)", self._series(self._affine(e.args[0])))
+            return self._node("exp", self._series(self._affine(e.args[0])))
         if e.func is sympy.log:
-            return self._node("jet_log({0}, {y}, k)", self._series(self._affine(e.args[0])))
+            return self._node("log", self._series(self._affine(e.args[0])))
         if e.func in (sympy.sin, sympy.cos, sympy.sinh, sympy.cosh):
             return self._pair(e)
         if e.func is sympy.tan:
@@ -135,7 +140,7 @@ class Recurrences:
             return self._tanh(self._series(self._affine(e.args[0])))
         if e.func is sympy.atan:
             argument = self._series(self._affine(e.args[0]))
-            return self._node("jet_atan({0}, {1}, {y}, k)", argument, self._name("jet_square({0}, k)", argument))
+            return self._node("atan", argument, self._name("square", argument))
         raise StickslipError(unsupported(e))
 
     def _sum(self, parts: list[tuple[Expr, Affine]]) -> Affine:
@@ -171,28 +176,29 @@ class Recurrences:
             result = self._times(result, factor)
         return result
 
-    def _times(self, a: Affine, b: Affine) -> Affine:
+    def _times(self, a: Affine, b: Affine, variation: str = "") -> Affine:
         if not a.terms:
             return self._sum([(a.constant, b)])
         if not b.terms:
             return self._sum([(b.constant, a)])
         (ca, sa), (cb, sb) = self._multiple(a), self._multiple(b)
         if sa == sb:
-            return self._sum([(ca * cb, self._node("jet_square({0}, k)", sa))])
-        return self._sum([(ca * cb, self._node("jet_product({0}, {1}, k)", sa, sb))])
+            return self._sum([(ca * cb, self._node("square", sa))])
+        return self._sum([(ca * cb, self._node("product", sa, sb, variation=variation))])
 
     def _quotient(self, a: Affine, b: Affine) -> Affine:
         if not b.terms:
             return self._sum([(1 / b.constant, a)])
         if b.single:
             name, factor = b.single
-            denominator = (self._text(b.constant), self._text(factor), name)
+            constants = b.constant, factor
         else:
-            denominator = ("0.0", "1.0", self._series(b))
+            name, constants = self._series(b), (sympy.S.Zero, _ONE)
+        denominator = (*map(self._text, constants), name)
         if not a.terms:
-            return self._sum([(a.constant, self._node("jet_reciprocal({0}, {1}, {2}, {y}, k)", *denominator))])
+            return self._sum([(a.constant, self._node("reciprocal", *denominator, constants=constants))])
         factor, numerator = self._multiple(a)
-        return self._sum([(factor, self._node("jet_quotient({0}, {1}, {2}, {3}, {y}, k)", numerator, *denominator))])
+        return self._sum([(factor, self._node("quotient", numerator, *denominator, constants=constants))])
 
     def _pow(self, base: Expr, exponent: Expr) -> Affine:
         if exponent.free_symbols & self._variable:
@@ -204,14 +210,18 @@ class Recurrences:
         if exponent.is_Integer:  # repeated multiplication also works where the base is zero
             half = self._affine(sympy.Pow(base, exponent // 2))
             even = self._times(half, half)
-            return self._times(even, self._affine(base)) if exponent % 2 else even
+            by_base = f"{float(exponent)!r} * pair_product({{0}}, {{v1}}, k)"
+            return self._times(even, self._affine(base), by_base) if exponent % 2 else even
         if exponent == _HALF:
-            root = "jet_root" if base in self._rooted else "jet_sqrt"
-            return self._node(f"{root}({{0}}, {{y}}, k)", self._series(self._affine(base)))
+            return self._node("root" if base in self._rooted else "sqrt", self._series(self._affine(base)))
         if exponent.is_Rational and exponent.q == 2:
-            return self._times(self._affine(sympy.Pow(base, exponent - _HALF)), self._affine(sympy.sqrt(base)))
+            whole, root = self._affine(sympy.Pow(base, exponent - _HALF)), self._affine(sympy.sqrt(base))
+            by_base = (
+                "1.5 * pair_product({1}, {v0}, k)" if exponent - _HALF == 1 and self._multiple(whole)[0] == 1 else ""
+            )
+            return self._times(whole, root, by_base)
         argument = self._series(self._affine(base))
-        return self._node("jet_power({0}, {1}, {y}, k)", argument, self._text(exponent))
+        return self._node("power", argument, self._text(exponent), constants=(exponent,))
 
     def _phase(self, angle: Expr) -> str | None:
         """Series of an angle that grows in proportion to time, reduced exactly, however large; None for others."""
@@ -220,12 +230,12 @@ class Recurrences:
         rate = sympy.diff(angle, TIME)
         if rate.has(TIME) or rate.free_symbols & set(self._constants.held):
             return None
-        offset = self._text(sympy.expand(angle - rate * TIME))
+        offset = sympy.expand(angle - rate * TIME)
         frequency = rate / (2 * sympy.pi)
         turns = not frequency.has(sympy.pi)
-        name, value = ("jet_turns", frequency) if turns else ("jet_angle", rate)
-        template = f"{name}({{0}}, {{1}}, {{2}}, j->time_rest, k)"
-        return self._name(template, self._text(value), offset, self._series(self._forms[TIME]))
+        name, value = ("turns", frequency) if turns else ("angle", rate)
+        operands = self._text(value), self._text(offset), self._series(self._forms[TIME])
+        return self._name(name, *operands, constants=(value, offset))
 
     def _pair(self, e: Expr) -> Affine:
         """Sine and cosine, circular or hyperbolic: each needs the lower orders of the other."""
@@ -237,8 +247,8 @@ class Recurrences:
         if sine not in self._nodes:
             s, c = self._slots.new(), self._slots.new()
             self._nodes |= {sine: s, cosine: c}
-            self.lines.append(f"{s}[k] = jet_sin{kind}({argument}, {c}, k);")
-            self.lines.append(f"{c}[k] = jet_cos{kind}({argument}, {s}, k);")
+            self._compute(s, f"sin{kind}", (argument, c))
+            self._compute(c, f"cos{kind}", (argument, s))
         return _alone(self._nodes[sine if e.func in (sympy.sin, sympy.sinh) else cosine])
 
     def _tanh(self, argument: str) -> Affine:
@@ -246,22 +256,50 @@ class Recurrences:
         key = ("tanh", argument)
         if key not in self._nodes:
             tanh, square = self._slots.new(), self._slots.new()
-            self._nodes |= {key: tanh, ("jet_square({0}, k)", tanh): square}
-            self.lines.append(f"{tanh}[k] = jet_tanh({argument}, {square}, k);")
-            self.lines.append(f"{square}[k] = jet_square({tanh}, k);")
+            self._nodes |= {key: tanh, ("square", tanh): square}
+            self._compute(tanh, "tanh", (argument, square))
+            self._compute(square, "square", (tanh,))
         return _alone(self._nodes[key])
 
-    def _node(self, template: str, *operands: str) -> Affine:
-        """The series that a recurrence of jets.h computes; ``{y}`` in the template is the series itself."""
-        return _alone(self._name(template, *operands))
+    def _node(self, name: str, *operands: str, constants: tuple[Expr, ...] = (), variation: str = "") -> Affine:
+        """The series that a recurrence computes; one that is known to vary in a shorter way says how."""
+        return _alone(self._name(name, *operands, constants=constants, variation=variation))
 
-    def _name(self, template: str, *operands: str) -> str:
-        key = (template, *operands)
+    def _name(self, name: str, *operands: str, constants: tuple[Expr, ...] = (), variation: str = "") -> str:
+        key = (name, *operands)
         if key not in self._nodes:
-            name = self._slots.new()
-            self._nodes[key] = name
-            self.lines.append(f"{name}[k] = {template.format(*operands, y=name)};")
+            self._nodes[key] = self._slots.new()
+            self._compute(self._nodes[key], name, operands, constants, variation)
         return self._nodes[key]
+
+    def _compute(
+        self, y: str, name: str, operands: tuple[str, ...], constants: tuple[Expr, ...] = (), shorter: str = ""
+    ) -> None:
+        value, variation = _RECURRENCES[name]
+        self.lines.append(f"{y}[k] = {value.format(*operands, y=y)};")
+        changes = {f"v{i}": varied(operand) for i, operand in enumerate(operands)}
+        changes |= {f"c{i}": self._change(constant) for i, constant in enumerate(constants)}
+        self.variations.add(varied(y), (shorter or variation).format(*operands, y=y, vy=varied(y), **changes))
+
+    def _change(self, constant: Expr) -> str:
+        """C code of the variation of a constant."""
+        parts = [self._constants.by_parameters(constant), self._constants.by_memories(constant)]
+        return " + ".join(part for part in parts if part) or "PAIR_ZERO"
+
+    def _set(self, target: str, form: Affine) -> None:
+        """The line that sets coefficient k of a series to that of a form, and that of its variation."""
+        self.lines.append(f"{target}[k] = {self._coefficient(form)};")
+        always = [self._signed_term(factor, f"{varied(series)}[k]") for series, factor in form.terms.items()]
+        moved: list[tuple[str, str]] = []
+        for series, factor in (*form.terms.items(), ("", form.constant)):
+            sign, size = ("-", -factor) if is_negative(factor) else ("+", factor)
+            for parts, change in (
+                (always, self._constants.by_memories(size)),
+                (moved, self._constants.by_parameters(size)),
+            ):
+                if change:
+                    parts.append((sign, f"({change}) * {series}[k]" if series else f"(k == 0 ? {change} : PAIR_ZERO)"))
+        self.variations.add(varied(target), _summed(always) or "PAIR_ZERO", _summed(moved))
 
     def _multiple(self, form: Affine) -> tuple[Expr, str]:
         """Factor and series whose product is the form; a sum gets a series of its own."""
@@ -274,23 +312,23 @@ class Recurrences:
         """The form as a series that other recurrences can read."""
         if form.single and form.constant == 0 and form.single[1] == 1:
             return form.single[0]
-        return self._name("{0}", self._coefficient(form))
+        key = ("", self._coefficient(form))
+        if key not in self._nodes:
+            self._nodes[key] = self._slots.new()
+            self._set(self._nodes[key], form)
+        return self._nodes[key]
 
     def _coefficient(self, form: Affine) -> str:
         """C code of coefficient k of the form."""
-        parts = []
-        for series, factor in form.terms.items():
-            sign, text = self._signed(factor)
-            parts.append((sign, f"{series}[k]" if text == "1.0" else f"{text} * {series}[k]"))
+        parts = [self._signed_term(factor, f"{series}[k]") for series, factor in form.terms.items()]
         if form.constant != 0:
             sign, text = self._signed(form.constant)
             parts.append((sign, f"(k == 0 ? {text} : 0.0)"))
-        if not parts:
-            return "0.0"
-        parts.sort(key=lambda part: part[0] == "-")
-        (first_sign, first), *others = parts
-        head = f"-{first}" if first_sign == "-" else first
-        return head + "".join(f" {sign} {text}" for sign, text in others)
+        return _summed(parts) or "0.0"
+
+    def _signed_term(self, factor: Expr, series: str) -> tuple[str, str]:
+        sign, text = self._signed(factor)
+        return sign, series if text == "1.0" else f"{text} * {series}"
 
     def _signed(self, value: Expr) -> tuple[str, str]:
         if is_negative(value):
@@ -303,3 +341,9 @@ class Recurrences:
 
 def _alone(series: str) -> Affine:
     return Affine(sympy.S.Zero, {series: _ONE})
+
+
+def _summed(parts: list[tuple[str, str]]) -> str:
+    """The sum of texts with their signs; those with a minus last, so that it does not begin with one needlessly."""
+    text = "".join(f" {sign} {term}" for sign, term in sorted(parts, key=lambda part: part[0] == "-"))
+    return text.removeprefix(" + ").replace(" - ", "-", 1) if text.startswith(" - ") else text.removeprefix(" + ")

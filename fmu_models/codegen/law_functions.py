@@ -38,7 +38,8 @@ class NotACoefficientError(StickslipError):
 class LawFunctions:
     """The steady friction of a law.
 
-    name: what people call it; reference: what ``language.laws.LAWS`` loads it by; sticks: whether it knows exact stick;
+    name: what people call it; reference: what ``language.laws.LAWS`` loads it by; steady: where its steady friction is
+    declared, for laws that share it are not told apart by slips; sticks: whether it knows exact stick;
     value(v, q): friction coefficients, shape of v (slip speed >= 0, m/s), for parameters q (m,);
     gradient(v, q): their derivatives by q, (m, *shape of v);
     linear: of each parameter, whether mu is linear in it and in the other linear ones together;
@@ -47,6 +48,7 @@ class LawFunctions:
 
     name: str
     reference: str
+    steady: str
     sticks: bool
     parameters: tuple[LawParameter, ...]
     linear: tuple[bool, ...]
@@ -116,7 +118,7 @@ def _text(reference: str, law: Any) -> str:
     import sympy
 
     one, N, v = _by_itself(reference, law)
-    declared = tuple(declared_in(one))
+    declared, untold = _told(one, v)
     # symbols that print as what the functions are given
     q = {symbol: sympy.Symbol(f"q[{place}]", real=True) for place, (symbol, _) in enumerate(declared)}
     mu = sympy.sympify(one.magnitude(v)).xreplace(q).subs(N, 1)
@@ -125,8 +127,14 @@ def _text(reference: str, law: Any) -> str:
     results: Any
     shared, results = sympy.cse([mu, *slopes], symbols=sympy.numbered_symbols("x"))
     value, *gradient = results
-    margins = [_printed(needed.expression.xreplace(q).subs(N, 1)) for needed in one.requirements]
-    said = [needed.warning or f"{needed.sentence}." for needed in one.requirements]
+    required = [needed for needed in one.requirements if needed.expression.free_symbols <= {*q, N}]
+    margins = [_printed(needed.expression.xreplace(q).subs(N, 1)) for needed in required]
+    said = [needed.warning or f"{needed.sentence}." for needed in required]
+    if untold:
+        margins.append("-1.0")
+        said.append(
+            f"Steady slip does not tell {' and '.join(untold)} of the {{law}} law: the fitted model has the defaults."
+        )
     return "\n".join(
         [
             "def value(v, q):",
@@ -137,7 +145,8 @@ def _text(reference: str, law: Any) -> str:
             f"    return numpy.stack([{', '.join(_along(slope, shared, v) for slope in gradient)}])",
             f"warned = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, said, strict=True))}]",
             "made.append(LawFunctions(",
-            f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r}, sticks={law.sticks!r},",
+            f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r},",
+            f"    steady={law.magnitude.__qualname__!r}, sticks={law.sticks!r},",
             f"    parameters={tuple(parameter for _, parameter in declared)!r},",
             f"    linear={_linear(mu, tuple(q.values()))!r},",
             "    value=value, gradient=gradient, warned=warned,",
@@ -166,6 +175,17 @@ def _by_itself(reference: str, law: Any) -> tuple[Any, sympy.Symbol, sympy.Symbo
     if sympy.diff(force, N).has(N) or sympy.simplify(force.subs(N, 0)) != 0:
         raise NotACoefficientError(f"{wrong}its force {force} is not in proportion to the load N.")
     return one, N, v
+
+
+def _told(one: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], list[str]]:
+    """The parameters of a law that are to be fitted; and names of those that slip does not tell.
+
+    What shows in stick alone, of a law that has no exact stick, is for estimators that know it.
+    """
+    every = tuple(declared_in(one))
+    seen = one.magnitude(v).free_symbols
+    told = [(symbol, parameter) for symbol, parameter in every if symbol in seen or not one.sticks]
+    return told, [parameter.name for symbol, parameter in every if (symbol, parameter) not in told]
 
 
 def _linear(mu: sympy.Expr, q: Sequence[sympy.Symbol]) -> tuple[bool, ...]:

@@ -3,8 +3,9 @@
     modelDescription.xml                       variables, units, structure
     binaries/<platform>/<model>.so             compiled here
     sources/all.c ...                          the model's generated C and the engine in its folders, for importers
-                                               that compile
-    documentation/index.html                   the variables once more, for people
+                                               that compile, by CMakeLists.txt too
+    documentation/index.html                   equations, contacts, variables, versions, for people
+    model.png, terminalsAndIcons/              pictures, and what is connected to what in editors
     documentation/licenses/license.txt         under what it may be handed on
 
 The file depends on its input alone: no paths, and no date but SOURCE_DATE_EPOCH; the same mechanism gives the same
@@ -21,6 +22,7 @@ import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,16 +37,41 @@ from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.compiler import compile_shared, engine_sources
-from fmu_models.toolchain.platforms import HOST, Platform, this_platform
+from fmu_models.toolchain.platforms import HOST, PLATFORMS, this_platform
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
+    from fmu_models.language.maps import Map
     from fmu_models.language.mechanism import Mechanism
     from fmu_models.lowering.hybrid_system import HybridSystem
 
     Model = str | os.PathLike[str] | Mechanism
 
 FMI_VERSIONS = ("2.0", "3.0")
+EXPOSED = ("states", "clocks")
+
+
+@dataclass(frozen=True)
+class Packaging:
+    """What goes into an FMU beside its model.
+
+    Attributes:
+        rights: author, copyright and licence of the model; the engine's licence alone if None.
+        platforms: those it holds a library for, by name, as ``toolchain.platforms``; all are built here.
+        advance: called with the part of the libraries that are built.
+    """
+
+    rights: Rights | None = None
+    platforms: Sequence[str] = (HOST,)
+    advance: Callable[[float], None] = lambda _: None
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is what the user's cache keeps."""
+        return self.rights is None and tuple(self.platforms) == (HOST,)
+
+
+PLAIN = Packaging()
 
 
 def export(
@@ -54,10 +81,8 @@ def export(
     contacts: Sequence[str] | None = None,
     laws: Mapping[str, str] | None = None,
     values: Mapping[str, float] | None = None,
-    contact_states: bool = False,
-    rights: Rights | None = None,
-    platforms: Sequence[str] = (HOST,),
-    advance: Callable[[float], None] = lambda _: None,
+    expose: Sequence[str] = (),
+    packaging: Packaging = PLAIN,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
@@ -70,27 +95,20 @@ def export(
         contacts: names of those to keep; all if None.
         laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
-        contact_states: the states of the contacts, which are integers, are outputs and not local variables.
-        rights: author, copyright and licence of the model; the engine's licence alone if None.
-        platforms: those it holds a library for, by name, as ``toolchain.platforms``; all are built here.
-        advance: called with the part of the libraries that are built.
+        expose: "states" and "clocks" of the contacts are outputs and not local variables; the states are integers, the
+            clocks of FMI 3 are no numbers, and not every importer reads either.
+        packaging: rights, platforms and progress.
         fmi_version: "2.0" or "3.0".
 
     Returns:
         ``path``.
 
     Raises:
-        StickslipError: unknown model, contact, law or version, ``path`` exists and ``overwrite`` is false or cannot be
-            written, a value that the model cannot have, or the compiler fails.
+        StickslipError: unknown model, contact, law, version or thing to expose, ``path`` exists and ``overwrite`` is
+            false or cannot be written, a value that the model cannot have, or the compiler fails.
     """
     path = checked(path, fmi_version, overwrite)
-    if (
-        not values
-        and not contact_states
-        and rights is None
-        and tuple(platforms) == (HOST,)
-        and isinstance(model, str | os.PathLike)
-    ):
+    if not values and not expose and packaging.plain and isinstance(model, str | os.PathLike):
         kept = built(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(kept, temporary)
@@ -98,20 +116,41 @@ def export(
     from fmu_models.lowering.lower import lower
 
     system = lower(variant(model, contacts, laws))
-    if contact_states:
-        system = dataclasses.replace(system, shown_states=frozenset(contact.name for contact in system.contacts))
+    if expose:
+        names = frozenset(contact.name for contact in system.contacts)
+        system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
     changed = _with_values(system, values or {})
-    options = {"rights": rights, "platforms": platforms, "advance": advance}
-    return write(changed, path, **options, fmi_version=fmi_version, overwrite=overwrite)
+    return write(changed, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
+
+
+def export_map(
+    declared: Map,
+    path: str | os.PathLike[str],
+    *,
+    values: Mapping[str, float] | None = None,
+    packaging: Packaging = PLAIN,
+    fmi_version: str = "3.0",
+    overwrite: bool = False,
+) -> Path:
+    """Write a declared map as an FMU that makes a step at every time event; the rest is as for ``export``.
+
+    Its parameter ``period`` is the time from one step to the next, s; the first comes a period after the start.
+
+    Raises:
+        StickslipError: as for ``export``, or the map has a quantity of that name.
+    """
+    from fmu_models.lowering.iterated import iterated
+
+    path = checked(path, fmi_version, overwrite)
+    system = _with_values(iterated(declared), values or {})
+    return write(system, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
 
 
 def write(
     system: HybridSystem,
     path: str | os.PathLike[str],
     *,
-    rights: Rights | None = None,
-    platforms: Sequence[str] = (HOST,),
-    advance: Callable[[float], None] = lambda _: None,
+    packaging: Packaging = PLAIN,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
@@ -121,8 +160,7 @@ def write(
         StickslipError: as for ``export``.
     """
     path = checked(path, fmi_version, overwrite)
-    chosen = chosen_platforms(platforms)
-    files = _files(system, fmi_version, rights or Rights(), chosen, advance)
+    files = _files(system, fmi_version, packaging)
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
@@ -214,7 +252,7 @@ def kept_by_name(model: Model, laws: Mapping[str, str] | None = None) -> bool:
     return own and all(law in LAWS.members() for law in (laws or {}).values())
 
 
-def kept_folder(*options: str) -> Path:
+def kept_folder(*options: str | bytes) -> Path:
     """Where the user's cache keeps what these options lead to, with the present sources, tools and machine."""
     date = os.environ.get("SOURCE_DATE_EPOCH", "")
     parts = (_sources_digest(), *options, this_platform().fmi3, date)
@@ -250,6 +288,16 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) ->
     return found
 
 
+def _exposed(expose: Sequence[str], fmi_version: str) -> list[str]:
+    """The fields of a system that say so."""
+    for what in expose:
+        if what not in EXPOSED:
+            raise StickslipError(f"There is no '{what}' to expose. Choose {' or '.join(EXPOSED)}.")
+    if "clocks" in expose and fmi_version == "2.0":
+        raise StickslipError("FMI 2.0 has no clocks to expose. Export FMI 3.0, or expose the states.")
+    return [f"shown_{what}" for what in expose]
+
+
 def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:
     """The system with other start values of its parameters."""
     from fmu_models.language.values import check_values
@@ -259,15 +307,10 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
     return dataclasses.replace(system, parameters=parameters)
 
 
-def _files(
-    system: HybridSystem,
-    fmi_version: str,
-    rights: Rights,
-    platforms: Sequence[Platform],
-    advance: Callable[[float], None],
-) -> dict[str, bytes | str]:
+def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict[str, bytes | str]:
     """Contents of the archive by name; the compiler runs for as many platforms at once as there are processors."""
-    files: dict[str, bytes | str] = {**_texts(system, fmi_version, rights)}
+    platforms = chosen_platforms(packaging.platforms)
+    files = _texts(system, fmi_version, packaging.rights or Rights())
     c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
     with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         built = {
@@ -279,37 +322,51 @@ def _files(
                 place = built[library].fmi2 if fmi_version == "2.0" else built[library].fmi3
                 name = f"binaries/{place}/{system.name}{built[library].suffix}"
                 files[name] = library.result().read_bytes()
-                advance((done + 1) / len(built))
+                packaging.advance((done + 1) / len(built))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
     return files
 
 
-def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, str]:
+def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, bytes | str]:
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
-    from fmu_models.codegen.model_description import Description, model_description, render
+    from fmu_models.codegen.documentation import documents
+    from fmu_models.codegen.map_structure import MapStructure
+    from fmu_models.codegen.model_description import model_description, render
+    from fmu_models.codegen.model_structure import ModelStructure
 
     generated = sources(system)
     token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
     if token is None:
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
+    structure = MapStructure(system) if system.rule else ModelStructure(system)
     c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
-    files = {f"sources/{name}": text for name, text in c_files.items()}
+    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
-    files["modelDescription.xml"] = model_description(system, token.group(1), fmi_version, tool, rights)
+    folders = {p.fmi3: p.fmi2 if fmi_version == "2.0" else p.fmi3 for p in PLATFORMS.values()}
+    header = f"fmi{fmi_version[0]}Functions.h"
+    files["sources/CMakeLists.txt"] = render("CMakeLists.txt.j2", name=system.name, header=header, folders=folders)
+    files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
     files |= rights.files
-    files["documentation/index.html"] = render("index.html.j2", d=Description(system), system=system, tool=tool)
+    files |= documents(structure, fmi_version, token.group(1), tool, rights)
     return files
 
 
 def _engine(fmi_version: str) -> dict[str, str]:
     """The engine's C files for one version of FMI."""
-    other = "fmi/fmi2.c" if fmi_version == "3.0" else "fmi/fmi3.c"
-    return {name: text for name, text in engine_sources().items() if name != other}
+    other = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
+    return {name: text for name, text in engine_sources().items() if not name.startswith(other)}
+
+
+# of a model with one contact gcc takes accesses to another one for real, behind conditions that rule them out
+_ONE_CONTACT = """#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Warray-bounds"
+#endif
+"""
 
 
 def _all_c(system: HybridSystem, fmi_version: str) -> str:
@@ -318,7 +375,7 @@ def _all_c(system: HybridSystem, fmi_version: str) -> str:
     includes = "\n".join(f'#include "{name}"' for name in names)
     nominals = ", ".join(repr(state.nominal) for state in system.states)
     return (
-        f"/* {system.name}: generated model and engine as one translation unit */\n{includes}\n\n"
+        f"/* {system.name}: generated model and engine as one translation unit */\n{_ONE_CONTACT}{includes}\n\n"
         f"const double model_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
     )
 

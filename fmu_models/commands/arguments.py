@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
@@ -17,8 +18,8 @@ ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help=f"A scene (.t
 
 
 def is_scene(model: str) -> bool:
-    """Whether what stands for a model is the path of a scene."""
-    return model.endswith(".toml")
+    """Whether what stands for a model is the path of a scene, or the name of one that comes along."""
+    return model.endswith(".toml") or model in {path.stem for path in shipped.files("scenes")}
 
 
 def scene_of(path: str, contacts: str | None) -> Scene:

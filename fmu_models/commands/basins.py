@@ -7,25 +7,21 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
 
 
+@bundled
 def basins(
-    model: f.System,
-    over: f.Ranges,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
-    every: f.Every = 1,
-    most: Annotated[int, typer.Option(help="Steps after which a motion is taken to stay as it is.", min=1)] = 3000,
-    workers: f.Workers = None,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    over: f.Ranges = None,
+    section: f.ForcedStrobe,
+    most: Annotated[
+        int | None,
+        typer.Option(help="Steps after which a motion is taken to stay as it is.", min=1, show_default="3000"),
+    ] = None,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Map which attractor each start of a grid comes to.
 
@@ -33,17 +29,18 @@ def basins(
     """
     from fmu_models.analyses.basins import basins as make
 
-    f.check_files(output, figure, overwrite)
-    axes = f.ranges(over, len(over))
-    system = f.system_of(model, settings=settings, contacts=contacts, forcing=forcing, period=period, every=every)
+    files.check()
+    axes = section.axes("basins", over)
+    options = section.options("basins", most=most)
+    system = section.system()
     with console.progress("mapping") as advance:
         found = make(
             system,
-            start=f.start_of(model, start),
-            most=most,
-            workers=workers,
+            start=section.starts(),
+            **options,
+            **runs.options(files),
             progress=advance,
-            **axes,  # type: ignore[arg-type] # names of states or parameters
+            **axes,
         )
     content = {
         "model": found.model,
@@ -55,7 +52,7 @@ def basins(
         "shares": found.shares.tolist(),
         "undecided": found.undecided,
         "boundary": found.boundary,
-        "entropy": f.finite(found.entropy()),
+        "entropy": console.finite(found.entropy()),
         "failures": [f"{place}: {why}" for place, why in found.failures.items()],
     }
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

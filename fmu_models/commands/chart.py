@@ -7,29 +7,30 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
 
 
+@bundled
 def chart(
-    model: f.System,
-    over: f.Ranges,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
-    every: f.Every = 1,
-    autonomous: f.Autonomous = False,
-    what: Annotated[str, typer.Option(help="period, impacts, stick, exponent or attractor.")] = "period",
-    transient: Annotated[int, typer.Option(help="Steps before a motion is classified, at most.", min=0)] = 3000,
-    points: Annotated[int, typer.Option(help="Steps over which it is looked at then.", min=1)] = 48,
-    refine: Annotated[int, typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1)] = 1,
-    workers: f.Workers = None,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    over: f.Ranges = None,
+    section: f.Strobe,
+    what: Annotated[
+        str | None, typer.Option(help="period, impacts, stick, exponent or attractor.", show_default="period")
+    ] = None,
+    transient: Annotated[
+        int | None, typer.Option(help="Steps before a motion is classified, at most.", min=0, show_default="3000")
+    ] = None,
+    points: Annotated[
+        int | None, typer.Option(help="Steps over which it is looked at then.", min=1, show_default="48")
+    ] = None,
+    refine: Annotated[
+        int | None,
+        typer.Option(help="Cells a side of a coarse grid to begin with: 1, 2, 4, ...", min=1, show_default="1"),
+    ] = None,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Chart what a motion becomes over two parameters.
 
@@ -37,28 +38,18 @@ def chart(
     """
     from fmu_models.analyses.chart import chart as make
 
-    f.check_files(output, figure, overwrite)
-    axes = f.ranges(over, 2)
-    system = f.system_of(
-        model,
-        settings=settings,
-        contacts=contacts,
-        forcing=forcing,
-        period=period,
-        every=every,
-        autonomous=autonomous,
-    )
+    files.check()
+    axes = section.axes("chart", over, 2)
+    options = section.options("chart", what=what, transient=transient, points=points, refine=refine)
+    system = section.system()
     with console.progress("charting") as advance:
         found = make(
             system,
-            what=what,
-            start=f.start_of(model, start),
-            transient=transient,
-            points=points,
-            refine=refine,
-            workers=workers,
+            start=section.starts(),
+            **options,
+            **runs.options(files),
             progress=advance,
-            **axes,  # type: ignore[arg-type] # names of states or parameters
+            **axes,
         )
     content = {
         "model": found.model,
@@ -69,4 +60,4 @@ def chart(
         "runs": found.runs,
         "failures": [f"{place}: {why}" for place, why in found.failures.items()],
     }
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

@@ -7,31 +7,25 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
 
 
+@bundled
 def diagram(
-    model: f.System,
-    over: f.Ranges,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
-    every: f.Every = 1,
-    autonomous: f.Autonomous = False,
-    level: f.Level = None,
-    down: f.Down = False,
-    impacts: f.Impacts = None,
-    direction: Annotated[str, typer.Option(help="Of the sweep: up, down, both.")] = "up",
-    transient: Annotated[int, typer.Option(help="Steps at each value that are not kept.", min=0)] = 250,
-    points: Annotated[int, typer.Option(help="Points kept where a motion does not repeat itself.", min=1)] = 50,
-    workers: f.Workers = None,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    *,
+    over: f.Ranges = None,
+    section: f.Section,
+    direction: Annotated[str | None, typer.Option(help="Of the sweep: up, down, both.", show_default="up")] = None,
+    transient: Annotated[
+        int | None, typer.Option(help="Steps at each value that are not kept.", min=0, show_default="250")
+    ] = None,
+    points: Annotated[
+        int | None, typer.Option(help="Points kept where a motion does not repeat itself.", min=1, show_default="50")
+    ] = None,
+    of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
+    runs: f.Runs,
+    files: f.StoredFiles,
 ) -> None:
     """Show where motions stay over a parameter, swept up and down.
 
@@ -39,30 +33,18 @@ def diagram(
     """
     from fmu_models.analyses.diagram import orbit_diagram
 
-    f.check_files(output, figure, overwrite)
-    ((name, values),) = f.ranges(over, 1).items()
-    system = f.system_of(
-        model,
-        settings=settings,
-        contacts=contacts,
-        forcing=forcing,
-        period=period,
-        every=every,
-        autonomous=autonomous,
-        level=level,
-        down=down,
-        impacts=impacts,
-    )
+    files.check()
+    ((name, values),) = section.axes("diagram", over, 1).items()
+    options = section.options("diagram", direction=direction, transient=transient, points=points, of=of)
+    system = section.system()
     with console.progress("sweeping") as advance:
         found = orbit_diagram(
             system,
             name,
             values,
-            direction=direction,
-            start=f.start_of(model, start),
-            transient=transient,
-            points=points,
-            workers=workers,
+            start=section.starts(),
+            **options,
+            **runs.options(files),
             progress=advance,
         )
     content = {
@@ -75,4 +57,4 @@ def diagram(
         "steps": found.steps,
         "failures": [f"{way}, {name} = {value:g}: {why}" for (way, value), why in found.failures.items()],
     }
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

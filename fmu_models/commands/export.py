@@ -12,6 +12,7 @@ from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.codegen.rights import Rights
 from fmu_models.commands.arguments import ModelOrScene, is_scene, scene_of
+from fmu_models.maps import MAPS
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
@@ -19,17 +20,23 @@ from fmu_models.toolchain.platforms import platforms as chosen_platforms
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from fmu_models.language.maps import Map
     from fmu_models.scene.scene import Scene
 
 
 def export(
     model: ModelOrScene,
     path: Annotated[Path | None, typer.Option("--output", "-o", help="File to write (default: MODEL.fmu).")] = None,
-    fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "3.0",
+    fmi: Annotated[
+        str | None, typer.Option(help="FMI version: 2.0 or 3.0 (default: 3.0; in a system 2.0, which more tools take).")
+    ] = None,
     contacts: Contacts = None,
     settings: Settings = None,
     expose: Annotated[
-        str | None, typer.Option(help="'states': the integer states of the contacts become outputs.")
+        str | None,
+        typer.Option(
+            help="What of the contacts becomes outputs, by commas: 'states' (integers), 'clocks' (FMI 3, of events)."
+        ),
     ] = None,
     platform: Annotated[
         str, typer.Option(help=f"Platforms to build for, by commas: {', '.join((*PLATFORMS, HOST, ALL))}.")
@@ -47,17 +54,30 @@ def export(
     verify: Annotated[
         bool, typer.Option("--verify", help="MODEL is an FMU: build it once more and compare, writing nothing.")
     ] = False,
+    as_system: Annotated[
+        bool,
+        typer.Option(
+            "--ssp",
+            help="Pack the FMU, or those of a system, with parameters and connections as .ssp.",
+            rich_help_panel="System",
+        ),
+    ] = False,
+    fitted: Annotated[
+        Path | None,
+        typer.Option(help="Parameter set (.ssv) to pack along, as 'stickslip apply' writes.", rich_help_panel="System"),
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Export a model, or what a scene uses of it, as an FMU with Model Exchange, Co-Simulation and sources.
 
-    Parameters that are set become the start values of the FMU.
+    Parameters that are set become the start values of the FMU. A map makes a step at every time event, 'period' apart.
 
     Example: stickslip export disc_rig --contacts disc0 --fmi 2.0 -o rig.fmu
+
+    Example: stickslip export disc_rig_motors --ssp -o motors.ssp
     """
-    from fmu_models.codegen.package import export as write_fmu
-    from fmu_models.codegen.package import kept_by_name
+    from fmu_models.codegen.package import Packaging
     from fmu_models.fmu.fmu import Fmu
 
     if verify:
@@ -65,31 +85,27 @@ def export(
     rights = Rights(author, copyright_line, license_) if author or copyright_line or license_ else None
     names = [name.strip() for name in platform.split(",") if name.strip()]
     built = chosen_platforms(names)
-    options: dict[str, Any] = {"rights": rights, "platforms": names, "overwrite": overwrite}
     values = console.assignments(settings, "parameter")
-    if expose not in (None, "states"):
-        raise StickslipError(f"There is no '{expose}' to expose. Choose states: those of the contacts, as outputs.")
-    if is_scene(model):
-        scene = scene_of(model, contacts)
-        path = path or Path(f"{scene.name}.fmu")
-        if expose:
-            raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
-        with console.progress("compiling") as advance:
-            _export_scene(scene, path, values, fmi_version=fmi, advance=advance, **options)
-    else:
-        name = model if kept_by_name(model) else MODELS.load(model).name
-        path = path or Path("_".join([name, *(console.chosen(contacts) or [])]) + ".fmu")
-        kept = console.chosen(contacts)
-        options["contact_states"] = bool(expose)
-        with console.progress("compiling") as advance:
-            write_fmu(model, path, contacts=kept, values=values, fmi_version=fmi, advance=advance, **options)
-    fmu = Fmu.open(path)
+    if fitted is not None and not as_system:
+        raise StickslipError("A parameter set is packed along with --ssp. For an FMU: stickslip apply FIT -o FILE.fmu")
+    fmi = fmi or ("2.0" if as_system else "3.0")
+    exposed = [what.strip() for what in (expose or "").split(",") if what.strip()]
+    chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": exposed}
+    if as_system:
+        with console.progress("packing") as advance:
+            chosen["packaging"] = Packaging(rights, names, advance)
+            packed = _pack(model, path, fitted, fmi, overwrite, chosen)
+        return console.say(json, packed, lambda out: _print_system(packed, out))
+    with console.progress("compiling") as advance:
+        chosen["packaging"] = Packaging(rights, names, advance)
+        written = _export_one(model, path, fmi_version=fmi, overwrite=overwrite, **chosen)
+    fmu = Fmu.open(written)
     content = {
-        "file": str(path),
+        "file": str(written),
         "fmi_version": fmi,
         "kinds": ["Model Exchange", "Co-Simulation"],
         "platforms": [one.fmi2 if fmi == "2.0" else one.fmi3 for one in built],
-        "bytes": path.stat().st_size,
+        "bytes": written.stat().st_size,
         "states": fmu.states,
         "inputs": fmu.inputs,
         "outputs": fmu.outputs,
@@ -98,11 +114,102 @@ def export(
     }
 
     def show(out: Console) -> None:
-        out.print(f"[bold]{path}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB")
+        out.print(
+            f"[bold]{written}[/bold]: FMI {fmi}, Model Exchange and Co-Simulation, {content['bytes'] / 1000:.0f} kB"
+        )
         for what in ("platforms", "states", "inputs", "outputs", "contacts", "parameters"):
             out.print(f"  {what:10s} {', '.join(content[what]) or 'none'}")
 
     console.say(json, content, show)
+
+
+def _export_one(
+    model: str,
+    path: Path | None,
+    *,
+    contacts: str | None,
+    values: dict[str, float],
+    expose: list[str],
+    folder: Path = Path(),
+    **options: Any,
+) -> Path:
+    """Write the FMU of a model or a scene; without a path into the folder, by its name."""
+    from fmu_models.codegen.package import export as write_fmu
+    from fmu_models.codegen.package import export_map, kept_by_name
+
+    if is_scene(model):
+        scene = scene_of(model, contacts)
+        path = path or folder / f"{scene.name}.fmu"
+        if expose:
+            raise StickslipError("A scene lists all its outputs. Add the states to its 'outputs', as \"disc0_state\".")
+        _export_scene(scene, path, values, **options)
+        return path
+    if (declared := _map(model)) is not None:
+        if contacts or expose:
+            raise StickslipError(f"{declared.name} is a map: it has no contacts to choose or to expose.")
+        return export_map(declared, path or folder / f"{declared.name}.fmu", values=values, **options)
+    name = model if kept_by_name(model) else MODELS.load(model).name
+    kept = console.chosen(contacts)
+    path = path or folder / ("_".join([name, *(kept or [])]) + ".fmu")
+    return write_fmu(model, path, contacts=kept, values=values, expose=expose, **options)
+
+
+def _map(name: str) -> Map | None:
+    """The map of a name or a file; None if it is none."""
+    if name in MODELS.members() or (name not in MAPS.members() and not name.partition(":")[0].endswith(".py")):
+        return None
+    try:
+        return MAPS.load(name)
+    except StickslipError:
+        return None  # a file without one: what it lacks is said of models
+
+
+def _pack(
+    model: str, path: Path | None, fitted: Path | None, fmi: str, overwrite: bool, chosen: dict[str, Any]
+) -> dict[str, Any]:
+    """Write a system, or a model or scene as one, as .ssp, and say what it holds."""
+    from fmu_models.base.files import refuse_existing
+    from fmu_models.base.temporary import temporary_folder
+    from fmu_models.coupling import ssp_writer
+    from fmu_models.coupling.system import CoupledSystem, Unit
+    from fmu_models.coupling.toml_system import is_system, read_system
+    from fmu_models.fmu.fmu import Fmu
+
+    with temporary_folder("pack") as folder:
+        if is_system(model):
+            if chosen["contacts"] or chosen["values"] or chosen["expose"] or not chosen["packaging"].plain:
+                raise StickslipError(
+                    f"'{model}' is a system: its units say their contacts and parameters, and their FMUs are as they "
+                    "are. Leave --contacts, --set, --expose, --platform and the rights out."
+                )
+            system = read_system(model, fmi_version=fmi)
+        else:
+            one = Fmu.open(_export_one(model, None, fmi_version=fmi, overwrite=overwrite, folder=folder, **chosen))
+            name = str(one.description.modelName)
+            system = CoupledSystem(name, {name: Unit(one)})
+        path = ssp_writer.check_path(path or Path(f"{system.name}.ssp"))
+        refuse_existing(path, overwrite=overwrite)
+        sets = ssp_writer.parameter_sets(system, fitted)
+        ssp_writer.write(path, system, sets, overwrite=overwrite)
+    return {
+        "file": str(path),
+        "fmi_version": fmi,
+        "bytes": path.stat().st_size,
+        "units": {name: unit.fmu.path.name for name, unit in system.units.items()},
+        "connections": [str(one) for one in system.connections],
+        "parameters": {
+            name: {kind: {e.name: e.value for e in entries} for kind, entries in sets[name].items()} for name in sets
+        },
+    }
+
+
+def _print_system(content: dict[str, Any], out: Console) -> None:
+    out.print(f"[bold]{content['file']}[/bold]: a system of FMI {content['fmi_version']} FMUs, SSP 1.0")
+    for name, file in content["units"].items():
+        sets = content["parameters"].get(name, {})
+        out.print(f"  {name}: {file}; " + ", ".join(f"{kind} {len(values)}" for kind, values in sets.items()))
+    for connection in content["connections"]:
+        out.print(f"  {connection}", markup=False)
 
 
 def _verify(path: str, json: bool) -> None:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from fmu_models.commands.arguments import NAMED, is_scene, scene_of
+from fmu_models.commands.bundles import Without
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
@@ -21,119 +24,252 @@ if TYPE_CHECKING:
 
     from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
-    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.scene.scene import Compute, Scene
 
-System = Annotated[
-    str, typer.Argument(metavar="MODEL", help=f"A map, an .fmu file, a scene (.toml), or a model: {NAMED}.")
+Ranges = Annotated[
+    list[str] | None,
+    typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced (default: those of a scene)."),
 ]
-Start = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")]
-Forcing = Annotated[
-    str | None, typer.Option(metavar="NAME", help="The parameter that is the frequency of the forcing: a strobe.")
-]
-Period = Annotated[float | None, typer.Option(help="Instead: period of the forcing, s.")]
-Every = Annotated[int, typer.Option(help="Periods of the forcing in one step of the strobe.", min=1)]
-Autonomous = Annotated[bool, typer.Option("--autonomous", help="Nothing forces the motion; look at it every --period.")]
-Level = Annotated[
-    str | None, typer.Option(metavar="STATE=VALUE", help="The section is where a state crosses a level, upward.")
-]
-Down = Annotated[bool, typer.Option("--down", help="With --level: downward.")]
-Impacts = Annotated[str | None, typer.Option(metavar="CONTACT", help="The section is where a contact begins.")]
-Workers = Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")]
-Drawn = Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")]
-Ranges = Annotated[list[str], typer.Option("--over", metavar="NAME=FROM:TO:COUNT", help="Values, evenly spaced.")]
 
-SUFFIXES = (".csv", ".nc")
+SUFFIXES, STORE = (".csv", ".nc"), ".zarr"
 
 
-def check_files(output: Path | None, figure: Path | None, overwrite: bool) -> None:
-    """Refuse before the work what could not be written after it."""
-    refuse_existing(output, figure, overwrite=overwrite)
-    if output is not None and output.suffix.lower() not in SUFFIXES:
-        raise StickslipError(f"'{output}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen.")
-    if figure is not None:
-        from fmu_models.report.figures import check_format
+@dataclass(frozen=True)
+class Section:
+    """A model and the section that its motions are looked at: what every command about families takes."""
 
-        check_format(figure)
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL", help=f"A map, an .fmu file, of others too, a scene (.toml), or a model: {NAMED}."
+        ),
+    ]
+    settings: Settings = None
+    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Start value of a state.")] = None
+    contacts: Contacts = None
+    forcing: Annotated[
+        str | None, typer.Option(metavar="NAME", help="The parameter that is the frequency of the forcing: a strobe.")
+    ] = None
+    period: Annotated[float | None, typer.Option(help="Instead: period of the forcing, s.")] = None
+    every: Annotated[int, typer.Option(help="Periods of the forcing in one step of the strobe.", min=1)] = 1
+    autonomous: Annotated[
+        bool, typer.Option("--autonomous", help="Nothing forces the motion; look at it every --period.")
+    ] = False
+    level: Annotated[
+        str | None, typer.Option(metavar="STATE=VALUE", help="The section is where a state crosses a level, upward.")
+    ] = None
+    down: Annotated[bool, typer.Option("--down", help="With --level: downward.")] = False
+    impacts: Annotated[str | None, typer.Option(metavar="CONTACT", help="The section is where a contact begins.")] = (
+        None
+    )
+
+    def system(self) -> SectionSystem:
+        """The system that the options describe.
+
+        Raises:
+            StickslipError: options that contradict one another, or as the section does.
+        """
+        from fmu_models.analyses import fmu_sections
+        from fmu_models.analyses.iteration import Iteration
+        from fmu_models.fmu.load import load
+
+        values = console.assignments(self.settings, "parameter")
+        if self._scene is not None:
+            return self._of_scene(self._scene, values)
+        if self.model in MAPS.members():
+            if self.forcing or self.period or self.level or self.impacts or self.contacts:
+                raise StickslipError(
+                    f"'{self.model}' is a map: every step of it is the section. Leave the section out."
+                )
+            return Iteration.of(MAPS.load(self.model), values)
+        if self.level and self.impacts:
+            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
+        fmu = load(self.model, contacts=console.chosen(self.contacts))
+        common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
+        if self.impacts:
+            return fmu_sections.Impacts(fmu, self.impacts, **common)
+        if self.level:
+            ((state, value),) = console.assignments([self.level], "level").items()
+            return fmu_sections.Crossing(fmu, state, value, -1 if self.down else 1, **common)
+        return fmu_sections.Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
+
+    @cached_property
+    def _scene(self) -> Scene | None:
+        return scene_of(self.model, self.contacts) if is_scene(self.model) else None
+
+    def _of_scene(self, scene: Scene, values: Mapping[str, float]) -> SectionSystem:
+        """The section of a scene; what is given here goes before what it says."""
+        from fmu_models.fmu.fmu import Fmu
+        from fmu_models.scene.compute import arguments
+        from fmu_models.scene.kinds.kind import section_of
+        from fmu_models.scene.reduce import built_scene
+
+        how: dict[str, Any] = {}
+        if self.level and self.impacts:
+            raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
+        if self.level or self.impacts:
+            level = console.assignments([self.level], "level") if self.level else {}
+            how = {"level": level, "down": self.down, "impacts": self.impacts}
+        if self.forcing in scene.fixed and self.forcing != scene.compute.forcing:
+            raise StickslipError(
+                f"'{self.forcing}' is a constant of scene '{scene.name}'. Move it to [free] there for a strobe of it."
+            )
+        if self.forcing or self.period:
+            how |= {"forcing": self.forcing, "period": self.period}
+        if self.forcing and self.period:
+            raise StickslipError(f"The period follows from '{self.forcing}'; leave out --period, or --forcing.")
+        how |= {"periods": self.every} if self.every > 1 else {}
+        how |= {"autonomous": True} if self.autonomous else {}
+        changed = replace(scene, compute=replace(scene.compute, **how))
+        drives = {name: value for name, value in values.items() if name in scene.drives}
+        free = {name: value for name, value in values.items() if name not in drives}
+        given = arguments(scene, None, parameters=free, inputs=drives)
+        return section_of(changed, Fmu.open(built_scene(scene)), given["parameters"], given["inputs"])
+
+    def starts(self) -> dict[str, float]:
+        """Start values that are given, and what a scene says beside them."""
+        given = console.assignments(self.start, "start value")
+        return {**self._scene.start, **given} if self._scene is not None else given
+
+    def axes(self, kind: str, over: Sequence[str] | None, count: int | None = None) -> dict[str, Any]:
+        """Values along each axis; those of a scene of the same kind where none are given.
+
+        Raises:
+            StickslipError: as ``ranges``.
+        """
+        import numpy as np
+
+        how = self._same(kind)
+        if over or how is None:
+            return ranges(over or (), count)
+        return {name: np.array(values) for name, values in (how.axes or {str(how.over): how.values}).items()}
+
+    def options(self, kind: str, **given: int | str | None) -> dict[str, Any]:
+        """Arguments of the analysis that are given, or that a scene of the same kind says."""
+        how = self._same(kind)
+        said = {} if how is None else how.settings
+        return {**said, **{name: value for name, value in given.items() if value is not None}}
+
+    def _same(self, kind: str) -> Compute | None:
+        """What a scene computes, if it is of this kind."""
+        return self._scene.compute if self._scene is not None and self._scene.compute.kind == kind else None
 
 
-def system_of(
-    model: str,
-    *,
-    settings: Sequence[str] | None = None,
-    contacts: str | None = None,
-    forcing: str | None = None,
-    period: float | None = None,
-    every: int = 1,
-    autonomous: bool = False,
-    level: str | None = None,
-    down: bool = False,
-    impacts: str | None = None,
-) -> SectionSystem:
-    """The system that arguments describe.
-
-    Raises:
-        StickslipError: arguments that contradict one another, or as the section does.
-    """
-    from fmu_models.analyses import fmu_sections
-    from fmu_models.analyses.iteration import Iteration
-    from fmu_models.fmu.load import load
-
-    values = console.assignments(settings, "parameter")
-    if not is_scene(model) and model in MAPS.members():
-        if forcing or period or level or impacts or contacts:
-            raise StickslipError(f"'{model}' is a map: every step of it is the section. Leave the section out.")
-        return Iteration.of(MAPS.load(model), values)
-    if level and impacts:
-        raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
-    if is_scene(model):
-        fmu, values, said = _of_scene(model, contacts, values)
-        forcing, period = forcing or (None if period else said[0]), period or (None if forcing else said[1])
-        every, autonomous = max(every, said[2]), autonomous or said[3]
-    else:
-        fmu = load(model, contacts=console.chosen(contacts))
-    common: dict[str, Any] = {"forcing": forcing, "period": period, "parameters": values}
-    if impacts:
-        return fmu_sections.Impacts(fmu, impacts, **common)
-    if level:
-        ((state, value),) = console.assignments([level], "level").items()
-        return fmu_sections.Crossing(fmu, state, value, -1 if down else 1, **common)
-    return fmu_sections.Strobe(fmu, every=every, autonomous=autonomous, **common)
+Strobe = Annotated[Section, Without("level", "down", "impacts")]
+ForcedStrobe = Annotated[Section, Without("autonomous", "level", "down", "impacts")]
 
 
-def start_of(model: str, start: Sequence[str] | None) -> dict[str, float]:
-    """Start values from arguments, and what a scene says beside them."""
-    given = console.assignments(start, "start value")
-    return {**scene_of(model, None).start, **given} if is_scene(model) else given
+@dataclass(frozen=True)
+class Files:
+    """Where what was found goes."""
+
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the table as .csv, or the arrays as .nc.")
+    ] = None
+    figure: Annotated[Path | None, typer.Option("--figure", help="Draw it (png, svg, pdf).")] = None
+    interactive: Annotated[
+        Path | None,
+        typer.Option("--interactive", help="Write a page (html) with zoom and values under the cursor."),
+    ] = None
+    overwrite: Overwrite = False
+    json: Json = False
+
+    def check(self) -> None:
+        """Refuse before the work what could not be written after it."""
+        self._check(SUFFIXES, self.output)
+
+    def _check(self, suffixes: Sequence[str], written: Path | None) -> None:
+        refuse_existing(written, self.figure, self.interactive, overwrite=self.overwrite)
+        if self.output is not None and self.output.suffix.lower() not in suffixes:
+            raise StickslipError(
+                f"'{self.output}' must end in one of {', '.join(suffixes)}, by which the format is chosen."
+            )
+        if self.figure is not None:
+            from fmu_models.report.figures import check_format
+
+            check_format(self.figure)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import check_page
+
+            check_page(self.interactive)
+
+    def tell(self, found: Pictured, content: dict[str, Any]) -> None:
+        """Write what was found, and say it."""
+        if self.output is not None and self.output.suffix.lower() != STORE:
+            with write_whole(self.output, overwrite=self.overwrite) as temporary:
+                if self.output.suffix.lower() == ".csv":
+                    found.frame.to_csv(temporary, float_format="%.17g")
+                else:
+                    found.to_xarray().to_netcdf(temporary, engine="scipy")
+        if self.figure is not None:
+            found.figure(self.figure, overwrite=self.overwrite)
+        if self.interactive is not None:
+            from fmu_models.report.interactive import write_page
+
+            write_page(found, self.interactive, overwrite=self.overwrite)
+        content["how"] = getattr(found, "how", "")
+        content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
+
+        def show(out: Console) -> None:
+            out.print(found.summary(), markup=False, highlight=False)
+            for row in content.get("failures", [])[:10]:
+                out.print(f"failed: {row}", markup=False)
+            for path in content["files"]:
+                out.print(f"written: {path}")
+
+        console.say(self.json, content, show)
 
 
-def _of_scene(
-    path: str, contacts: str | None, values: Mapping[str, float]
-) -> tuple[Fmu, dict[str, float], tuple[str | None, float | None, int, bool]]:
-    """The FMU of a scene, its values, and what it says of the forcing."""
-    from fmu_models.fmu.fmu import Fmu
-    from fmu_models.scene.compute import arguments
-    from fmu_models.scene.reduce import built_scene
+@dataclass(frozen=True)
+class StoredFiles(Files):
+    """The same of an analysis that makes many runs, whose chunks can be kept as they come."""
 
-    scene = scene_of(path, contacts)
-    how = scene.compute
-    given = arguments(scene, None, parameters=values)
-    moving = [name for name, value in given["inputs"].items() if not isinstance(value, int | float)]
-    if moving:
-        raise StickslipError(f"'{moving[0]}' of scene '{scene.name}' moves; a family of motions takes constant drives.")
-    fmu = Fmu.open(built_scene(scene))
-    forcing = how.forcing if how.forcing in fmu.parameters else None
-    period = None if forcing else how.period
-    if how.forcing is not None and forcing is None:
-        period = (2.0 * math.pi if how.angular else 1.0) / scene.parameters[how.forcing]
-    return fmu, {**given["parameters"], **given["inputs"]}, (forcing, period, how.periods, how.autonomous)
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the table as .csv, the arrays as .nc, or all runs as they come into a .zarr store.",
+        ),
+    ] = None
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an unfinished store: -o run.zarr.")] = False
+
+    @property
+    def store(self) -> Path | None:
+        """The store, where one is asked for."""
+        return self.output if self.output is not None and self.output.suffix.lower() == STORE else None
+
+    def check(self) -> None:
+        """As for ``Files``; a store refuses what is there already by itself."""
+        self._check((*SUFFIXES, STORE), None if self.store else self.output)
+        if self.resume and self.store is None:
+            raise StickslipError("--resume goes on with a store, which keeps the runs: name it, -o run.zarr.")
 
 
-def ranges(given: Sequence[str], count: int) -> dict[str, np.ndarray]:
+@dataclass(frozen=True)
+class Runs:
+    """Who makes the runs."""
+
+    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
+    ] = None
+
+    def options(self, files: StoredFiles) -> dict[str, Any]:
+        """Arguments of an analysis."""
+        kept = {"store": files.store, "resume": files.resume, "overwrite": files.overwrite}
+        return {"workers": self.workers, "scheduler": self.scheduler, **kept}
+
+
+StillFiles = Annotated[Files, Without("interactive")]
+StillStored = Annotated[StoredFiles, Without("interactive")]
+
+
+def ranges(given: Sequence[str], count: int | None) -> dict[str, np.ndarray]:
     """Values by name from arguments NAME=FROM:TO:COUNT.
 
     Raises:
-        StickslipError: another number of them than ``count``, or not of that form.
+        StickslipError: none, another number of them than ``count`` where there is one, or not of that form.
     """
     import numpy as np
 
@@ -150,37 +286,7 @@ def ranges(given: Sequence[str], count: int) -> dict[str, np.ndarray]:
             ) from None
         if number < 1 or len(parts) != 3:
             raise StickslipError(f"A range has three parts, and one value at least; found '{text}'.")
-    if len(found) != count:
-        raise StickslipError(
-            f"{count} range{'s are' if count > 1 else ' is'} needed, found {len(found)}: --over NAME=..."
-        )
+    if len(found) != (count or max(1, len(found))):
+        needed = "1 range is" if count == 1 else f"{count} ranges are" if count else "A range for each axis is"
+        raise StickslipError(f"{needed} needed, found {len(found)}: --over NAME=FROM:TO:COUNT")
     return found
-
-
-def tell(
-    found: Pictured, content: dict[str, Any], output: Path | None, figure: Path | None, overwrite: bool, json: bool
-) -> None:
-    """Write what was found, and say it."""
-    if output is not None:
-        with write_whole(output, overwrite=overwrite) as temporary:
-            if output.suffix.lower() == ".csv":
-                found.frame.to_csv(temporary, float_format="%.17g")
-            else:
-                found.to_xarray().to_netcdf(temporary, engine="scipy")
-    if figure is not None:
-        found.figure(figure, overwrite=overwrite)
-    content["files"] = [str(path) for path in (output, figure) if path]
-
-    def show(out: Console) -> None:
-        out.print(found.summary(), markup=False, highlight=False)
-        for row in content.get("failures", [])[:10]:
-            out.print(f"failed: {row}", markup=False)
-        for path in content["files"]:
-            out.print(f"written: {path}")
-
-    console.say(json, content, show)
-
-
-def finite(value: float) -> float | None:
-    """JSON has neither infinity nor nan: null."""
-    return value if math.isfinite(value) else None

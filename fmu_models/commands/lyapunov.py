@@ -8,30 +8,19 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
 
 
+@bundled
 def lyapunov(
-    model: f.System,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
-    every: f.Every = 1,
-    autonomous: f.Autonomous = False,
-    level: f.Level = None,
-    down: f.Down = False,
-    impacts: f.Impacts = None,
+    section: f.Section,
+    *,
     steps: Annotated[int, typer.Option(help="Steps of the section, all motions together.", min=2)] = 100_000,
     transient: Annotated[int, typer.Option(help="Steps of each motion before that.", min=0)] = 1000,
     motions: Annotated[int, typer.Option(help="Motions that are followed.", min=2)] = 8,
-    workers: f.Workers = None,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    runs: f.Runs,
+    files: f.StillStored,
 ) -> None:
     """Find all Lyapunov exponents of a motion, with their errors.
 
@@ -39,41 +28,31 @@ def lyapunov(
     """
     from fmu_models.analyses.lyapunov import lyapunov as find
 
-    f.check_files(output, figure, overwrite)
-    system = f.system_of(
-        model,
-        settings=settings,
-        contacts=contacts,
-        forcing=forcing,
-        period=period,
-        every=every,
-        autonomous=autonomous,
-        level=level,
-        down=down,
-        impacts=impacts,
-    )
+    files.check()
+    system = section.system()
     with console.progress("exponents") as advance:
         found = find(
             system,
-            f.start_of(model, start),
+            section.starts(),
             periods=steps,
             transient=transient,
             motions=motions,
-            workers=workers,
+            **runs.options(files),
             progress=advance,
         )
     content = {
         "model": system.name,
         # null where every difference is lost
-        "exponents": [f.finite(one) for one in found.values.tolist()],
+        "exponents": [console.finite(one) for one in found.values.tolist()],
         "errors": found.errors.tolist(),
-        "per_time": [f.finite(one) for one in found.per_time.tolist()],
+        "per_time": [console.finite(one) for one in found.per_time.tolist()],
         "per_time_errors": found.per_time_errors.tolist(),
         "unit": found.unit,
         "steps": found.steps,
         "zero": found.zero,
+        "identity": found.identity,
         "lost": found.lost,
         "shares": dict(found.shares),
         "transient": dataclasses.asdict(found.transient) if found.transient else None,
     }
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -106,7 +105,7 @@ def _exponents(iteration: Iteration, start: dict[str, float]) -> dict[str, Any]:
         found = lyapunov(iteration, start, periods=1_000_000, motions=256, progress=advance)
     return {
         # JSON has no infinity: null where every difference is lost in one step
-        "exponents": [value if math.isfinite(value) else None for value in found.values.tolist()],
+        "exponents": [console.finite(value) for value in found.values.tolist()],
         "standard_errors": found.errors.tolist(),
         "steps": found.steps,
     }

@@ -32,7 +32,9 @@ def scene(
         bool, typer.Option("--explain", help="List what is left out and why, and measure what that saves.")
     ] = False,
     csv: Annotated[Path | None, typer.Option(help="Write the results as CSV.")] = None,
-    figure: Annotated[Path | None, typer.Option(help="Draw the phase portraits (png, svg, pdf).")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Draw the phase portraits, or the families (png, svg, pdf).")
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -64,7 +66,10 @@ def scene(
         _draw(read, fmu, rows, figure, overwrite)
     content: dict[str, Any] = {
         "scene": {**dataclasses.asdict(read), "lines": None},
-        "results": [{"at": row.at, "values": row.values} for row in rows],
+        "results": [
+            {"at": row.at, "values": {name: console.finite(value) for name, value in row.values.items()}}
+            for row in rows
+        ],
         "comparisons": [{**dataclasses.asdict(one), "passed": one.passed} for one in comparisons],
         "passed": all(one.passed for one in comparisons),
         "explained": _explained(read) if explain else None,
@@ -151,6 +156,10 @@ def _print_scene(scene: Scene, fmu: Fmu, out: Console) -> None:
 
 
 def _print_results(scene: Scene, rows: tuple[Row, ...], out: Console) -> None:
+    if rows[0].family is not None and rows[0].family is rows[-1].family:
+        out.print(rows[0].family.summary(), markup=False, highlight=False)
+        if len(rows) > 1:  # a sweep: its rows are for a file
+            return
     names = list(dict.fromkeys(name for row in rows for name in row.values))
     over = scene.compute.over
     title = f"{scene.compute.kind}{f' over {over}' if over else ''}"
@@ -205,10 +214,16 @@ def _print_explained(content: dict[str, Any], out: Console) -> None:
 
 
 def _draw(scene: Scene, fmu: Fmu, rows: tuple[Row, ...], path: Path, overwrite: bool) -> None:
-    from fmu_models.report.scene_figure import draw
+    from fmu_models.report.scene_figure import draw, draw_families
 
     over = scene.compute.over
     unit = f" {fmu.variables[over].unit}" if over in fmu.variables and fmu.variables[over].unit else ""
+    families = [row for row in rows if row.family is not None]
+    if families:
+        draw_families(
+            scene.title, f"{over} ({unit.strip()})" if unit else str(over), families, path, overwrite=overwrite
+        )
+        return
     panels = [
         (scene.name if row.at is None else f"{over} = {row.at:g}{unit}", row.trajectory)
         for row in rows

@@ -7,28 +7,17 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
 
 
+@bundled
 def section(
-    model: f.System,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
-    every: f.Every = 1,
-    autonomous: f.Autonomous = False,
-    level: f.Level = None,
-    down: f.Down = False,
-    impacts: f.Impacts = None,
-    points: Annotated[int, typer.Option(help="Points of the section.", min=1)] = 5000,
-    transient: Annotated[int, typer.Option(help="Steps before that.", min=0)] = 500,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    section: f.Section,
+    *,
+    points: Annotated[int | None, typer.Option(help="Points of the section.", min=1, show_default="5000")] = None,
+    transient: Annotated[int | None, typer.Option(help="Steps before that.", min=0, show_default="500")] = None,
+    files: f.StillFiles,
 ) -> None:
     """Take a Poincaré section of a motion.
 
@@ -36,26 +25,14 @@ def section(
     """
     from fmu_models.analyses.poincare import poincare_section
 
-    f.check_files(output, figure, overwrite)
-    system = f.system_of(
-        model,
-        settings=settings,
-        contacts=contacts,
-        forcing=forcing,
-        period=period,
-        every=every,
-        autonomous=autonomous,
-        level=level,
-        down=down,
-        impacts=impacts,
-    )
+    files.check()
+    system = section.system()
     with console.progress("section") as advance:
         found = poincare_section(
             system,
-            f.start_of(model, start),
-            points=points,
-            transient=transient,
+            section.starts(),
+            **section.options("section", points=points, transient=transient),
             progress=advance,
         )
     content = {"model": found.model, "states": list(found.states), "points": found.points.tolist()}
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MANY = 20_000  # variables from which checking a description takes seconds
 SAMPLES = 2001  # output times of a run unless told otherwise: a smooth curve on paper
-METHODS = "auto, dopri5, dop853, stiff, co-simulation"
+METHODS = "auto, dopri5, dop853, stiff, co-simulation, scheduled"
 OWN = "Default: the FMU's own engine if stickslip exported it, otherwise auto."
 
 

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.commands import families as f
+from fmu_models.commands.bundles import Without, bundled
 
 LONGEST = 24  # period that is looked for
 SAMPLES = 64  # of a period of the forcing, of a motion without one
 
 
+@bundled
 def spectrum(
-    model: f.System,
-    settings: Settings = None,
-    start: f.Start = None,
-    contacts: Contacts = None,
-    forcing: f.Forcing = None,
-    period: f.Period = None,
+    section: Annotated[f.Section, Without("every", "autonomous", "level", "down", "impacts")],
+    *,
     variable: Annotated[str | None, typer.Option("--of", help="State or output. [default: the first state]")] = None,
     transient: Annotated[int, typer.Option(help="Periods before that.", min=0)] = 1000,
     lines: Annotated[int, typer.Option(help="Harmonics of the forcing, of a periodic motion.", min=1)] = 8,
     periods: Annotated[int, typer.Option(help="Periods of the forcing, of another motion.", min=32)] = 1024,
-    output: f.Output = None,
-    figure: f.Drawn = None,
-    overwrite: Overwrite = False,
-    json: Json = False,
+    files: f.StillFiles,
 ) -> None:
     """Compute the lines of a periodic motion, or the density of one that is not.
 
@@ -41,13 +35,12 @@ def spectrum(
     from fmu_models.analyses.jobs import Jobs
     from fmu_models.analyses.spectrum import density_spectrum, line_spectrum
     from fmu_models.base.errors import StickslipError
-    from fmu_models.simulation.run import simulate
 
-    f.check_files(output, figure, overwrite)
-    system = f.system_of(model, settings=settings, contacts=contacts, forcing=forcing, period=period)
+    files.check()
+    system = section.system()
     if not isinstance(system, Strobe):
-        raise StickslipError(f"'{model}' is a map, whose steps have no spectrum in Hz. Name an oscillator.")
-    begin = system.start(f.start_of(model, start))
+        raise StickslipError(f"'{section.model}' is a map, whose steps have no spectrum in Hz. Name an oscillator.")
+    begin = system.start(section.starts())
     with console.progress("settling") as advance:
         rows = system.make(Jobs(begin[None], transient=transient, rows=2 * LONGEST, longest=LONGEST), progress=advance)
     motion = claimed(system, rows, longest=LONGEST).motions[0]
@@ -57,9 +50,8 @@ def spectrum(
         if not rows.filled[0]:
             raise StickslipError(f"The motion ends before it is settled: {next(iter(rows.messages.values()), 'lost')}.")
         length = float(system.periods({}, 1)[0])
-        run: dict[str, Any] = system.as_run(rows.ends[0])
-        times = np.arange(periods * SAMPLES) * (length / SAMPLES)
-        found = density_spectrum(simulate(system.fmu, float(times[-1]), output_times=times, **run), variable)
+        times = np.arange(periods * SAMPLES, dtype=float) * (length / SAMPLES)
+        found = density_spectrum(system.trajectory(rows.ends[0], times), variable)
     content = {
         "model": system.name,
         "of": found.of,
@@ -71,4 +63,4 @@ def spectrum(
         "low": found.low.tolist(),
         "high": found.high.tolist(),
     }
-    f.tell(found, content, output, figure, overwrite, json)
+    files.tell(found, content)

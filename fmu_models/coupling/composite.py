@@ -17,6 +17,7 @@ from fmu_models.coupling.order import Port, Stage, discrete, stages
 from fmu_models.coupling.wiring import unit_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request
+from fmu_models.importer.clocks import refuse_clocks
 
 if TYPE_CHECKING:
     from fmu_models.coupling.system import CoupledSystem
@@ -68,6 +69,7 @@ class Composite:
         self.instances: list[instance.Instance] = []
         try:
             for unit in system.units.values():
+                refuse_clocks(unit.fmu, "a coupling")
                 self.instances.append(instance.Instance(unit.fmu, co_simulation=co_simulation))
         except BaseException:
             self.close()
@@ -182,7 +184,7 @@ class Composite:
                     **{"name": f"{unit}.{name}", "valueReference": len(units), "type": "Real", "shape": ()},
                     **{"causality": causality, "variability": v.variability, "initial": v.initial, "start": v.start},
                     **{"min": v.min, "max": v.max, "nominal": None, "unit": unit_of(fmu, v), "declaredType": None},
-                    **{"description": v.description, "derivative": None},
+                    **{"description": v.description, "derivative": None, "clocks": None},
                 )
                 units.append(i)
                 types.append(types_of(fmu)[str(v.type)])

@@ -152,7 +152,7 @@ class _Run:
             np.array(list(given.values()), dtype=float),
         )
         calls = byref(self.composite.calls)
-        self._checked(library().coupling_write(calls, byref(chosen.c()), values.ctypes.data), "setting its values")
+        self._checked(library().coupling_write(calls, byref(chosen.c), values.ctypes.data), "setting its values")
         for function in (F.ENTER_INITIALIZATION, F.EXIT_INITIALIZATION):
             self._checked(library().coupling_plain(calls, function), "initialization")
         for one in self.steppers:
@@ -242,7 +242,7 @@ class _Run:
 
     def _observed(self) -> NDArray[np.float64]:
         values = np.zeros(len(self.controlled.names))
-        calls, chosen = byref(self.composite.calls), self.controlled.c()
+        calls, chosen = byref(self.composite.calls), self.controlled.c
         self._checked(library().coupling_read(calls, byref(chosen), values.ctypes.data), "reading states")
         return np.concatenate([values, self.y])
 
@@ -310,7 +310,7 @@ class _Run:
 
     def _record(self) -> NDArray[np.float64]:
         values = np.zeros(len(self.recorded.names))
-        calls, chosen = byref(self.composite.calls), self.recorded.c()
+        calls, chosen = byref(self.composite.calls), self.recorded.c
         self._checked(library().coupling_read(calls, byref(chosen), values.ctypes.data), "reading values")
         return values
 

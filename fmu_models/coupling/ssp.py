@@ -64,6 +64,18 @@ def read(path: Path) -> CoupledSystem:
         return system
 
 
+def read_parameter_set(path: Path) -> list[tuple[str, float, str | None]]:
+    """Names, values and units of an .ssv file.
+
+    Raises:
+        StickslipError: it cannot be read, or holds something else.
+    """
+    root = _parsed(path, f"'{path}'")
+    if not root.tag.endswith("}ParameterSet"):
+        raise StickslipError(f"'{path}' is no parameter set (.ssv). 'stickslip apply FIT -o FILE.ssv' writes one.")
+    return [(one.name, one.value, one.unit) for one in _values(root, f"'{path}'", "")]
+
+
 class _NoDoctype(ElementTree.TreeBuilder):
     def doctype(self, *_: object) -> None:
         # with it come entities: files of this machine read in, and a few bytes that grow to gigabytes

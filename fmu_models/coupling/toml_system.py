@@ -27,8 +27,17 @@ NUMBERS = {"step": "s", "tolerance": "1", "start_time": "s", "stop_time": "s"}
 VALUES = ("parameters", "start", "inputs")
 
 
-def read_system(path: str | os.PathLike[str]) -> CoupledSystem:
-    """The system in a TOML, .ssd or .ssp file.
+def is_system(path: str) -> bool:
+    """Whether a path, or the name of one that comes along, is that of a system of FMUs."""
+    try:
+        file = named_file(path, shipped.files("systems"), "system")
+    except StickslipError:
+        return False
+    return file.suffix in (".ssp", ".ssd") or (file.suffix == ".toml" and "units" in read_document(file).data)
+
+
+def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0") -> CoupledSystem:
+    """The system in a TOML, .ssd or .ssp file; fmi_version: of the FMUs that are built for it.
 
     Raises:
         StickslipError: no such file, not readable, or a system that does not fit together; says where.
@@ -39,7 +48,7 @@ def read_system(path: str | os.PathLike[str]) -> CoupledSystem:
     document = read_document(path)
     document.check_keys(("units", "connections", "solver", "adaptive", "outputs", *NUMBERS))
     given = document.data
-    units = {name: _unit(document, name) for name in document.table("units")}
+    units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
     numbers = {key: document.value(given[key], unit, key) for key, unit in NUMBERS.items() if key in given}
     try:
         return CoupledSystem(
@@ -55,7 +64,7 @@ def read_system(path: str | os.PathLike[str]) -> CoupledSystem:
         raise document.fault(str(error), *error.place) from error
 
 
-def _unit(document: Document, name: str) -> Unit:
+def _unit(document: Document, name: str, fmi_version: str) -> Unit:
     place = ("units", name)
     document.check_keys(("fmu", "model", "contacts", *VALUES), *place)
     table = document.table(*place)
@@ -67,7 +76,8 @@ def _unit(document: Document, name: str) -> Unit:
         raise document.fault("contacts are chosen from a model; an FMU is as it is.", *place, "contacts")
     try:
         folder = document.path.parent
-        fmu = Fmu.open(folder / source if kind == "fmu" else built(source, contacts=contacts, beside=folder))
+        options = {"contacts": contacts, "beside": folder, "fmi_version": fmi_version}
+        fmu = Fmu.open(folder / source if kind == "fmu" else built(source, **options))
     except StickslipError as error:
         raise document.fault(f"unit '{name}': {error}", *place, kind) from error
     return Unit(fmu, **{key: document.numbers(*place, key) for key in VALUES})

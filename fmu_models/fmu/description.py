@@ -179,8 +179,6 @@ def _look_over(xml: Path, where: str, element: Callable[[int, str, dict[str, str
 def _check(path: Path, description: ModelDescription) -> None:
     """What reads well and yet leaves it open what is meant."""
     where = f"'{path}': modelDescription.xml"
-    if description.modelExchange is None and description.coSimulation is None:
-        raise StickslipError(f"{where} has Scheduled Execution only; Model Exchange and Co-Simulation are simulated.")
     names: set[str] = set()
     for variable in description.modelVariables:
         name, reference = variable.name, variable.valueReference

@@ -101,7 +101,16 @@ class Fmu(Shown):
 
     @property
     def ours(self) -> bool:
-        """Whether this suite exported it, as it says; then its own engine can make a run."""
+        """Whether this suite exported it, as it says, with states that flow; then its own engine can make a run."""
+        return self._from_here and bool(self.description.derivatives)
+
+    @property
+    def is_map(self) -> bool:
+        """Whether this suite made it of a map: what it shows changes at its time events alone."""
+        return self._from_here and not self.description.derivatives
+
+    @property
+    def _from_here(self) -> bool:
         return str(self.description.generationTool).startswith("stickslip ")
 
     def suggested_times(self) -> tuple[float, float]:
@@ -128,8 +137,13 @@ class Fmu(Shown):
     @cached_property
     def inputs(self) -> list[str]:
         """Names of the inputs, without their rates."""
-        names = [name for name, v in self.variables.items() if v.causality == "input"]
+        names = [name for name, v in self.variables.items() if v.causality == "input" and v.type != "Clock"]
         return [name for name in names if not (name.endswith("_rate") and name.removesuffix("_rate") in names)]
+
+    @cached_property
+    def clocks(self) -> list[str]:
+        """Names of the clocks (FMI 3)."""
+        return [name for name, v in self.variables.items() if v.type == "Clock"]
 
     @cached_property
     def states(self) -> list[str]:
@@ -145,7 +159,8 @@ class Fmu(Shown):
     @cached_property
     def outputs(self) -> list[str]:
         """Names of the outputs, without the states of contacts."""
-        return [name for name, v in self.variables.items() if v.causality == "output" and v.variability == "continuous"]
+        kinds = ("continuous", "discrete") if self.is_map else ("continuous",)
+        return [name for name, v in self.variables.items() if v.causality == "output" and v.variability in kinds]
 
     @cached_property
     def contacts(self) -> list[str]:

@@ -15,7 +15,7 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
-from fmu_models.codegen.package import export
+from fmu_models.codegen.package import Packaging, export
 from fmu_models.codegen.rights import ENGINE_LICENSE, FOLDER, Rights
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators import MODELS
@@ -67,14 +67,19 @@ def _options(fmu: Fmu, name: str, folder: Path) -> dict[str, Any]:
     mechanism = MODELS.load(name)
     declared = {p.name: p.value for p in mechanism.parameters}
     starts = {name: float(str(fmu.variables[name].start)) for name in fmu.parameters}
-    shown = [name for name in fmu.contacts if fmu.variables[f"{name}_state"].causality == "output"]
+    shown = {
+        "states" if v.type != "Clock" else "clocks"
+        for name, v in fmu.variables.items()
+        if v.causality == "output" and (v.type == "Clock" or name.removesuffix("_state") in fmu.contacts)
+    }
     all_contacts = [contact.name for contact in mechanism.contacts]
     return {
         "contacts": None if set(fmu.contacts) == set(all_contacts) else list(fmu.contacts),
         "values": {key: value for key, value in starts.items() if declared.get(key, value) != value},
-        "contact_states": bool(shown),
-        "rights": _rights(fmu, folder),
-        "platforms": sorted(place.name for place in (fmu.folder / "binaries").iterdir()),
+        "expose": sorted(shown),
+        "packaging": Packaging(
+            _rights(fmu, folder), sorted(place.name for place in (fmu.folder / "binaries").iterdir())
+        ),
         "fmi_version": f"{fmu.fmi}.0",
     }
 

@@ -18,14 +18,21 @@ from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import instance, request
+from fmu_models.importer import instance, request, structure
+from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
 
 _C = declarations("importer/c/master.h")
 METHODS = {n.lower().replace("_", "-"): k for n, k in vars(_C.constants("MethodChoice", "METHOD_")).items()}
-NAMES = {"dopri5": "Dormand-Prince 5(4)", "dop853": "Dormand-Prince 8(5,3)", "stiff": "Radau IIA of order 5"}
+CO_SIMULATION, SCHEDULED = "co-simulation", "scheduled"
+NAMES = {
+    "scheduled": "scheduled execution",
+    "dopri5": "Dormand-Prince 5(4)",
+    "dop853": "Dormand-Prince 8(5,3)",
+    "stiff": "Radau IIA of order 5",
+}
 EVENT_KINDS = {number: name.lower() for name, number in vars(_C.constants("EventKind", "EVENT_")).items()}
 ON_ZENO = {name.lower(): number for name, number in vars(ZENO).items()}
 EVENT_CAPACITY = 4096
@@ -41,15 +48,20 @@ def simulate_any(
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
     on_zeno: str = "stop",
+    parameters: Mapping[str, float] | None = None,
     **options: Any,
 ) -> Trajectory:
-    """Run an FMU once; ``options`` are those of ``Driver.run``.
+    """Run an FMU once; ``options`` are those of ``Driver.run``, ``parameters`` may be structural ones too.
 
     Raises:
         StickslipError: see ``Driver``.
     """
-    with Driver(fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno) as driver:
-        return driver.run(stop_time, **options)
+    fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+    sizes, others = structure.split(fmu, parameters or {})
+    with Driver(
+        fmu, method=method, tolerance=tolerance, record=record, on_zeno=on_zeno, structural_parameters=sizes
+    ) as driver:
+        return driver.run(stop_time, parameters=others, **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +84,11 @@ class Driver(Shown):
     Args:
         fmu: an opened FMU or its file.
         method: "dopri5", "dop853" (explicit), "stiff", "auto" (begins explicit, changes to stiff where stability limits
-            the steps) for Model Exchange; "co-simulation". An FMU without Model Exchange is co-simulated by "auto".
+            the steps) for Model Exchange; "co-simulation"; "scheduled" (execution). By "auto" an FMU without Model
+            Exchange is co-simulated, and one without either is scheduled.
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
         record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+        structural_parameters: values of those on which sizes of arrays depend (FMI 3).
         on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
             as they are there, if nothing else moves), "continue" (whatever the FMU does then).
 
@@ -90,6 +104,7 @@ class Driver(Shown):
         tolerance: float = 1e-8,
         record: Sequence[str] | None = None,
         on_zeno: str = "stop",
+        structural_parameters: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
             raise StickslipError(f"There is no method '{method}'.{nearest(method, METHODS)}")
@@ -98,30 +113,49 @@ class Driver(Shown):
             raise StickslipError(f"The tolerance must lie between {least:g} and {most:g}, found {tolerance:g}.")
         if on_zeno not in ON_ZENO:
             raise StickslipError(f"Where events accumulate a run can {', '.join(ON_ZENO)}; found '{on_zeno}'.")
-        self.fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        self._opened = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
+        self._structure = dict(structural_parameters or {})
+        self.fmu = structure.configured(self._opened, self._structure)
         if method == "auto" and self.fmu.description.modelExchange is None:
-            method = "co-simulation"
-        if method == "co-simulation" and on_zeno != "stop":
-            raise StickslipError(f"'{on_zeno}' where events accumulate belongs to methods of integration.")
+            method = CO_SIMULATION if self.fmu.description.coSimulation else SCHEDULED
+        integrates = method not in (CO_SIMULATION, SCHEDULED)
+        if not integrates and on_zeno == "hold":
+            raise StickslipError(f"'hold' where events accumulate belongs to methods of integration, found {method}.")
+        if method == CO_SIMULATION and self.fmu.ours:
+            on_zeno = "continue"  # its contacts come to rest
         if record is not None:
             request.check_recorded(self.fmu, record)
         self.method, self.tolerance = method, float(tolerance)
+        if method == CO_SIMULATION and self.fmu.description.coSimulation:
+            check_event_mode(self.fmu, offered=bool(self.fmu.description.coSimulation.hasEventMode))
         self._instance = self._load()
-        self._states = self._instance.states if method != "co-simulation" else []
+        if method == CO_SIMULATION and not self._instance.calls.event_mode:
+            try:
+                check_event_mode(self.fmu, offered=False)
+            except StickslipError:
+                self._instance.close()
+                raise
+        self._states = self._instance.states if integrates else []
         names = list(record) if record is not None else request.recordable(self.fmu)
-        if method == "co-simulation":
+        if not integrates:
             owners = dict.fromkeys(owner(name, self.fmu.variables) for name in self._instance.states)
             names = [*(name for name in owners if name in self.fmu.variables and name not in names), *names]
         given = {owner(name, self.fmu.variables) for name in self._states}
-        self._recorded = request.Selection.of(self.fmu, [name for name in names if name not in given])
-        if not (self._states or self._recorded.names):
+        names_left = [name for name in names if name not in given]
+        self.clocks = Clocks(self.fmu, names_left)
+        clocked = set(self.clocks.recorded.names)
+        unclocked = [name for name in names_left if not (self.clocks.all and self.fmu.variables[name].clocks)]
+        self._recorded = request.Selection.of(self.fmu, unclocked)
+        if not (self._states or self._recorded.names or clocked):
             self._instance.close()
             raise StickslipError(_nothing(self.fmu))
         shapes = {name: v.shape for name, v in self.fmu.variables.items() if v.shape}
         self._arrays = {n: shapes[n] for n in (*given, *names) if n in shapes}
         self._library = instance.master_library()
         self._master = self._library.master_new(
-            ctypes.byref(self._instance.calls), len(self.fmu.variables), len(self._recorded.names)
+            ctypes.byref(self._instance.calls),
+            len(self.fmu.variables),
+            max(len(self._recorded.names), len(self.clocks.recorded.names)),
         )
         if not self._master:
             self._instance.close()
@@ -132,12 +166,16 @@ class Driver(Shown):
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
+        unrecordable = ", ".join(request.unrecordable(self.fmu))
+        self._missing = f"; not recorded, for they are no numbers: {unrecordable}" if unrecordable else ""
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
         # what all runs have in common
         self._blank = instance.Run(
             tolerance=self.tolerance,
             method=METHODS[method],
-            recorded=self._recorded.c(),
+            recorded=self._recorded.c,
+            n_clocks=len(self.clocks.all),
+            clocked=self.clocks.recorded.c,
             event_capacity=EVENT_CAPACITY,
             on_zeno=ON_ZENO[on_zeno],
             events=request.address(self._events),
@@ -147,7 +185,8 @@ class Driver(Shown):
         )
 
     def _load(self) -> instance.Instance:
-        return instance.Instance(self.fmu, co_simulation=self.method == "co-simulation")
+        by = {"co_simulation": self.method == CO_SIMULATION, "scheduled": self.method == SCHEDULED}
+        return instance.Instance(self.fmu, structure=self._structure, **by)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "method": self.method, "tolerance": self.tolerance}
@@ -195,22 +234,26 @@ class Driver(Shown):
         """
         times = request.output_times(output_times, start_time, stop_time)
         initial = request.start_values(self.fmu, parameters or {}, start or {})
-        table = request.table(self.fmu, inputs or {}, start_time, stop_time)
-        if self.method == "co-simulation":
+        ticking, others = self.clocks.split(inputs or {}, start_time)
+        table = request.table(self.fmu, others, start_time, stop_time)
+        between = table
+        if self.method == CO_SIMULATION:
             times, table = self._communication(
                 times if output_times is not None else None, table, start_time, stop_time, communication_step
             )
         elif communication_step is not None:
             raise StickslipError(f"A communication step belongs to the method 'co-simulation', not to '{self.method}'.")
-        prepared = self._prepare(times, initial, table, start_time, stop_time)
+        prepared = self._prepare(times, initial, table, start_time, stop_time, ticking)
+        prepared.c.n_shown, prepared.c.shown_times = between.times.size, request.address(between.times)
+        prepared.c.shown_values, prepared.c.shown_rates = map(request.address, (between.values, between.slopes))
         prepared.c.first_step = _length("first", first_step)
         prepared.c.longest_step = _length("longest", longest_step)
         events: list[ForeignEvent] = []
         status = RUN.MORE
         while status == RUN.MORE:
             status = self._call(prepared)
-            events += self._take_events(prepared.c.n_events)
-            prepared.c.n_events = 0
+            events += self._take_events(prepared)
+            prepared.c.n_events = prepared.c.n_ticks = 0
             if progress:
                 progress(prepared.c.next_time / max(1, times.size))
         if status not in (RUN.DONE, RUN.TERMINATED):
@@ -234,8 +277,13 @@ class Driver(Shown):
         Raises:
             StickslipError: as for ``run``; columns of different length; a co-simulation.
         """
-        if self.method == "co-simulation":
+        if self.method in (CO_SIMULATION, SCHEDULED):
             raise StickslipError("A sweep needs a method of integration; run a co-simulation once per value.")
+        if self.clocks.recorded.names:
+            raise StickslipError(
+                f"A sweep records no variables that have clocks, as '{self.clocks.recorded.names[0]}'. Run once per "
+                "value."
+            )
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
         columns = {name: np.array(column, dtype=float) for name, column in values.items()}
         sizes = {column.shape for column in columns.values()}
@@ -307,6 +355,7 @@ class Driver(Shown):
         table: request.Table,
         start_time: float,
         stop_time: float,
+        ticking: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> _Prepared:
         key = tuple(initial)
         if key not in self._starts:
@@ -317,12 +366,22 @@ class Driver(Shown):
         values = np.empty((times.size, len(self._recorded.names)))
         c = instance.Run.from_buffer_copy(self._blank)
         c.start, c.stop, c.n_times = start_time, stop_time, times.size
-        c.starts, c.start_values = starts.c(), request.address(start_values)
+        c.starts, c.start_values = starts.c, request.address(start_values)
         c.times, c.states, c.values = map(request.address, (times, states, values))
-        c.inputs, c.n_knots = table.inputs.c(), table.times.size
+        c.inputs, c.n_knots = table.inputs.c, table.times.size
         c.knot_times, c.knot_values = request.address(table.times), request.address(table.values)
         c.knot_rates, c.knot_jumps = request.address(table.slopes), request.address(table.jumps)
-        return _Prepared(c, start_values, states, values, (starts, table, times))
+        clocks, kept, ticks = self.clocks.c(ticking or {})
+        clocked = np.empty((times.size, len(self.clocks.recorded.names)))
+        c.clocks, c.kept, c.clocked_values = ctypes.addressof(clocks), ctypes.addressof(kept), request.address(clocked)
+        c.ticks, c.tick_capacity = request.address(ticks), ticks.size
+        shown = np.zeros(len(table.inputs.names), dtype=np.int32)
+        if self.method == CO_SIMULATION:
+            owners = [self.fmu.variables[owner(name, self.fmu.variables)] for name in table.inputs.names]
+            shown[:] = [self._instance.shows(v) for v in owners]
+        c.shown_inputs = request.address(shown)
+        used = starts, table, times, ticking, kept, shown
+        return _Prepared(c, start_values, states, values, clocked, clocks, ticks, used)
 
     def _call(self, prepared: _Prepared) -> int:
         if not self._finalizer.alive:
@@ -335,7 +394,14 @@ class Driver(Shown):
         self._instance.calls.resets = 1
         return status
 
-    def _take_events(self, n: int) -> Iterator[ForeignEvent]:
+    def _take_events(self, prepared: _Prepared) -> Iterator[ForeignEvent]:
+        n, names = prepared.c.n_events, self.clocks.names
+        ticks: dict[float, list[str]] = {}
+        for time, clock in prepared.ticks[: prepared.c.n_ticks].tolist():
+            ticks.setdefault(time, []).append(names[clock])
+        yield from merged(self._events_of(n), ticks) if ticks else self._events_of(n)
+
+    def _events_of(self, n: int) -> Iterator[ForeignEvent]:
         if not n:
             return
         rows = zip(self._events[:n].tolist(), self._event_states[:n].tolist(), strict=True)
@@ -362,16 +428,23 @@ class Driver(Shown):
             column = prepared.values[:n, k]
             whole = int(self._recorded.types[k]) not in instance.FLOATS
             values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
+        for k, name in enumerate(self.clocks.recorded.names):
+            column = prepared.clocked[:n, k]
+            whole = int(self.clocks.recorded.types[k]) not in instance.FLOATS
+            values[name] = column.astype(np.int64) if whole else np.ascontiguousarray(column)
         if not self._units:
             owners = {name: variables.get(owner(name, variables)) for name in values}
             self._units |= {name: str((v and v.unit) or "1") for name, v in owners.items()}
         note = _note(self.method, prepared.c)
-        if self.method == "co-simulation" and self._instance.remark:
+        if prepared.c.jacobians and self._instance.calls.directional:
+            note += ", Jacobians by the FMU's directional derivatives"
+        if self.method == CO_SIMULATION and self._instance.remark:
             note += f", {self._instance.remark}"
+        if silent := self.clocks.silent(prepared.clocks):
+            note += f"; {silent}"
         if status == RUN.TERMINATED:
             note += f"; {self._end(prepared.c)}"
-        if unrecordable := request.unrecordable(self.fmu):
-            note += f"; not recorded, for they are no numbers: {', '.join(unrecordable)}"
+        note += self._missing
         steps, evaluations = prepared.c.steps, prepared.c.evaluations
         return Trajectory(times[:n], values, self._units, events, steps, evaluations, note, arrays=self._arrays)
 
@@ -384,6 +457,9 @@ class _Prepared:
     start_values: NDArray[np.float64]
     states: NDArray[np.float64]
     values: NDArray[np.float64]
+    clocked: NDArray[np.float64]
+    clocks: Any
+    ticks: NDArray[Any]
     kept: tuple[object, ...]
 
 
@@ -410,9 +486,7 @@ def _length(which: str, given: float | None) -> float:
 
 def _note(method: str, c: Any) -> str:
     """The method of a run in words."""
-    if method == "co-simulation":
-        return "co-simulation"
-    note = NAMES.get(method, NAMES["dop853"])
+    note = NAMES.get(method, method if method in (CO_SIMULATION, SCHEDULED) else NAMES["dop853"])
     if method == "auto" and c.n_switches:
         note += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:
@@ -422,4 +496,8 @@ def _note(method: str, c: Any) -> str:
         note += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"
     if c.slides:
         note += f"; {c.slides} sliding motion{'s' if c.slides > 1 else ''} by the convex mean of the fields"
+    if c.most_surfaces > 1:
+        note += f", along {c.most_surfaces} surfaces at once"
+    if c.by_convention:
+        note += " (their fields are no sum of one term for each surface: the mean is a convention there)"
     return note

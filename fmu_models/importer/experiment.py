@@ -185,7 +185,8 @@ def _build_libraries(fmu: Fmu, *, master: bool) -> None:
         from fmu_models.importer.instance import master_library
 
         master_library()
-    for interface in (fmu.description.modelExchange, fmu.description.coSimulation):
+    stated = fmu.description
+    for interface in (stated.modelExchange, stated.coSimulation, stated.scheduledExecution):
         if interface is not None:
             library.library(fmu, str(interface.modelIdentifier))
 

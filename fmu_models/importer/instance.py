@@ -5,8 +5,9 @@ from __future__ import annotations
 import ctypes
 import sys
 import weakref
+from collections.abc import Collection
 from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, c_void_p
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -46,9 +47,16 @@ FUNCTIONS: dict[int, tuple[str | None, str | None]] = {
     F.NOMINALS: ("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
     F.DIRECTIONAL: ("GetDirectionalDerivative", "GetDirectionalDerivative"),
     F.DO_STEP: ("DoStep", "DoStep"),
+    F.SET_CLOCK: (None, "SetClock"),
+    F.GET_CLOCK: (None, "GetClock"),
+    F.GET_INTERVAL: (None, "GetIntervalDecimal"),
+    F.GET_SHIFT: (None, "GetShiftDecimal"),
+    F.ACTIVATE: (None, "ActivateModelPartition"),
     F.TERMINATE: ("Terminate", "Terminate"),
     F.BOOLEAN_STATUS: ("GetBooleanStatus", None),
     F.REAL_STATUS: ("GetRealStatus", None),
+    F.ENTER_CONFIGURATION: (None, "EnterConfigurationMode"),
+    F.EXIT_CONFIGURATION: (None, "ExitConfigurationMode"),
 }
 # the type that carries a variable of a type of FMI 2 or FMI 3
 TYPES2 = {"Real": T.FLOAT64, "Integer": T.INT32, "Enumeration": T.INT32, "Boolean": T.BOOLEAN}
@@ -101,6 +109,7 @@ def master_library() -> ctypes.CDLL:
         made = ctypes.CDLL(str(file))
     made.master_new.restype, made.master_new.argtypes = c_void_p, (POINTER(FmuInstance), c_int64, c_int64)
     made.master_free.restype, made.master_free.argtypes = None, (c_void_p,)
+    made.fmi_configure.restype, made.fmi_configure.argtypes = c_int, (POINTER(FmuInstance),)
     made.master_run.restype, made.master_run.argtypes = c_int32, (c_void_p, POINTER(Run))
     return made
 
@@ -112,7 +121,13 @@ class _Callbacks(ctypes.Structure):
 
 
 class Instance:
-    """One instance of an FMU, for Model Exchange or Co-Simulation; ``calls`` is what the master takes.
+    """One instance of an FMU, for one of its interfaces; ``calls`` is what the master takes.
+
+    Without ``co_simulation`` and ``scheduled`` that is Model Exchange.
+
+    Args:
+        structure: names of the structural parameters to set to the start values that ``fmu`` says, which differ from
+            those of the library.
 
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
@@ -122,16 +137,24 @@ class Instance:
         StickslipError: the FMU has no such interface or library, lacks a function, or refuses to be instantiated.
     """
 
-    def __init__(self, fmu: Fmu, *, co_simulation: bool) -> None:
+    def __init__(
+        self,
+        fmu: Fmu,
+        *,
+        co_simulation: bool = False,
+        scheduled: bool = False,
+        structure: Collection[str] = (),
+    ) -> None:
         self.fmu = fmu
-        self.co_simulation = co_simulation
+        self.co_simulation, self.scheduled = co_simulation, scheduled
         self.log = Log()
         self.remark = ""
         self._callbacks: _Callbacks | None = None
-        self.calls = FmuInstance()
-        interface = fmu.description.coSimulation if co_simulation else fmu.description.modelExchange
+        self.calls = FmuInstance(log=ctypes.addressof(self.log))
+        kind = "scheduledExecution" if scheduled else "coSimulation" if co_simulation else "modelExchange"
+        interface = getattr(fmu.description, kind)
         if interface is None:
-            raise StickslipError(_no_interface(fmu, co_simulation))
+            raise StickslipError(_no_interface(fmu, kind))
         file = library_file(fmu, str(interface.modelIdentifier))
         try:
             self.dll = ctypes.CDLL(str(file))
@@ -149,6 +172,7 @@ class Instance:
         free = self._function("FreeInstance")
         free.restype, free.argtypes = None, (c_void_p,)
         self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
+        self._configure(structure)
         self._size()
 
     def close(self) -> None:
@@ -178,13 +202,22 @@ class Instance:
         derivatives = FUNCTIONS[F.GET_DERIVATIVES][self.fmu.fmi - 2]
         update = FUNCTIONS[F.UPDATE][self.fmu.fmi - 2]
         needed = ["DoStep"] if self.co_simulation else [*MODEL_EXCHANGE, str(derivatives), str(update)]
+        if self.scheduled:
+            needed = ["ActivateModelPartition"]
+        if any(v.type == "Clock" for v in self.fmu.variables.values()):
+            needed += ["GetClock", "GetIntervalDecimal", "GetShiftDecimal", "SetClock"]
         for name in (*COMMON, *needed):
             self._function(name)
+        self._early = self._shows = False
+        if self.scheduled:
+            return
         if not self.co_simulation:
             calls.completes = bool(interface.needsCompletedIntegratorStep)
             calls.directional = _directional(self.fmu, interface) and calls.function[F.DIRECTIONAL] is not None
         elif self.fmu.fmi == 3:
             calls.event_mode = bool(interface.hasEventMode)
+            returns = interface.mightReturnEarlyFromDoStep or interface.canReturnEarlyAfterIntermediateUpdate
+            self._early, self._shows = bool(returns), bool(interface.providesIntermediateUpdate)
 
     def _instantiate(self) -> int | None:
         library = master_library()
@@ -210,6 +243,11 @@ class Instance:
         where = (str(resources) + "/").encode() if resources.is_dir() else None
         boolean = ctypes.c_bool
         common = (c_char_p, c_char_p, c_char_p, boolean, boolean)
+        if self.scheduled:
+            make = self._function("InstantiateScheduledExecution")
+            make.restype, make.argtypes = c_void_p, (*common, *[c_void_p] * 5)
+            told, lock = (ctypes.cast(f, c_void_p) for f in (library.master_told, library.master_no_lock))
+            return make(name, token, where, False, True, environment, logger, told, lock, lock)
         if not self.co_simulation:
             make = self._function("InstantiateModelExchange")
             make.restype, make.argtypes = c_void_p, (*common, c_void_p, c_void_p)
@@ -218,7 +256,42 @@ class Instance:
         make.restype = c_void_p
         make.argtypes = (*common, boolean, boolean, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
         events = bool(self.calls.event_mode)
-        return make(name, token, where, False, True, events, events, None, 0, environment, logger, None)
+        early = events or self._early
+        shown = np.array([v.valueReference for v in self.fmu.variables.values() if self.shows(v)], dtype=np.uint32)
+        look = ctypes.cast(library.master_look, c_void_p) if self._shows else None
+        switches = False, True, events, early
+        return make(name, token, where, *switches, shown.ctypes.data, shown.size, environment, logger, look)
+
+    def shows(self, variable: Any) -> bool:
+        """Whether it is an input that may be set inside a step."""
+        offered = self.co_simulation and self.fmu.fmi == 3 and self._shows
+        return bool(offered and variable.causality == "input" and variable.name in self._intermediate)
+
+    @cached_property
+    def _intermediate(self) -> frozenset[str]:
+        """Names of the variables that may be accessed inside a step; fmpy does not tell."""
+        variables = ElementTree.parse(self.fmu.folder / "modelDescription.xml").find("ModelVariables")
+        marked = [] if variables is None else [e for e in variables if e.get("intermediateUpdate") in ("true", "1")]
+        return frozenset(element.get("name", "") for element in marked)
+
+    def _configure(self, names: Collection[str]) -> None:
+        """Sizes of arrays, again after every reset."""
+        if not names:
+            return
+        for function in ("EnterConfigurationMode", "ExitConfigurationMode"):
+            self._function(function)
+        variables = [self.fmu.variables[name] for name in names]
+        values = np.array([float(str(v.start)) for v in variables])
+        types = np.array([TYPES3[str(v.type)] for v in variables], dtype=np.int32)
+        references = np.array([v.valueReference for v in variables], dtype=np.uint32)
+        calls, self._structure = self.calls, (values, types, references)
+        calls.structure = Variables(len(values), types.ctypes.data, references.ctypes.data, None)
+        calls.structure_values = values.ctypes.data
+        if master_library().fmi_configure(byref(calls)) >= STATUS.DISCARD:
+            asked = ", ".join(f"{v.name} = {v.start}" for v in variables)
+            said = self.message()
+            self.close()
+            raise StickslipError(f"'{self.fmu.path}' refuses the sizes {asked}: {said or 'it says nothing'}")
 
     def _size(self) -> None:
         """Names and numbers of states and indicators; an array counts with its elements."""
@@ -229,7 +302,7 @@ class Instance:
             name for _, state in pairs if state for name in element_names(str(state.name), state.shape or ())
         ]
         calls = self.calls
-        if self.co_simulation:
+        if self.co_simulation or self.scheduled:
             return
         calls.n_states, calls.n_indicators = len(self.states), self.fmu.description.numberOfEventIndicators
         if self.fmu.fmi == 3:
@@ -240,6 +313,7 @@ class Instance:
                 if function(calls.instance, byref(count)) < 2:
                     setattr(calls, field, count.value)
         if calls.n_states != len(self.states):
+            self.close()
             raise StickslipError(
                 f"'{self.fmu.path}': the FMU has {calls.n_states} continuous states, "
                 f"its description lists {len(self.states)}."
@@ -254,7 +328,7 @@ def _release(free: Any, pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
     unload(dll)
 
 
-def _no_interface(fmu: Fmu, co_simulation: bool) -> str:
+def _no_interface(fmu: Fmu, kind: str) -> str:
     has = [
         name for name in ("modelExchange", "coSimulation", "scheduledExecution") if getattr(fmu.description, name, None)
     ]
@@ -264,8 +338,8 @@ def _no_interface(fmu: Fmu, co_simulation: bool) -> str:
         "scheduledExecution": "Scheduled Execution",
     }
     listed = " and ".join(words[name] for name in has) or "no interface at all"
-    if co_simulation:
-        return f"'{fmu.path}' offers {listed}, but no Co-Simulation. Leave the method out, or choose 'auto'."
+    if kind != "modelExchange":
+        return f"'{fmu.path}' offers {listed}, but no {words[kind]}. Leave the method out, or choose 'auto'."
     return (
         f"'{fmu.path}' offers {listed}, but no Model Exchange, which methods of integration need. "
         "Choose the method 'co-simulation'."

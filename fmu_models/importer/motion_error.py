@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.importer import instance
+from fmu_models.importer.clocks import clocks_of
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
 
 RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
+METHOD = declarations("importer/c/master.h").constants("MethodChoice", "METHOD_")
 ZENO = declarations("importer/c/master.h").constants("ZenoChoice", "ZENO_")
 KINDS = {number: name.lower().replace("_", " ") for name, number in vars(RUN).items()}
 
@@ -60,7 +62,8 @@ def motion_error(
 ) -> MotionError:
     """The error for a status of the master; ``message`` is what the FMU logged last."""
     time, index = report.report_time, report.report_index
-    about = status in (RUN.CHATTERING, RUN.CHATTERING_OF_TWO, RUN.ZENO, RUN.BAD_INDICATOR)
+    chatters = RUN.CHATTERING, RUN.CHATTERING_OF_TWO, RUN.CHATTERING_OF_MANY
+    about = status in (*chatters, RUN.ZENO, RUN.BAD_INDICATOR)
     indicator = index if about else None
     text = _text(fmu, status, report, states, gradient)
     told = (RUN.FMI_ERROR, RUN.NOT_FINITE, RUN.STEP_TOO_SMALL, RUN.EVENT_ITERATION, RUN.STALLS, RUN.DISCARD)
@@ -70,6 +73,8 @@ def motion_error(
 
 
 def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
+    if index < 0:
+        return "the FMU"
     name = indicator_name(fmu, index)
     variables = dependencies(fmu, index, states, gradient)
     return (
@@ -81,6 +86,8 @@ def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.flo
 
 def _held(report: Any, states: Sequence[str]) -> str:
     """What the user can ask for, or why it was not done."""
+    if report.method == METHOD.CO_SIMULATION:
+        return "The run can go on as the FMU does: on_zeno, --on-zeno continue."
     if report.on_zeno != ZENO.HOLD:
         return "The run can be held there, or go on as the FMU does: on_zeno, --on-zeno."
     if report.report_other >= 0:
@@ -91,6 +98,10 @@ def _held(report: Any, states: Sequence[str]) -> str:
 def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
     time, index, value = report.report_time, report.report_index, report.report_value
     at = f"t = {time:.9g} s"
+    if status == RUN.BAD_CLOCK:
+        clock, what = clocks_of(fmu)[index], "shift" if report.report_other else "interval"
+        least = "a positive number" if clock.is_periodic and not report.report_other else "zero or more"
+        return f"the clock '{clock.name}' has the {what} {value:g} s; expected {least}, and finite."
     if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
         how = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
@@ -135,8 +146,14 @@ def _text(fmu: Fmu, status: int, report: Any, states: Sequence[str], gradient: N
     if status == RUN.CHATTERING_OF_TWO:
         other = _named(fmu, report.report_other, states, np.zeros(len(states)))
         return (
-            f"{which} chatters at {at} while the motion slides along the surface of {other}. Where two surfaces meet "
-            "the mean of the fields is not determined: give the model a state of its own for one of them."
+            f"{which} chatters at {at} while the motion slides along the surface of {other}, and the motion along both "
+            "cannot be computed: the FMU does not lead there from all sides, or does not choose its equations by the "
+            "sides alone. Give the model a state of its own for one of them."
+        )
+    if status == RUN.CHATTERING_OF_MANY:
+        return (
+            f"{which} chatters at {at} while the motion slides along {value:.0f} surfaces, and that many at once are "
+            "computed. Give the model a state of its own for one of them."
         )
     return (
         f"events of {which} follow one another without end at {at} (chattering), and the motion along its surface "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,6 +54,7 @@ class Selection:
             np.array([size for n in counts for size in (n, *[0] * (n - 1))[:n]], dtype=np.int32),
         )
 
+    @cached_property
     def c(self) -> Any:
         return instance.Variables(len(self.names), *map(address, (self.types, self.references, self.sizes)))
 
@@ -82,9 +84,10 @@ def recordable(fmu: Fmu) -> list[str]:
 
 
 def unrecordable(fmu: Fmu) -> list[str]:
-    """Outputs that are no numbers, with their types."""
+    """Outputs that are no numbers, with their types; clocks are told as events."""
     outputs = {name: v for name, v in fmu.variables.items() if v.causality == "output"}
-    return [f"'{name}' ({v.type})" for name, v in outputs.items() if not is_numeric(fmu, name)]
+    texts = {name: v for name, v in outputs.items() if v.type != "Clock"}
+    return [f"'{name}' ({v.type})" for name, v in texts.items() if not is_numeric(fmu, name)]
 
 
 def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:
@@ -111,8 +114,8 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
         variable = variables.get(owner(name, variables))
         if variable is not None and variable.causality == "structuralParameter":
             raise StickslipError(
-                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend; it keeps its start "
-                f"value {variable.start}. Export the FMU with another one."
+                f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend: it is set when the "
+                "FMU is loaded (structural_parameters of the Driver), not for a run."
             )
         if variable is None or variable.causality != "parameter":
             has = [name for name, v in variables.items() if v.causality == "parameter" and is_numeric(fmu, name)]
@@ -121,9 +124,9 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
     for name in start:
         variable = variables.get(owner(name, variables))
         if variable is None:
-            settable = [n for n, v in variables.items() if _has_start(v)]
+            settable = [n for n, v in variables.items() if has_start(v)]
             raise StickslipError(f"'{model}' has no variable '{name}' to start from.{nearest(name, settable)}")
-        if not _has_start(variable):
+        if not has_start(variable):
             raise StickslipError(f"'{name}' of '{model}' is computed by the FMU and cannot be given a start value.")
     given = {**parameters, **start}
     for name, value in given.items():
@@ -168,7 +171,8 @@ def _number(text: str) -> float:
     return float(text) if text not in ("true", "false") else float(text == "true")
 
 
-def _has_start(variable: ModelVariable) -> bool:
+def has_start(variable: ModelVariable) -> bool:
+    """Whether it is given a value before the run rather than computed by the FMU."""
     return variable.initial in ("exact", "approx") and variable.causality != "input"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import Any, ClassVar, Self
 
 import sympy
@@ -56,7 +56,7 @@ class DryFriction(ABC):
 
 def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
     """What a class of laws is made of in place of a contact's ``own``, by field: parts of one name stay (the normal
-    force above all), others become parameters ``<name><suffix>`` as declared.
+    force above all), others become parameters ``<name><suffix>`` as declared, or have the default of their field.
 
     Raises:
         StickslipError: a part that ``own`` lacks is not declared.
@@ -67,6 +67,8 @@ def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
             parts[one.name] = getattr(own, one.name)
         elif one.name in declared:
             parts[one.name] = _parameter(declared[one.name], suffix)
+        elif one.default is not MISSING or one.default_factory is not MISSING:
+            continue
         else:
             raise StickslipError(
                 f"The law '{law.__name__}' has a part '{one.name}' that its contact's own law does not have. Give it "
@@ -95,6 +97,12 @@ def falling(mu_s: sympy.Expr, mu_k: sympy.Expr, name: str) -> Requirement:
         "does not mean. A law with a viscous term (Coulomb+viscous) is more likely right; check also the signs of "
         "angle and drive.",
     )
+
+
+def falling_over(v_s: sympy.Expr) -> Requirement:
+    """The speed over which friction falls is one."""
+    sentence = f"{v_s} must be positive: it is the speed over which friction falls"
+    return Requirement(sympy.sympify(v_s), sentence, strict=True)
 
 
 def braking(mu_v: sympy.Expr) -> Requirement:

@@ -6,7 +6,8 @@ name in two models never collide.
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, Self
 
 import sympy
 
@@ -26,14 +27,22 @@ class Quantity(sympy.Dummy):
 
     def _with(self, **attributes: float) -> Self:
         """The same quantity, equal to this one in expressions, with other attributes."""
-        same = sympy.Dummy.__new__(type(self), self.name, self.dummy_index, **self.assumptions0)
+        same = _again(type(self), self.name, self.dummy_index, self.assumptions0)
         same.__dict__.update(self.__dict__, **attributes)
         return same
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _again, (type(self), self.name, self.dummy_index, self.assumptions0), self.__dict__
 
     @property
     def declared(self) -> int:
         """Rank in the order of declaration."""
         return int(self.dummy_index)
+
+
+def _again(kind: type[Any], name: str, index: int, assumptions: Mapping[str, bool]) -> Any:
+    """A quantity that is equal to the one with this index."""
+    return sympy.Dummy.__new__(kind, name, index, **assumptions)
 
 
 class Parameter(Quantity):

@@ -115,10 +115,14 @@ class HybridSystem:
         constant_inertia: M, W and G depend on parameters alone.
         contacts: the contacts.
         internal_rates: one per internal state.
+        rule: of a map, per state its next value; its internal states rest meanwhile, and its last parameter is the time
+            from one step to the next. Empty of all else.
+        modulus: of those of its states that are angles.
         kinetic_energy: the part that is quadratic in v, which impulses change; 0 without a body.
         all_requirements: what the parameters must satisfy beside their own bounds.
         shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
             with these integers, so none by default.
+        shown_clocks: names of the contacts whose clocks (FMI 3) are outputs; none by default for the same reason.
     """
 
     name: str
@@ -140,7 +144,10 @@ class HybridSystem:
     outputs: tuple[Output, ...]
     all_requirements: tuple[Requirement, ...]
     shown_states: frozenset[str] = frozenset()
+    shown_clocks: frozenset[str] = frozenset()
     inertia: Mapping[tuple[int, int], sympy.Expr] = field(default_factory=dict)
+    rule: Mapping[State, sympy.Expr] = field(default_factory=dict)
+    modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)
 
     def written_out(self) -> HybridSystem:
         """This system, which must have a, W and G written out.

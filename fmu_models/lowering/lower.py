@@ -78,23 +78,23 @@ def _solved(
     rows: list[dict[int, Any]] = [{} for _ in range(n)]
     for (i, j), entry in inverse(n, mass).items():
         rows[j][i] = entry
-    W = _summed(
-        ((i, c), entry * lever)
-        for c, row in enumerate(levers)
-        for j, lever in row.items()
-        for i, entry in rows[j].items()
-    )
+    W = {(i, c): entry for (c, i), entry in _times_rows(levers, rows).items()}
     moved: list[dict[int, Any]] = [{} for _ in range(n)]
     for (i, c), entry in W.items():
         moved[i][c] = entry
-    G = _summed(
-        ((c, e), lever * entry)
-        for c, row in enumerate(levers)
-        for i, lever in row.items()
-        for e, entry in moved[i].items()
-    )
+    G = _times_rows(levers, moved)
     a = _summed(((i, 0), entry * forces[j]) for j in range(n) for i, entry in rows[j].items())
     return [a.get((i, 0), sympy.S.Zero) for i in range(n)], W, G, {}
+
+
+def _times_rows(left: list[dict[int, Any]], right: list[dict[int, Any]]) -> Entries:
+    """The product of two matrices, given row by row."""
+    return _summed(
+        ((i, k), entry * other)
+        for i, row in enumerate(left)
+        for j, entry in row.items()
+        for k, other in right[j].items()
+    )
 
 
 def _summed(parts: Iterable[tuple[tuple[int, int], Any]]) -> Entries:

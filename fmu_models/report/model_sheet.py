@@ -10,6 +10,7 @@ from fmu_models.base.table import Cell, number, table
 from fmu_models.base.terminal_table import terminal
 from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Mechanism
+from fmu_models.lowering.equations import INDICATORS, Line, of_contact, states_of
 from fmu_models.lowering.lagrange import generalised_forces
 from fmu_models.lowering.lower import lower
 
@@ -56,48 +57,14 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
 
 def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
     """What a contact is made of, by its kind."""
-    named = {
-        contact.slip_symbol: sympy.Symbol("v" if contact.kind != "switch" else "h"),
-        contact.depth_symbol: sympy.Symbol("d"),
-        contact.memory_symbol: sympy.Symbol("v0"),
-        contact.sign_symbol: sympy.Symbol("s"),
-    }
-    named = {symbol: letter for symbol, letter in named.items() if symbol is not None}
-
-    def written(expression: sympy.Expr) -> str:
-        return readable(sympy.sympify(expression).xreplace(named))
-
-    said: dict[str, str] = {}
-    if contact.kind == "friction":
-        said |= {"v, slip speed": readable(contact.slip), "lambda in slip": written(contact.force)}
-        if contact.sticks:
-            said["sticks while"] = f"|lambda| < {readable(contact.capacity)}"
-        if contact.depth is not None:
-            said["present where"] = f"{readable(contact.depth)} >= 0"
-    elif contact.kind == "stop":
-        said |= {"d, depth": readable(contact.depth or sympy.S.Zero), "v, its rate": readable(contact.slip)}
-        said |= {"lambda while touching": written(contact.force), "lets go": f"where its {declared.release} vanishes"}
-    elif contact.kind == "impact":
-        said |= {"gap": readable(declared.gap), "v, its rate": readable(contact.slip)}
-        said["restitution"] = f"{'Poisson' if contact.poisson else 'Newton'}, {readable(contact.restitution)}"
-        said["closed while"] = "lambda, the normal force, is positive"
-    elif contact.kind == "impact_friction":
-        said |= {"v, slip speed": readable(contact.slip)}
-        said["|lambda| in slip"] = f"{readable(contact.friction)} times the normal force; in stick less than that"
-    else:
-        said |= {"h, switching function": readable(contact.slip)}
-        said["slides"] = "where both flows push onto h = 0" if contact.sticks else "never: the flow goes through h = 0"
-        if contact.reset:
-            jumps = (f"{state.name} := {written(value)}" for state, value in contact.reset.items())
-            said["jump at h = 0"] = "; ".join(jumps)
     return {
         "name": contact.name,
         "kind": contact.kind.replace("_", " "),
         "description": contact.description,
         "law": _law(contact, declared),
-        "equations": said,
-        "states": _states(contact),
-        "indicators": [_INDICATORS[what] for what in contact.indicators],
+        "equations": {what: _said(line) for what, line in of_contact(contact).items()},
+        "states": states_of(contact),
+        "indicators": [INDICATORS[what] for what in contact.indicators],
     }
 
 
@@ -108,25 +75,8 @@ def _law(contact: ContactDynamics, declared: Any) -> str | None:
     return None if rule is None else type(rule).__name__
 
 
-_INDICATORS = {
-    "depth": "depth, or its negative while away",
-    "slip": "|slip speed|; in stick capacity - |lambda|",
-    "release": "force while touching, its negative once released",
-    "function": "|h|; while sliding 1 - |mean sign|",
-    "gap": "gap; closed the normal force",
-}
-
-
-def _states(contact: ContactDynamics) -> list[str]:
-    if contact.kind == "impact":
-        return ["open", "closed", "chattering"]
-    if contact.kind == "impact_friction":
-        return ["slip+", "slip-", "stick", "away"]
-    if contact.kind == "stop":
-        return ["away", "touching", *(["released"] if contact.release is not None else [])]
-    moving = ["slip+", "slip-"] if contact.kind == "friction" else ["+", "-"]
-    held = {"friction": "stick", "switch": "sliding"}[contact.kind]
-    return [*moving, *([held] if contact.sticks else []), *(["away"] if contact.depth is not None else [])]
+def _said(line: Line) -> str:
+    return "".join(part if isinstance(part, str) else readable(part) for part in line)
 
 
 def readable(expression: sympy.Basic) -> str:

@@ -45,6 +45,7 @@ def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = Non
         "not_finite": _not_finite(trajectory),
         "contacts": {name: _contact(trajectory, name, rigid=name in fmu.impacts) for name in contacts},
         "events": dict(Counter(_kind(event) for event in trajectory.events)),
+        "clocks": _clocks(fmu, trajectory),
         "steps": trajectory.steps,
         "seconds": trajectory.seconds,
     }
@@ -89,6 +90,14 @@ def _kind(event: Any) -> str:
     return f"{event.kind}{which}"
 
 
+def _clocks(fmu: Fmu, trajectory: Trajectory) -> dict[str, int]:
+    """How often each clock of the FMU ticked."""
+    ticks: Counter[str] = Counter()
+    for event in trajectory.events if fmu.clocks else ():
+        ticks.update([f"{event.contact}.{event.clock}"] if isinstance(event, Event) else event.clocks.split(", "))
+    return {name: ticks[name] for name in fmu.clocks}
+
+
 def _not_finite(trajectory: Trajectory) -> dict[str, float]:
     """When variables first were no finite number; states never are, but what an FMU gives out may be."""
     found = {}
@@ -127,6 +136,8 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
     for name, row in content["contacts"].items():
         shares = ", ".join(f"{state} {share:.1%}" for state, share in row["shares"].items() if share > 0)
         out.print(f"contact {name}: {row['events']} events; of the time {shares}")
+    if content["clocks"]:
+        out.print(plain(f"clocks: {', '.join(f'{name} {count}' for name, count in content['clocks'].items())} ticks"))
     if "impacts" in content:
         _print_impacts(content["impacts"], out)
     if "error" in content:

@@ -1,4 +1,4 @@
-"""Phase portraits of what a scene computed, one panel each on common axes."""
+"""What a scene computed: phase portraits, one panel each on common axes; families of motions, one panel each."""
 
 from __future__ import annotations
 
@@ -9,11 +9,19 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
+from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
+from fmu_models.report.views import COLOURS
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from fmu_models.scene.kinds.kind import Row
     from fmu_models.simulation.trajectory import Trajectory
+
+BARS = 2  # values up to which exponents are bars in a panel each
+WIDTH = 6.3  # inches: a page of a journal
 
 
 def draw(
@@ -54,3 +62,47 @@ def draw(
         axis.set_xlabel(f"{x} ({trajectory.units[x]})" if lowest else "")
         axis.set_ylabel(f"{y} ({trajectory.units[y]})" if i % columns == 0 else "")
     save_figure(figure, path, overwrite=overwrite)
+
+
+def draw_families(title: str, over: str, rows: Sequence[Row], path: Path, *, overwrite: bool = False) -> None:
+    """Draw each family of motions in a panel of its own; exponents at many values in one, over what is varied.
+
+    over: label of what is varied.
+
+    Raises:
+        StickslipError: the file exists or cannot be written.
+    """
+    families = {id(row.family): row for row in rows}
+    exponents = isinstance(rows[0].family, Exponents)
+    count = 1 if exponents and len(rows) > BARS else len(families)
+    columns = min(2, count)
+    lines = math.ceil(count / columns)
+    figure = Figure(figsize=(WIDTH if columns == 1 else 1.3 * WIDTH, 0.5 + 3.7 * lines), layout="constrained")
+    figure.suptitle(title, fontsize="medium")
+    grid = list(figure.subplots(lines, columns, squeeze=False).flat)
+    if exponents and count == 1 < len(rows):
+        _exponents(over, rows, grid[0])
+    else:
+        for axes, row in zip(grid, families.values(), strict=False):
+            assert row.family is not None
+            row.family.plot(axes)
+            axes.set_title("" if row.at is None or count == 1 else f"{over} = {row.at:g}", fontsize="medium")
+    for axes in grid[count:]:
+        axes.set_axis_off()
+    save_figure(figure, path, overwrite=overwrite)
+
+
+def _exponents(over: str, rows: Sequence[Row], axes: Axes) -> None:
+    """Exponents over a parameter, with bars of three standard errors."""
+    found = [row.family for row in rows if isinstance(row.family, Exponents)]
+    at = [float(row.at or 0.0) for row in rows]
+    for i in range(len(found[0].values)):
+        values = [float(one.per_time[i]) for one in found]
+        errors = [3.0 * float(one.per_time_errors[i]) for one in found]
+        axes.errorbar(
+            at, values, errors, fmt=".-", capsize=2, linewidth=0.8, color=COLOURS[i], label=f"exponent {i + 1}"
+        )
+    axes.axhline(0.0, color="black", linewidth=0.8)
+    axes.set_xlabel(over)
+    axes.set_ylabel(f"growth rate (1/{found[0].unit}), bars: 3 standard errors")
+    axes.legend(frameon=False)

@@ -15,6 +15,8 @@ from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from matplotlib.axes import Axes
 
 # Okabe and Ito: told apart by all kinds of eyes
@@ -22,39 +24,50 @@ COLOURS = (
     *("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#999999"),
     *("#003A59", "#7A5500", "#00513B", "#6B3D54", "#B3DDF5", "#F2B48F", "#FAF5B0", "#DDDDDD"),
 )
+UNLABELLED = {UNDECIDED: ("undecided", "////"), INFINITE: ("to infinity", "...."), FAILED: ("failed", "xxxx")}
+SWEEPS = {"up": "black", "down": COLOURS[5]}
+NONE = "#E5E5E5"  # of motions that do not repeat themselves, in charts of periods
 DENSE = 20000  # points of a section from which on their density is drawn
+FEW = 200  # different points up to which each is a dot
+FLOOR = 1e-8  # of the largest line: those below are not drawn
 
 
 @draw.register(Diagram)
 def _(diagram: Diagram, axes: Axes) -> None:
-    """The first state over the parameter; a sweep down lies over the one up in another colour."""
+    """One state over the parameter; where sweeps agree the one down is a smaller dot on that of the one up."""
     for k, way in enumerate(diagram.directions):
-        shown = diagram.points[k, ..., 0]
+        shown = diagram.shown[k]
         across = np.broadcast_to(diagram.values[:, None], shown.shape)
         axes.plot(
             across.ravel(),
             shown.ravel(),
-            ",",
-            color=("black", COLOURS[5])[k % 2],
+            "o",
+            color=SWEEPS[way],
+            markersize=(2.0, 0.9)[k],
+            markeredgewidth=0.0,
             label=way,
             rasterized=shown.size > DENSE,
         )
     axes.set_xlabel(diagram.over)
-    axes.set_ylabel(diagram.states[0])
+    axes.set_ylabel(diagram.of)
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
-        for line in axes.legend(frameon=False, markerscale=10).get_lines():
-            line.set_marker("o")
-            line.set_markersize(4)
+        for line in axes.legend(frameon=False).get_lines():
+            line.set_markersize(5)
 
 
-def _mesh(axes: Axes, labels: Any, grid: Any, names: list[str], classes: list[str]) -> None:
-    """Classes as colours, with a legend; what has none is hatched."""
+def colours_of(classes: Sequence[str]) -> list[str]:
+    """A colour for each class; what does not repeat itself has a pale one."""
+    return [NONE if name == "0" else COLOURS[i % len(COLOURS)] for i, name in enumerate(classes)]
+
+
+def _mesh(axes: Axes, labels: Any, axes_of: Mapping[str, Any], classes: Sequence[str], said: Sequence[str]) -> None:
+    """Classes as colours, with a legend that says them; what has none is hatched."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    rows, columns = grid
-    colours = [COLOURS[i % len(COLOURS)] for i in range(max(1, len(classes)))]
+    (name, rows), (other, columns) = axes_of.items()
+    colours = colours_of(classes) or [NONE]
     axes.pcolormesh(
         rows,
         columns,
@@ -65,19 +78,19 @@ def _mesh(axes: Axes, labels: Any, grid: Any, names: list[str], classes: list[st
         rasterized=True,
         shading="nearest",
     )
-    handles = [Patch(facecolor=colour, label=name) for colour, name in zip(colours, classes, strict=False)]
-    for value, name, hatch in (
-        (UNDECIDED, "undecided", "////"),
-        (INFINITE, "to infinity", "...."),
-        (FAILED, "failed", "xx"),
-    ):
+    handles = [Patch(facecolor=colour, label=text) for colour, text in zip(colours, said, strict=False)]
+    for value, (text, hatch) in UNLABELLED.items():
         if (labels == value).any() and min(labels.shape) > 1:
             part = np.ma.masked_where(labels != value, np.ones(labels.shape)).T
-            axes.pcolor(rows, columns, part, hatch=hatch, alpha=0.0, shading="nearest")
-            handles.append(Patch(facecolor="white", edgecolor="black", hatch=hatch, label=name))
-    axes.set_xlabel(names[0])
-    axes.set_ylabel(names[1])
-    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+            white = ListedColormap(["white"])
+            axes.pcolor(rows, columns, part, hatch=hatch, cmap=white, shading="nearest", edgecolor="0.4", linewidth=0.0)
+            handles.append(Patch(facecolor="white", edgecolor="0.4", hatch=hatch, label=text))
+    axes.set_xlabel(name)
+    axes.set_ylabel(other)
+    beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    if axes.figure is not None and len(axes.figure.axes) > 1:  # panels side by side have no room between them
+        beside = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "ncols": 2}
+    axes.legend(handles=handles, frameon=False, fontsize="small", **beside)
 
 
 @draw.register(Basins)
@@ -88,8 +101,8 @@ def _(basins: Basins, axes: Axes) -> None:
         axes.set_xlabel(names[0])
         axes.set_ylabel("attractor")
         return
-    classes = [_attractor(basins, i) for i in range(len(basins.attractors))]
-    _mesh(axes, basins.labels, [basins.axes[name] for name in names], names, classes)
+    said = attractors_of(basins)
+    _mesh(axes, basins.labels, basins.axes, said, said)
     limits = axes.get_xlim(), axes.get_ylim()
     for i, attractor in enumerate(basins.attractors):
         axes.plot(
@@ -98,32 +111,44 @@ def _(basins: Basins, axes: Axes) -> None:
             markerfacecolor=COLOURS[i % len(COLOURS)],
             markeredgecolor="black",
             color="black",
-            markersize=5,
+            markersize=6,
+            markeredgewidth=1.2,
         )
     axes.set_xlim(limits[0])
     axes.set_ylim(limits[1])
     axes.set_title(basins.model, fontsize="medium")
 
 
-def _attractor(basins: Basins, i: int) -> str:
-    attractor = basins.attractors[i]
-    word = "-".join(map(str, (attractor.period, *getattr(attractor, "began", ())))) if attractor.period else "chaotic"
-    return f"{word} ({100 * basins.shares[i]:.3g} %)"
+def attractors_of(basins: Basins) -> list[str]:
+    """What each attractor is, and its share of the starts."""
+    words = (
+        "-".join(map(str, (one.period, *getattr(one, "began", ())))) if one.period else "chaotic"
+        for one in basins.attractors
+    )
+    return [f"{word} ({100 * share:.3g} %)" for word, share in zip(words, basins.shares, strict=True)]
+
+
+def classes_of(chart: Chart) -> list[str]:
+    """What the classes of a chart say."""
+    return ["none found" if name == "0" else name for name in chart.classes]
 
 
 @draw.register(Chart)
 def _(chart: Chart, axes: Axes) -> None:
-    names = list(chart.axes)
-    _mesh(axes, chart.labels, [chart.axes[name] for name in names], names, list(chart.classes))
-    axes.set_title(f"{chart.model}: {chart.what}", fontsize="medium")
+    _mesh(axes, chart.labels, chart.axes, chart.classes, classes_of(chart))
+    legend = axes.get_legend()
+    assert legend is not None
+    legend.set_title(chart.what)
+    axes.set_title(chart.model, fontsize="medium")
 
 
 @draw.register(Spectrum)
 def _(spectrum: Spectrum, axes: Axes) -> None:
     if spectrum.lines:
-        axes.vlines(
-            spectrum.frequency, spectrum.amplitude.max() * 1e-8, spectrum.amplitude, color="black", linewidth=1.2
-        )
+        floor = spectrum.amplitude.max() * FLOOR
+        kept = spectrum.amplitude > floor
+        axes.vlines(spectrum.frequency[kept], floor, spectrum.amplitude[kept], color="black", linewidth=1.2)
+        axes.set_ylim(floor, 3.0 * spectrum.amplitude.max())
         axes.set_ylabel(f"amplitude of {spectrum.of} ({spectrum.unit})")
     else:
         axes.plot(spectrum.frequency, spectrum.amplitude, color="black", linewidth=0.8)
@@ -151,10 +176,13 @@ def _(found: Exponents, axes: Axes) -> None:
 def _(section: PoincareSection, axes: Axes) -> None:
     names = section.states[:2]
     x, y = section.points[:, 0], section.points[:, min(1, section.points.shape[1] - 1)]
-    if len(section.points) > DENSE:
-        axes.hexbin(x, y, gridsize=250, bins="log", cmap="viridis", mincnt=1)
+    if len(np.unique(np.round(section.points, 9), axis=0)) < FEW:
+        axes.plot(x, y, "o", color="black", markersize=4)
+    elif len(section.points) > DENSE:
+        drawn = axes.hexbin(x, y, gridsize=150, bins="log", cmap="viridis", mincnt=1, linewidths=0.2)
+        axes.figure.colorbar(drawn, ax=axes, label="points in a cell")
     else:
-        axes.plot(x, y, ",", color="black")
+        axes.plot(x, y, "o", color="black", markersize=1.2, markeredgewidth=0.0)
     axes.set_xlabel(names[0])
     axes.set_ylabel(names[-1])
     axes.set_title(section.model, fontsize="medium")

@@ -29,8 +29,8 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
-from fmu_models.scene.kinds import KINDS
-from fmu_models.scene.scene import Compute, Drive, Reference, Scene
+from fmu_models.scene.check_compute import Names, checked_compute
+from fmu_models.scene.scene import Drive, Reference, Scene
 
 if TYPE_CHECKING:
     from fmu_models.language.mechanism import Mechanism
@@ -40,7 +40,6 @@ _KEYS = (
     *("title", "source", "model", "contacts", "outputs", "stop_time"),
     *("laws", "parameters", "free", "drives", "start", "compute", "reference", "sensors"),
 )
-_COMPUTE = ("kind", "samples", "over", "values", "follow", "period", "forcing", "periods", "autonomous")
 
 
 def checked_scene(document: Document) -> Scene:
@@ -91,7 +90,7 @@ class _Check:
             start=self._start(),
             outputs=self._outputs(),
             stop_time=self._stop_time(),
-            compute=self._compute(free, drives),
+            compute=checked_compute(doc, self._names(free, drives)),
             references=self._references(),
             sensors=doc.table("sensors"),
             lines={key: doc.line("sensors", key) or 0 for key in doc.table("sensors")},
@@ -203,10 +202,8 @@ class _Check:
             times = [doc.value(raw[key], "s", *place, key) for key in ("begin", "end")]
             values = [doc.value(raw[key], unit, *place, key) for key in ("from", "to")]
         else:
-            times, values = (
-                self._list(raw["times"], "s", *place, "times"),
-                self._list(raw["values"], unit, *place, "values"),
-            )
+            times = doc.values(raw["times"], "s", *place, "times")
+            values = doc.values(raw["values"], unit, *place, "values")
         if len(times) != len(values) or len(times) < 2 or any(b < a for a, b in pairwise(times)):
             raise doc.fault(
                 f"drive '{name}' needs ascending times, at least two, and a value for each; found {len(times)} times "
@@ -215,23 +212,21 @@ class _Check:
             )
         return Drive(times=tuple(times), values=tuple(values))
 
-    def _list(self, raw: Any, unit: str, *place: str | int) -> list[float]:
-        if not isinstance(raw, list):
-            raise self.doc.fault(f"'{place[-1]}' must be a list of values, found {raw!r}.", *place)
-        return [self.doc.value(entry, unit, *place, i) for i, entry in enumerate(raw)]
-
     def _start(self) -> dict[str, float]:
         from fmu_models.lowering.lower import lower
 
         self.system = lower(self.kept)
-        known = {state.name: state.unit for state in self.system.states}
-        known |= {f"{c.name}_memory": "m/s" for c in self.system.contacts if c.remembers}
-        found = {}
+        known, found = self._state_units(), {}
         for name, raw in self.doc.table("start").items():
             if name not in known:
                 raise self._stranger("state", name, known, "start", name)
             found[name] = self.doc.value(raw, known[name], "start", name)
         return found
+
+    def _state_units(self) -> dict[str, str]:
+        """Units of states, and of the speeds of entry that stops remember."""
+        memories = {f"{c.name}_memory": "m/s" for c in self.system.contacts if c.remembers}
+        return {state.name: state.unit for state in self.system.states} | memories
 
     def _outputs(self) -> tuple[str, ...]:
         from fmu_models.language.mechanism import Mechanism
@@ -263,49 +258,14 @@ class _Check:
 
     # what to compute
 
-    def _compute(self, free: Mapping[str, float], drives: Mapping[str, Drive]) -> Compute:
-        doc = self.doc
-        doc.check_keys(_COMPUTE, "compute")
-        table = doc.table("compute")
-        kind = doc.text("kind", "compute", default="trajectory")
-        try:
-            periodic = KINDS.load(kind, doc.path.parent).periodic
-        except StickslipError as error:
-            raise doc.fault(str(error), "compute", "kind") from error
-        over, unit = table.get("over"), "1"
-        if over is not None:
-            over = doc.text("over", "compute")
-            if over not in free and over not in drives:
-                hint = (
-                    " It is fixed: move it to [free]." if over in self.parameters else nearest(over, (*free, *drives))
-                )
-                raise doc.fault(f"'{over}' is neither a drive nor free.{hint}", "compute", "over")
-            unit = {**self.parameters, **self.inputs}[over].unit
-        if (over is None) != ("values" not in table):
-            raise doc.fault("'over' and 'values' go together: what is varied, and which values it takes.", "compute")
-        forcing = table.get("forcing")
-        if forcing is not None:
-            forcing = doc.text("forcing", "compute")
-            if forcing not in self.parameters:
-                raise self._stranger("parameter", forcing, self.parameters, "compute", "forcing")
-        period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
-        if periodic and (period is None) == (forcing is None):
-            raise doc.fault(
-                f"a {kind} needs either 'period', s, or 'forcing', the parameter that is the frequency.", "compute"
-            )
-        if period is not None and period <= 0.0:
-            raise doc.fault(f"the period must be positive, found {period:g} s.", "compute", "period")
-        return Compute(
-            kind=kind,
-            samples=doc.count("samples", 2001, 2, "compute"),
-            over=over,
-            values=tuple(self._list(table["values"], unit, "compute", "values")) if over else (),
-            follow=doc.flag("follow", "compute"),
-            period=period,
-            forcing=forcing,
-            angular=forcing is not None and self.parameters[forcing].unit == "rad/s",
-            periods=doc.count("periods", 1, 1, "compute"),
-            autonomous=doc.flag("autonomous", "compute"),
+    def _names(self, free: Mapping[str, float], drives: Mapping[str, Drive]) -> Names:
+        quantities: dict[str, Quantity] = {**self.parameters, **self.inputs}
+        return Names(
+            varied={name: quantities[name].unit for name in (*free, *drives)},
+            parameters={name: quantity.unit for name, quantity in self.parameters.items()},
+            states=self._state_units(),
+            contacts=tuple(contact.name for contact in self.system.contacts),
+            stranger=self._stranger,
         )
 
     def _references(self) -> tuple[Reference, ...]:

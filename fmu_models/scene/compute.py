@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +14,8 @@ from fmu_models.scene.kinds import KINDS
 from fmu_models.scene.kinds.kind import Row
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.signal import Signal
+
+MANY = 20  # values that an error lists
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,9 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
         StickslipError: as for ``simulate`` and ``find_orbit``.
     """
     kind = KINDS.load(scene.compute.kind, scene.folder)
+    if kind.sweeps:
+        made = kind.compute(scene, fmu, arguments(scene))
+        return made if isinstance(made, tuple) else (made,)
     over, values = scene.compute.over, scene.compute.values or (None,)
     rows: list[Row] = []
     start: dict[str, float] = {}
@@ -85,7 +92,8 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
             row = kind.compute(scene, fmu, arguments(scene, None, **changed))
         except StickslipError as error:
             raise StickslipError(f"At {over} = {value:g}: {error}" if over else str(error)) from error
-        rows.append(Row(value, row.values, row.trajectory))
+        assert isinstance(row, Row)  # of what does not sweep
+        rows.append(dataclasses.replace(row, at=value))
         if scene.compute.follow and row.trajectory is not None:
             start = {name: float(row.trajectory[name][-1]) for name in (*fmu.states, *fmu.memories)}
         if progress:
@@ -101,9 +109,10 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
     """
     found = []
     for reference in scene.references:
-        row = next((row for row in rows if row.at == reference.at), None)
+        row = next((row for row in rows if _same(row.at, reference.at)), None)
         if row is None:
-            at = ", ".join(f"{row.at:g}" for row in rows if row.at is not None) or "no value"
+            places = [f"{row.at:g}" for row in rows if row.at is not None] or ["no value"]
+            at = ", ".join(places if len(places) < MANY else [*places[:2], "...", places[-1]])
             raise StickslipError(
                 f"{scene.path}: a reference is at {reference.at}, the scene computes at {at}. Give each reference the "
                 "'at' of its run."
@@ -114,3 +123,8 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
             error = abs(row.values[name] - known) / (abs(known) or 1.0)
             found.append(Comparison(name, row.at, row.values[name], known, error, reference.tolerance))
     return tuple(found)
+
+
+def _same(one: float | None, other: float | None) -> bool:
+    """Whether two values of what is varied are one, up to the rounding of an evenly spaced range."""
+    return one is other or (one is not None and other is not None and math.isclose(one, other, rel_tol=1e-12))

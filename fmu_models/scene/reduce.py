@@ -6,15 +6,12 @@ import dataclasses
 import json
 import os
 import shutil
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.files import is_sealed, seal, write_whole
-from fmu_models.codegen.package import built_of, checked, kept_by_name, kept_folder, variant, write
-from fmu_models.codegen.rights import Rights
+from fmu_models.codegen.package import PLAIN, Packaging, built_of, checked, kept_by_name, kept_folder, variant, write
 from fmu_models.scene.scene import Scene
-from fmu_models.toolchain.platforms import HOST
 
 if TYPE_CHECKING:
     from fmu_models.lowering.hybrid_system import HybridSystem
@@ -61,9 +58,7 @@ def export_scene(
     scene: Scene,
     path: str | os.PathLike[str],
     *,
-    rights: Rights | None = None,
-    platforms: Sequence[str] = (HOST,),
-    advance: Callable[[float], None] = lambda _: None,
+    packaging: Packaging = PLAIN,
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
@@ -73,9 +68,8 @@ def export_scene(
         StickslipError: as for ``built_scene``, or ``path`` exists or cannot be written.
     """
     path = checked(path, fmi_version, overwrite)
-    if rights is not None or tuple(platforms) != (HOST,):
-        options = {"rights": rights, "platforms": platforms, "advance": advance}
-        return write(reduced(scene), path, **options, fmi_version=fmi_version, overwrite=overwrite)
+    if not packaging.plain:
+        return write(reduced(scene), path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
     kept = built_scene(scene, fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary:
         shutil.copyfile(kept, temporary)

@@ -33,8 +33,8 @@ class Compute(Shown):
         kind: "trajectory": the run; "cycle": period, extremes and shares of stick of the motion it ends in; "strobe":
             the states once per period, and how many different ones are left at the end; "orbit": the periodic motion
             near the start, stable or not, and its multipliers; "lyapunov": the exponents of the motion that the run
-            becomes; "spectrum": the lines of the periodic motion that it becomes; or a kind of the user's own, see
-            ``kinds``.
+            becomes; "spectrum": the lines of the periodic motion that it becomes; a family of motions: "diagram",
+            "basins", "chart", "section"; or a kind of the user's own, see ``kinds``.
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.
@@ -42,6 +42,10 @@ class Compute(Shown):
         forcing: the parameter that is the frequency of the forcing, in rad/s if ``angular``, else in cycles.
         periods: of the forcing in one period of the motion.
         autonomous: nothing forces the orbit, ``period`` is a guess.
+        level: the section of a family is where this state crosses this value, upward unless ``down``.
+        impacts: it is where this contact begins.
+        axes: of a family: states or parameters, and the values of each.
+        settings: what the kind alone reads, and does not take at its default.
     """
 
     kind: str = "trajectory"
@@ -54,6 +58,11 @@ class Compute(Shown):
     angular: bool = False
     periods: int = 1
     autonomous: bool = False
+    level: Mapping[str, float] = field(default_factory=dict)
+    down: bool = False
+    impacts: str | None = None
+    axes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    settings: Mapping[str, int | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +139,9 @@ class Scene(Shown):
         """The scene that ``to_json`` wrote."""
         data = json.loads(text)
         drives = {name: Drive(times=tuple(d["times"]), values=tuple(d["values"])) for name, d in data["drives"].items()}
-        compute = Compute(**{**data["compute"], "values": tuple(data["compute"]["values"])})
+        compute = data["compute"]
+        axes = {name: tuple(values) for name, values in compute["axes"].items()}
+        compute = Compute(**{**compute, "values": tuple(compute["values"]), "axes": axes})
         contacts = None if data["contacts"] is None else tuple(data["contacts"])
         changed: dict[str, Any] = {
             "drives": drives,

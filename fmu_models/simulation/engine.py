@@ -11,7 +11,7 @@ import struct
 import threading
 import weakref
 from collections.abc import Mapping
-from ctypes import POINTER, addressof, c_char, c_char_p, c_int, c_int64, c_void_p
+from ctypes import POINTER, addressof, c_char, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from functools import cache, cached_property
 from typing import Any
 
@@ -76,6 +76,10 @@ class Engine:
         self.ensemble = _bound(dll.stickslip_ensemble, c_int, c_void_p, POINTER(C.structure("Ensemble")))
         self.ensemble_room = _bound(dll.stickslip_ensemble_room, c_int64, c_int64)
         self.ensemble_memory = _bound(dll.stickslip_ensemble_memory, c_int64, c_int64)
+        if fmu.fmi == 3:
+            references, numbers = POINTER(c_uint32), POINTER(c_double)
+            sizes = (references, c_size_t, references, c_size_t, numbers, c_size_t, numbers, c_size_t)
+            self.directional = _bound(dll.fmi3GetDirectionalDerivative, c_int, c_void_p, *sizes)
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
     def take(self) -> Instance:

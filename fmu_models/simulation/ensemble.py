@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.simulation.engine import C, Engine
+from fmu_models.simulation.rows import Rows
 
 _Ensemble = C.structure("Ensemble")
 _MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
@@ -67,43 +69,19 @@ class Runs:
     tolerance: float = 1e-14
 
 
-@dataclass(frozen=True, eq=False)
-class Results:
-    """Of m runs of r rows: points (m, r, n_states + n_contacts + 2): states, memories, time, time since the last row;
-    held, began (m, r, n_contacts); growth (m, r, directions); jacobians (m, r, n_states + n_contacts + 1, directions);
-    rows filled, steps, outcomes, periods, orbits (m,); messages by run."""
+def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Rows:
+    """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them.
 
-    points: Vector
-    held: Vector
-    began: NDArray[np.int32]
-    growth: Vector
-    jacobians: Vector
-    rows: NDArray[np.int64]
-    steps: NDArray[np.int64]
-    outcomes: NDArray[np.int32]
-    recurs: NDArray[np.int64]
-    orbits: NDArray[np.int64]
-    messages: Mapping[int, str]
-
-
-def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Results:
-    """Make the runs, in one call; sizes: numbers of states and contacts; a ``stop`` (1,) that is set ends them."""
+    Returns:
+        Their rows: points are states, memories of all contacts and time, n_states + n_contacts + 1 numbers; derivatives
+        are of these by the directions.
+    """
     n, contacts = sizes
     m, k = len(runs.values), len(runs.along)
-    width, extended = n + contacts + 2, n + contacts + 1
-    made = Results(
-        np.full((m, runs.rows, width), np.nan),
-        np.zeros((m, runs.rows, max(1, contacts)))[..., :contacts],
-        np.zeros((m, runs.rows, max(1, contacts)), np.int32)[..., :contacts],
-        np.full((m, runs.rows, k), np.nan) if k and not runs.jacobians else np.empty((m, runs.rows, 0)),
-        np.full((m, runs.rows, extended, k), np.nan) if runs.jacobians else np.empty((m, runs.rows, 0, 0)),
-        np.zeros(m, np.int64),
-        np.zeros(m, np.int64),
-        np.zeros(m, np.int32),
-        np.zeros(m, np.int64),
-        np.zeros(m, np.int64),
-        {},
-    )
+    extended = n + contacts + 1
+    kinds = {"derivatives": (extended, k)} if runs.jacobians else {"growth": k}
+    # the engine writes the time since the last row behind each point
+    made = Rows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
     known = runs.known or Known(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
     references = np.array(runs.references, np.uint32)
@@ -154,11 +132,11 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
         held=made.held.ctypes.data,
         began=made.began.ctypes.data,
         growth=made.growth.ctypes.data if made.growth.size else None,
-        jacobians=made.jacobians.ctypes.data if made.jacobians.size else None,
-        rows=made.rows.ctypes.data,
+        jacobians=made.derivatives.ctypes.data if made.derivatives.size else None,
+        rows=made.filled.ctypes.data,
         steps=made.steps.ctypes.data,
         outcomes=made.outcomes.ctypes.data,
-        recurs=made.recurs.ctypes.data,
+        recurs=made.periods.ctypes.data,
         orbits=made.orbits.ctypes.data,
         messages=ctypes.addressof(messages),
         stop=stop.ctypes.data,
@@ -172,5 +150,5 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
         engine.give(instance)
     for i in np.flatnonzero(made.outcomes == OUTCOMES.BROKEN):
         text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0]
-        made.messages[int(i)] = text.decode("utf-8", "replace")  # type: ignore[index]
-    return made
+        made.messages[int(i)] = text.decode("utf-8", "replace")
+    return dataclasses.replace(made, points=made.points[..., :-1], times=made.points[..., -1])

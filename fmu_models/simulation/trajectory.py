@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown, Tabular, axes_or_new, span
-from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
+from fmu_models.codegen.contact_states import (
+    AWAY,
+    CONTACT_STATES,
+    OPEN,
+    RIGID_STATES,
+    SLIP_MINUS,
+    SLIP_PLUS,
+    STICK,
+    TOUCHING,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -48,6 +57,15 @@ class Event:
     def is_impact(self) -> bool:
         """Whether an impulse acted."""
         return self.rigid and (self.work != 0.0 or self.before == self.after)
+
+    @property
+    def clock(self) -> str:
+        """The clock of the contact that ticks there, in an FMU of FMI 3: "stick", "slip", "impact", or ""."""
+        if self.rigid:
+            return "impact" if self.is_impact or self.before == OPEN else ""
+        if self.after == TOUCHING:
+            return "impact" if self.before == AWAY else ""
+        return {STICK: "stick", SLIP_MINUS: "slip", SLIP_PLUS: "slip"}.get(self.after, "")
 
     def __str__(self) -> str:
         names = RIGID_STATES if self.rigid else CONTACT_STATES
@@ -139,11 +157,13 @@ class ForeignEvent(Shown):
     Attributes:
         time: s.
         kind: "state" (an indicator changed its sign), "time", "step" (asked for after a step), "input" (an input
-            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "end".
+            jumped), "slide" and "leave" (a motion along the surface of an indicator begins and ends), "clock" (a clock
+            ticks, and nothing else happens), "end".
         indicator: its index from 0, -1 where the event is not of an indicator.
         name: of the indicator where the FMU gives it one (FMI 3), otherwise "".
         before, after: value of the indicator at the begin of the step that found the event, and after the event.
         states_before, states_after: (n_states,) in the order of ``Trajectory.values``; empty in a co-simulation.
+        clocks: names of the clocks that tick there, by commas.
     """
 
     time: float
@@ -154,12 +174,13 @@ class ForeignEvent(Shown):
     after: float
     states_before: tuple[float, ...]
     states_after: tuple[float, ...]
+    clocks: str = ""
 
     def __str__(self) -> str:
         which = (
             f" of indicator {self.indicator}" + (f" ({self.name})" if self.name else "") if self.indicator >= 0 else ""
         )
-        return f"{self.time:.9g} s: {self.kind}{which}"
+        return f"{self.time:.9g} s: {self.kind}{which}{f', {self.clocks} ticks' if self.clocks else ''}"
 
 
 @dataclass(frozen=True, eq=False)

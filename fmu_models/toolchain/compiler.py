@@ -31,6 +31,8 @@ FLAGS = (
     *("-fno-sanitize=undefined", "-shared", "-fPIC", "-s"),
 )
 
+_SHOWN = 8  # lines of what the compiler says
+
 CPP = (".cpp", ".cc", ".cxx", ".C")
 
 
@@ -81,7 +83,7 @@ def compile_shared(
         *(text for pair in sorted(sources.items()) for text in pair),
         *(path.read_bytes() for path in sorted(headers.glob("fmi*.h"))),
         *flags,
-        _compiler_version(),
+        compiler_version(),
     )
     kept = cache_folder() / "libraries" / key
     if not is_sealed(kept):
@@ -95,7 +97,12 @@ def compile_shared(
     return output
 
 
-def _compiler_version() -> str:
+def compiler_version() -> str:
+    """Version of the compiler that comes as a package.
+
+    Raises:
+        StickslipError: it is missing.
+    """
     try:
         return metadata.version("ziglang")
     except metadata.PackageNotFoundError:
@@ -131,7 +138,10 @@ def _compile(
             lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]
             if any("NoSpaceLeft" in line or "No space left" in line for line in lines):
                 raise _full()
-            shown = "\n  ".join(lines[:8])
-            raise StickslipError(f"The C compiler failed:\n  {shown}")
+            # lists of what it knows come before the error
+            first = next((i for i, line in enumerate(lines) if "error" in line), 0)
+            shown = "\n  ".join(lines[first if first >= _SHOWN else 0 :][:_SHOWN])
+            target = flags[flags.index("-target") + 1]
+            raise StickslipError(f"The C compiler failed for {target}:\n  {shown}")
         os.replace(library, kept)
     seal(kept)

@@ -23,7 +23,7 @@ def fit(
     estimator: Annotated[
         str, typer.Option(help="shooting, whole-cycle, lugre, weak-form or savitzky-golay.")
     ] = "shooting",
-    law: Annotated[str, typer.Option(help="Friction law: Conti, Stribeck, ...; or your own, my_law.py.")] = "Conti",
+    law: Annotated[str, typer.Option(help="Friction law: Conti, Tustin, ...; or your own, my_law.py.")] = "Conti",
     settings: Settings = None,
     uncertainty: Uncertainties = None,
     repair: Repairs = None,

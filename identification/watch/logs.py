@@ -18,7 +18,8 @@ from identification.measurement.sensor_checks import stick_ratio
 from identification.watch.chart import FIRST, control_chart
 from identification.watch.state import DECAY, FITTED, REFUSED, Entry, State
 from rig_io.description.answers import Answers
-from rig_io.description.draft import draft, log_files, write
+from rig_io.description.draft import draft, write
+from rig_io.description.example import log_files
 from rig_io.description.questions import missing
 from rig_io.logs.log import RigLog, StickslipWarning
 from rig_io.packages.datapackage import read_log

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rig_io.description.draft import Log
+from rig_io.description.runs import Log
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -22,6 +22,9 @@ from typing import Any
 import numpy as np
 import sympy
 
+sys.path.append(str(Path(__file__).parents[1] / "physics"))
+from pendulums import pendulum
+
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_source import sources
 from fmu_models.codegen.package import built, export
@@ -152,34 +155,15 @@ def smooth(n: int) -> Row:
     return declared, lowered, written, 1e6 * seconds / run.steps
 
 
-def pendulum(n: int) -> Mechanism:
-    """Point masses on massless links."""
-    q = [Coordinate(f"q{i}", "rad", "angle", velocity=f"w{i}", start=0.9 - 0.03 * i) for i in range(n)]
-    m = [Parameter(f"m{i}", 1.0 + 0.1 * i, "kg", "mass", positive=True) for i in range(n)]
-    length = [Parameter(f"l{i}", 0.6 - 0.01 * i, "m", "length", positive=True) for i in range(n)]
-    g = Parameter("g", 9.81, "m/s2", "gravity")
-    kinetic, potential = [], []
-    across, along, height = sympy.S.Zero, sympy.S.Zero, sympy.S.Zero
-    for i, x in enumerate(q):
-        across += length[i] * sympy.cos(x) * x.v
-        along += length[i] * sympy.sin(x) * x.v
-        height -= length[i] * sympy.cos(x)
-        kinetic.append(m[i] * (across**2 + along**2) / 2)
-        potential.append(m[i] * g * height)
-    return Mechanism(
-        name=f"pendulum_of_{n}",
-        title="pendulum",
-        source="benchmark",
-        coordinates=q,
-        kinetic_energy=sympy.Add(*kinetic),
-        potential_energy=sympy.Add(*potential),
-    )
+def chain_of_links(n: int) -> Mechanism:
+    """Point masses on massless links, from nearly one line."""
+    return pendulum([Coordinate(f"q{i}", "rad", "angle", velocity=f"w{i}", start=0.9 - 0.03 * i) for i in range(n)])
 
 
 def links(n: int) -> Row:
     """Links of a pendulum: symbolic work, build, a step of the run and what it loses of its energy."""
-    declared, lowered, written = symbolic(lambda: pendulum(n))
-    build, fmu = fmu_of(pendulum(n))
+    declared, lowered, written = symbolic(lambda: chain_of_links(n))
+    build, fmu = fmu_of(chain_of_links(n))
     seconds, run = run_of(fmu, 1.0, {})
     energy = simulate(fmu, 1.0, output_times=np.linspace(0.0, 1.0, 11))["energy"]
     return declared + lowered + written, build, 1e6 * seconds / run.steps, np.ptp(energy) / np.abs(energy).max()

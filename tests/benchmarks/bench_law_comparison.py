@@ -2,7 +2,7 @@
 
 Run:  python tests/benchmarks/bench_law_comparison.py [--seeds 10] [--estimator weak-form]
 Each seed is another bench with other noise, three drive speeds of 20 s each. Cases: right models of the three
-materials; micro-slip (LuGre, 5e4 N/m) fitted by a rigid law; an exponential Stribeck fall (and one with viscous
+materials; micro-slip (LuGre, 5e4 N/m) fitted by a rigid law; an exponential fall (and one with viscous
 friction) fitted by Conti's law. Printed: share of seeds with a warning, and by which test.
 """
 
@@ -42,7 +42,7 @@ CASES = (
     Case("paper/paper", "paper/paper", right=True),
     Case("paper/rubber, micro-slip 5e4", "paper/rubber", stiffness=5e4),
     Case("liner/rubber, micro-slip 5e4", "liner/rubber", stiffness=5e4),
-    Case("paper/rubber, exponential", "paper/rubber", law="exponential_stribeck v_s0=0.04"),
+    Case("paper/rubber, exponential", "paper/rubber", law="tustin v_s0=0.04"),
     Case("paper/rubber, with viscous friction", "paper/rubber", law="conti_viscous mu_v0=0.2"),
 )
 TESTS = ("speeds", "course", "pre-sliding", "other")

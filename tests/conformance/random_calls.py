@@ -154,6 +154,7 @@ class WiderCaller(Caller):
         types = {"Integer": c_int, "Boolean": c_int, "String": ctypes.c_char_p}
         if not self.one.two:
             types = {"Int32": ctypes.c_int32, "Boolean": c_bool, "Int64": ctypes.c_int64, "Float32": ctypes.c_float}
+            types["Clock"] = c_bool
         kind = self.random.choice(sorted(types))
         data = (types[kind] * n)()
         verb = self.random.choice(("Get", "Set"))

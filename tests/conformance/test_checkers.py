@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 from fmpy.validation import validate_fmu
 
+# friction, impacts, laws that are no analytic function where contact begins
+FACES = ("disc_rig", "woodpecker", "hinge_clearance")
+
 
 def test_fmpy_finds_no_problem(path: Path) -> None:
     assert validate_fmu(str(path)) == []
@@ -32,10 +35,12 @@ def test_fmu_manipulation_toolbox_finds_no_problem(path: Path, caplog: pytest.Lo
     assert any("No semantic error" in message for _, message in said)
 
 
-def test_importers_that_compile_can(path: Path, tmp_path: Path) -> None:
+def test_importers_that_compile_can(case: tuple[str, str], path: Path, tmp_path: Path) -> None:
     from fmpy import extract, platform, platform_tuple, simulate_fmu
     from fmpy.build import build_platform_binary
 
+    if case[1] == "2.0" and case[0] not in FACES:
+        pytest.skip("its sources differ from those of FMI 3 in the face alone, which other models have too")
     if shutil.which("cmake") is None or shutil.which("cc") is None:
         pytest.skip("needs cmake and a C compiler of the system")
     folder = Path(extract(str(path), unzipdir=str(tmp_path / "fmu")))

@@ -18,7 +18,7 @@ from rig_io.logs import guarded
 from rig_io.readers import READERS, read_table
 
 NEEDED = {".tdms": "nptdms", ".mf4": "asammdf", ".parquet": "pyarrow", ".xlsx": "openpyxl", ".ods": "odf"}
-CASES = int(os.environ.get("STICKSLIP_FUZZ", "2000"))  # damaged files for each format
+CASES = int(os.environ.get("STICKSLIP_FUZZ", "400"))  # damaged files for each format
 JOB = 20  # of them at once
 GUARDED = (".tdms", ".mf4", ".h5", ".mat", ".parquet", ".xlsx", ".ods")  # parsed in a process of their own
 FEW = 60  # rows of the file that is damaged

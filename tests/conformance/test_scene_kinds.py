@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,16 +11,29 @@ import pytest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import compute
 from fmu_models.scene.kinds import KINDS
+from fmu_models.scene.kinds.kind import PARAMETERS, STATES
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Compute
 
+AXES = {
+    "": {},
+    PARAMETERS: {"omega": (0.8, 0.81), "f0": (0.3, 0.32)},
+    STATES: {"x": (0.0, 0.1), "v": (0.0, 0.1)},
+}
+
 
 @pytest.mark.parametrize("name", KINDS.members())
 def test_a_kind_gives_numbers(name: str) -> None:
-    scene = read_scene("discontinuous_support_table_1")
-    how = Compute(kind=name, samples=51, period=2.0 * np.pi)
-    scene = replace(scene, stop_time=20.0 * np.pi, compute=how)
-    (row,) = compute(scene, Fmu.open(built_scene(scene)))
-    assert row.values and all(isinstance(value, float) and np.isfinite(value) for value in row.values.values())
-    assert row.trajectory is None or len(row.trajectory.time) > 1
+    scene = read_scene("discontinuous_support_periods")
+    kind = KINDS.load(name)
+    how: dict[str, Any] = {"period": 2.0 * np.pi / 0.8}
+    if kind.sweeps:
+        how = {"over": "omega", "values": (0.8, 0.81), "forcing": "omega", "angular": True}
+    asked = Compute(kind=name, samples=51, axes=AXES[kind.axes], **how)
+    scene = replace(scene, stop_time=1000.0 * np.pi, compute=asked)
+    rows = compute(scene, Fmu.open(built_scene(scene)))
+    assert [row.at for row in rows] == (list(asked.values) or [None])
+    for row in rows:
+        assert row.values and all(isinstance(value, float) and np.isfinite(value) for value in row.values.values())
+        assert row.trajectory is None or len(row.trajectory.time) > 1

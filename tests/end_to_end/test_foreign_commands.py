@@ -147,3 +147,22 @@ def test_an_existing_file_stays(stickslip, block, tmp_path):
     assert (tmp_path / "run.h5").read_text() == "mine"
     assert stickslip(*RUN, "-o", "run.h5", "--overwrite").code == 0
     assert read_trajectory(tmp_path / "run.h5").provenance
+
+
+def test_families_of_motions_of_an_fmu_of_somebody_else(stickslip, tmp_path):
+    shutil.copy(built("discontinuous_support"), tmp_path / "support.fmu")
+    altered(tmp_path / "support.fmu", ('generationTool="stickslip [^"]*"', 'generationTool="Elsewhere"'))
+    forced = ("support.fmu", "--forcing", "omega")
+    found = stickslip("diagram", *forced, "--over", "omega=0.9:1.1:2", "--start", "x=0", "--json")
+    assert found.code == 0 and found.json["periods"] == [[1, 1]], found.err
+    assert "its directional derivatives" in found.json["how"]
+    assert "directional" in stickslip("lyapunov", *forced, "--steps", 40, "--transient", 5).out
+    starts = ("--set", "omega=1.18", "--over", "x=-8:8:2", "--over", "v=-8:8:2")
+    here = stickslip("basins", *forced, *starts, "--json").json
+    assert here["labels"] == stickslip("basins", "discontinuous_support", *forced[1:], *starts, "--json").json["labels"]
+    section = stickslip("section", *forced, "--level", "v=0", "--down", "--points", 1, "--json").json
+    assert section["points"][0][0] == pytest.approx(4.334229130298108, abs=1e-9)
+    lines = stickslip("spectrum", *forced, "--lines", 2, "--json").json
+    assert lines["period"] == 1 and "importer" in lines["how"]
+    refused = stickslip("section", *forced, "--impacts", "support")
+    assert refused.code == 2 and "not of this suite" in refused.err

@@ -70,7 +70,7 @@ def test_every_law_is_fitted_written_read_and_simulated(name: str, logs: list[Ri
     assert again == fit and again.law == name
     motion = fitted_model(again).run({"disc0": 0.41}, 5.0, 1e-3)
     slip = 0.06 * 0.41 - 0.125 * motion.speed
-    if name in ("Conti", "Conti+viscous", "Stribeck"):
+    if name in ("Conti", "Conti+viscous", "Tustin"):
         # it sticks and slips, and the spring is released at the friction at rest of this law
         assert np.mean(np.abs(slip) < 1e-9) > 0.1
         at_rest = float(find_law(name).value(np.zeros(1), fit.law_values)[0])
@@ -79,6 +79,14 @@ def test_every_law_is_fitted_written_read_and_simulated(name: str, logs: list[Ri
             fit.constant("k/J").value * 0.0548
         )
         assert np.max(held) == pytest.approx(reached, abs=2e-4)
+    elif name == "Dieterich":
+        # it is the age of contacts at release that sets the cycle
+        assert 0.1 < np.ptp(motion.angle) < 0.3
+    elif name == "Stribeck+viscous":
+        # its fall begins with no slope: the disc comes near to rest where the spring balances it
+        friction = float(find_law(name).value(np.array([0.06 * 0.41]), fit.law_values)[0])
+        balance = friction * 4.905 * 0.125 / (fit.constant("k/J").value * 0.0548)
+        assert np.mean(motion.angle) == pytest.approx(balance, rel=0.01)
     else:
         # friction that does not fall drives no cycle: the disc rests where the spring balances it
         assert np.ptp(motion.angle) < 1e-3
@@ -93,14 +101,14 @@ def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleTyp
     ready = pool(benchmark.logs(cases["paper/rubber, exponential"], 3))
     other = benchmark.flagged(fit_friction(ready, estimator="weak-form"))
     assert other["speeds"] and other["course"] and not other["pre-sliding"]
-    compared = compare_laws(ready, ("Coulomb", "Conti", "Stribeck"))
-    assert compared.best.law == "Stribeck" and compared.verdict.endswith("Sure.") and compared.warnings == ()
+    compared = compare_laws(ready, ("Coulomb", "Conti", "Tustin"))
+    assert compared.best.law == "Tustin" and compared.verdict.endswith("Sure.") and compared.warnings == ()
     values = compared.best.values
     assert (values["mu_s"], values["mu_k"], values["v_s"]) == pytest.approx((0.65, 0.35, 0.04), rel=0.01)
     console = Console(width=200, record=True, file=io.StringIO())
     print_laws(compared, console)
     text = console.export_text()
-    assert "independent ones" in text and "held out" in text and "Stribeck before Conti" in text
+    assert "independent ones" in text and "held out" in text and "Tustin before Conti" in text
 
 
 def test_the_default_fit_is_near_the_bound(logs: list[RigLog]) -> None:

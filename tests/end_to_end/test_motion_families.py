@@ -33,12 +33,45 @@ def test_basins_as_a_data_set(stickslip, tmp_path):
         assert found["attractor"].values.tolist() == answer.json["labels"]
 
 
+def test_a_store_goes_on_and_is_read(stickslip, tmp_path):
+    asked = (
+        "basins",
+        *SUPPORT,
+        "--set",
+        "omega=1.18",
+        "--over",
+        "x=-8:8:9",
+        "--over",
+        "v=-8:8:9",
+        "-o",
+        "b.zarr",
+        "--json",
+    )
+    first = stickslip(*asked, "--resume", "--workers", 2)
+    assert first.code == 0 and first.json["files"] == ["b.zarr"]
+    with xarray.open_zarr(tmp_path / "b.zarr", consolidated=False, chunks=None) as found:
+        assert found["attractor"].values.tolist() == first.json["labels"] and found.attrs["finished"]
+    assert stickslip(*asked).json == first.json
+    other = stickslip(*asked, "--most", 10)
+    assert other.code == 2 and "most = 3000 there, 10 here" in other.err
+
+
 def test_exponents_of_a_map_a_model_and_a_scene(stickslip):
     henon = stickslip("lyapunov", "henon", "--steps", 20_000, "--json").json
     assert henon["exponents"][0] == pytest.approx(0.419, abs=0.02) and henon["unit"] == "1"
     hinge = stickslip("lyapunov", SCENE, "--steps", 400, "--transient", 20, "--json").json
     assert len(hinge["exponents"]) == 2 and hinge["zero"] is None
     assert "2 Lyapunov exponents" in stickslip("lyapunov", "henon", "--steps", 2000).out
+
+
+def test_a_family_takes_from_its_scene_what_it_is_not_given(stickslip):
+    whole = stickslip("diagram", "bouncing_ball_diagram", "--json").json
+    assert len(whole["values"]) == 141 and whole["periods"][0][0] == 1 and 8 in whole["periods"][0]
+    asked = ("--over", "A=0.003:0.0031:2", "--direction", "down")
+    part = stickslip("diagram", "bouncing_ball_diagram", *asked, "--json").json
+    assert part["values"] == [0.003, 0.0031] and part["directions"] == ["down"] and part["periods"] == [[1, 1]]
+    basins = stickslip("basins", "bouncing_ball_diagram")
+    assert basins.code == 2 and "A range for each axis is needed" in basins.err
 
 
 def test_a_chart_a_section_and_a_spectrum(stickslip):
@@ -57,6 +90,8 @@ def test_a_chart_a_section_and_a_spectrum(stickslip):
     [
         (("diagram", "discontinuous_support", "--over", "omega=0.9:1:3"), "needs a period"),
         (("diagram", *SUPPORT, "--over", "omega=0.9:1"), "NAME=FROM:TO:COUNT"),
+        (("diagram", *SUPPORT, "--over", "omega=0.9:1:3", "--resume"), "goes on with a store"),
+        (("section", *SUPPORT, "-o", "s.zarr"), "must end in one of .csv, .nc"),
         (("diagram", *SUPPORT, "--over", "omega=0.9:1:3", "--over", "f0=0:1:3"), "1 range is needed"),
         (("basins", *SUPPORT, "--over", "y=0:1:3"), "no state 'y'"),
         (("section", *SUPPORT, "--level", "x=0", "--impacts", "support"), "name one of them"),
@@ -64,6 +99,7 @@ def test_a_chart_a_section_and_a_spectrum(stickslip):
         (("spectrum", "henon"), "is a map"),
         (("lyapunov", "henon", "-o", "x.txt"), ".csv"),
         (("lyapunov", "henon", "--figure", "x.gif"), "known format"),
+        (("diagram", "henon", "--over", "a=1:1.4:3", "--interactive", "x.png"), "end it in .html"),
     ],
 )
 def test_bad_arguments_are_refused(stickslip, tmp_path, arguments, said):

@@ -112,7 +112,7 @@ def test_nothing_is_fitted_twice(stickslip, bench: Path, monkeypatch) -> None:
     by_name = {one["name"]: one for one in again["entries"]}
     assert by_name["run-0.csv"] == next(one for one in first["entries"] if one["name"] == "run-0.csv")
     assert by_name["copy.csv"]["status"] == "refused" and "the same data" in by_name["copy.csv"]["reason"]
-    refused = stickslip("watch", bench, "--once", "--law", "Stribeck")
+    refused = stickslip("watch", bench, "--once", "--law", "Tustin")
     assert refused.code == 2 and "--state FILE" in refused.err
 
 

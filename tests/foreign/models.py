@@ -32,8 +32,10 @@ class Foreign:
 
 
 INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
+FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)), directional=True)
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
+    "dahlquist": Foreign(("x",), (1.0,), (("k", 1.0),)),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
     "ball": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1),
     # ball.c as tools write it: an edge of h < 0, remembered between events
@@ -48,6 +50,19 @@ MODELS = {
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
     "block": Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,)),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "bar": Foreign(
+        ("y", "v", "w"),
+        (0.0, 1.0, 0.3),
+        (("mu_1", 1.0), ("mu_2", 0.5), ("pull", 0.8), ("twist", 0.1), ("arm", 1.0)),
+        ("side_1", "side_2"),
+        indicators=2,
+        depends=(2, 3),
+    ),
+    "cross": Foreign(("x", "y", "w"), (0.3, 0.2, 0.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
+    "hook": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "nudges"), indicators=2, depends=(1, 2)),
+    "relays": Foreign(
+        ("a", "b", "c", "d", "e"), (1.0, 2.0, 3.0, 4.0, 5.0), (), (), indicators=5, depends=(1, 2, 3, 4, 5)
+    ),
     "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
@@ -60,6 +75,17 @@ MODELS = {
     "integers": INTEGERS,
     "integers_fixed": replace(INTEGERS, any_step=False),
     "integers_refusing": INTEGERS,
+    "forced": FORCED,
+    "forced_silent": replace(FORCED, directional=False),
+    "support": Foreign(
+        ("x", "v"),
+        (0.0, 0.0),
+        (("c", 0.05), ("f0", 0.5), ("omega", 1.0), ("ks", 10.0), ("cs", 0.3), ("g", 4.0)),
+        ("touches", "begun"),
+        indicators=1,
+        directional=True,
+    ),
+    "ball_steps": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), co_simulation=True),
     "driven": Foreign(("x",), (0.0,), (("u", 0.0), ("step", 0.0)), ("events",), inputs=("u", "step")),
 }
 
@@ -68,7 +94,7 @@ def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
     options = (f"-DFMI={fmi}", "-Wno-unused-function")
-    source = FOLDER / f"{name.removesuffix('_fixed')}.c"
+    source = FOLDER / f"{name.removesuffix('_fixed').removesuffix('_silent')}.c"
     return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
 
 
@@ -83,7 +109,7 @@ def _two(name: str, m: Foreign) -> str:
         for i, s in enumerate(m.states)
     ]
     lines += [
-        f'<ScalarVariable name="{p}" valueReference="{201 + i}" {_kind(m, p)}><Real start="{v}"/>'
+        f'<ScalarVariable name="{p}" valueReference="{201 + i}" {_kind(m, p)}><Real{_unit(p)} start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
     ]
     lines += [
@@ -97,7 +123,7 @@ def _two(name: str, m: Foreign) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}" numberOfEventIndicators="{m.indicators}">
 {_interface(name, m, f'completedIntegratorStepNotNeeded="{_word(not m.completes)}" providesDirectionalDerivative', "")}
-<ModelVariables>
+{_units(m)}<ModelVariables>
 {variables}
 </ModelVariables>
 <ModelStructure><Outputs>{"".join(f'<Unknown index="{i}"/>' for i in outputs)}</Outputs>
@@ -117,7 +143,7 @@ def _three(name: str, m: Foreign) -> str:
         f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)
     ]
     lines += [
-        f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)} start="{v}"/>'
+        f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)}{_unit(p)} start="{v}"/>'
         for i, (p, v) in enumerate(m.parameters)
     ]
     lines += [f'<Float64 name="z{i}" valueReference="{301 + i}"/>' for i in range(m.indicators)]
@@ -137,7 +163,7 @@ def _three(name: str, m: Foreign) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">
 {_interface(name, m, exchange, 'hasEventMode="true"')}
-<ModelVariables>
+{_units(m)}<ModelVariables>
 {chr(10).join(lines)}
 </ModelVariables>
 <ModelStructure>
@@ -156,6 +182,14 @@ def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
 
 def _kind(m: Foreign, name: str) -> str:
     return 'causality="input"' if name in m.inputs else 'causality="parameter" variability="fixed"'
+
+
+def _unit(name: str) -> str:
+    return ' unit="rad/s"' if name == "omega" else ""
+
+
+def _units(m: Foreign) -> str:
+    return '<UnitDefinitions><Unit name="rad/s"/></UnitDefinitions>' if "omega" in dict(m.parameters) else ""
 
 
 def _word(value: bool) -> str:

@@ -7,10 +7,13 @@ import pytest
 from models import Models
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.package import built
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.signal import Signal
 
 
@@ -68,6 +71,29 @@ def test_an_fmu_without_model_exchange_asked_for_a_method(model: Models) -> None
         simulate_any(model("integers"), 5.0, method="stiff")
     with pytest.raises(StickslipError, match="offers Model Exchange, but no Co-Simulation"):
         simulate_any(model("ball"), 5.0, method="co-simulation")
+
+
+def test_a_ball_that_falls_through_is_told_where_its_impacts_are(model: Models, fmi: int) -> None:
+    fall = np.sqrt(2 / 9.81)
+    limit = fall * (1 + 0.7) / (1 - 0.7)
+    if fmi == 2:
+        # no events, and outputs at communication points tell a fall from a flight in no other way than the model does
+        assert simulate_any(model("ball_steps"), 3.0, communication_step=0.01)["h"][-1] < -0.1
+        return
+    with pytest.raises(MotionError, match=r"events of the FMU accumulate at t = 2\.5586.*--on-zeno continue") as caught:
+        simulate_any(model("ball_steps"), 3.0, communication_step=0.01)
+    assert (caught.value.kind, caught.value.time) == ("zeno", pytest.approx(limit, abs=1e-6))
+    run = simulate_any(model("ball_steps"), 3.0, communication_step=0.01, on_zeno="continue")
+    assert "events accumulate at t = 2.5586" in run.method
+    assert run["h"][-1] < -0.1
+    # until shortly before it is a run as any other
+    assert simulate_any(model("ball_steps"), 2.5, communication_step=0.01)["bounces"][-1] > 8
+
+
+def test_our_own_ball_comes_to_rest_in_co_simulation() -> None:
+    fmu = Fmu.open(built("bouncing_ball", fmi_version="3.0"))
+    run = simulate_any(fmu, 10.0, method="co-simulation", communication_step=0.05)
+    assert "accumulate" not in run.method
 
 
 @pytest.mark.parametrize("step", [0.0, -1.0, float("nan")])

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from models import Models
+from numpy.polynomial import Polynomial
 from scipy.optimize import root_scalar
 
 from fmu_models.importer.driver import simulate_any
@@ -80,8 +81,64 @@ def test_a_jump_that_nobody_announces_is_no_hang(model: Models, method: str) -> 
         simulate_any(model("silent_relay"), 20.0, method=method, tolerance=1e-9)
 
 
-def test_two_surfaces_at_once_are_told(model: Models) -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_a_bar_sticks_in_both_contacts(model: Models, method: str) -> None:
+    """In closed form: a moment of sliding, contact 2 sticks, both do, contact 1 lets go, contact 2 does."""
+    mu_1, mu_2, pull, twist, arm = 1.0, 0.5, 0.8, 0.1, 2.0
+    run = simulate_any(
+        model("bar"), 3.7, method=method, tolerance=1e-9, parameters={"arm": arm}, start={"w": 0.0}, record=[]
+    )
+    sliding_v = Polynomial([1.0, -(mu_1 + mu_2), pull / 2])
+    sliding_w = 2 * Polynomial([0.0, -(mu_1 - arm * mu_2), twist / 2])
+    stick_2 = min((sliding_v - arm * sliding_w).roots())
+    # while contact 2 sticks: v' = arm w' gives its force
+    force_2 = Polynomial([(2 * arm - 1) * mu_1, pull - 2 * arm * twist]) / (1 + 2 * arm**2)
+    carried = (Polynomial([-mu_1, pull]) - force_2).integ()
+    braking = carried - carried(stick_2) + sliding_v(stick_2)
+    stick_1 = min(root for root in braking.roots() if root > stick_2)
+    # at rest the loads alone give both forces: F1 + F2 = pull t, F1 - arm F2 = twist t
+    slip_1 = mu_1 * (1 + arm) / (arm * pull + twist)
+    assert [(event.kind, event.indicator) for event in run.events] == [("slide", 1), ("slide", 0), ("leave", 0)]
+    assert [event.time for event in run.events] == pytest.approx([stick_2, stick_1, slip_1], abs=1e-8)
+    v = np.select(
+        [run.time < stick_2, run.time < stick_1, run.time < slip_1],
+        [sliding_v(run.time), braking(run.time), 0.0],
+        carried(run.time) - carried(slip_1),
+    )
+    assert np.abs(run["v"] - v).max() < 1e-8
+    assert np.abs(run["w"] - np.where(run.time < stick_2, sliding_w(run.time), v / arm)).max() < 1e-8
+    assert run.method.endswith("2 sliding motions by the convex mean of the fields, along 2 surfaces at once")
+
+
+def test_two_contacts_stick_in_the_same_instant_and_let_go_in_another(model: Models) -> None:
+    equal = {"mu_1": 0.75, "mu_2": 0.75, "twist": 0.0}
+    run = simulate_any(model("bar"), 3.0, tolerance=1e-9, parameters=equal, start={"w": 0.0}, record=[])
+    still, go = (1.5 - math.sqrt(1.5**2 - 1.6)) / 0.8, 1.5 / 0.8
+    v = np.where(run.time < still, 1 - 1.5 * run.time + 0.4 * run.time**2, 0.4 * np.maximum(run.time - go, 0) ** 2)
+    assert np.abs(run["v"] - v).max() < 1e-8
+    assert np.abs(run["w"]).max() < 1e-9
+
+
+def test_the_mean_of_fields_that_are_no_sum_is_told_to_be_a_convention(model: Models) -> None:
+    run = simulate_any(model("cross"), 2.0)
+    # the means 1/2 of sgn(x) and -1/4 of sgn(y), taken as independent; before, x falls to zero at 0.6 along y = 0
+    assert run["w"][-1] == pytest.approx(0.16 + (0.6 - 0.16) * -0.25 + (2.0 - 0.6) * 0.5 * -0.25, abs=1e-8)
+    assert "the mean is a convention there" in run.method
+
+
+def test_a_corner_is_reached_and_kept(model: Models) -> None:
+    run = simulate_any(model("corner"), 5.0)
+    assert [event.time for event in run.events] == pytest.approx([1.0, 2.0], abs=1e-9)
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_two_surfaces_that_are_no_motion_are_told(model: Models) -> None:
     with pytest.raises(
-        MotionError, match=r"indicator 1.*depends on y.*chatters at t = 2 s.*surface of event indicator 0"
+        MotionError, match=r"indicator 1.*depends on y.*chatters at t = 2 s.*surface of event indicator 0.*cannot"
     ):
-        simulate_any(model("corner"), 5.0)
+        simulate_any(model("hook"), 5.0)
+
+
+def test_more_surfaces_than_are_computed_are_told(model: Models) -> None:
+    with pytest.raises(MotionError, match=r"indicator 4.*at t = 5 s.*along 4 surfaces.*many at once"):
+        simulate_any(model("relays"), 6.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -11,6 +12,8 @@ import numpy as np
 import pytest
 import sympy
 from colliding import opened, rod
+from faces import face
+from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
@@ -42,6 +45,23 @@ m, g = Parameter("m", 1.0, "kg", "mass", positive=True), Parameter("g", 9.81, "m
 e, mu = Parameter("e", 0.0, "1", "coefficient of restitution"), Parameter("mu", 0.8, "1", "coefficient of friction")
 
 
+def of_energies(
+    name: str, coordinates: Sequence[Coordinate], kinetic: sympy.Expr, potential: sympy.Expr, contacts: list[Impact]
+) -> Fmu:
+    """A mechanism, built."""
+    return opened(
+        Mechanism(
+            name=name,
+            title="t",
+            source="s",
+            coordinates=coordinates,
+            kinetic_energy=kinetic,
+            potential_energy=potential,
+            contacts=contacts,
+        )
+    )
+
+
 @cache
 def rocking_block() -> Fmu:
     """A block of sides 2 b and 2 h on its two lower corners."""
@@ -59,17 +79,7 @@ def rocking_block() -> Fmu:
         for name, k in (("left", -1), ("right", 1))
     ]
     energy = m * (x.v**2 + y.v**2) / 2 + m * (b**2 + h**2) / 3 * phi.v**2 / 2
-    return opened(
-        Mechanism(
-            name="rocking_block",
-            title="t",
-            source="s",
-            coordinates=[x, y, phi],
-            kinetic_energy=energy,
-            potential_energy=m * g * y,
-            contacts=corners,
-        )
-    )
+    return of_energies("rocking_block", [x, y, phi], energy, m * g * y, corners)
 
 
 def rest_of_block(tilt: float) -> float:
@@ -143,17 +153,7 @@ def ball_in_a_box() -> Fmu:
     contacts = [
         Impact(name=name, gap=gap, restitution=Newton(e), slip=slip, mu=mu) for name, (gap, slip) in walls.items()
     ]
-    return opened(
-        Mechanism(
-            name="ball_in_a_box",
-            title="t",
-            source="s",
-            coordinates=[x, y, phi],
-            kinetic_energy=m * (x.v**2 + y.v**2) / 2 + J * phi.v**2 / 2,
-            potential_energy=m * g * y,
-            contacts=contacts,
-        )
-    )
+    return of_energies("ball_in_a_box", [x, y, phi], m * (x.v**2 + y.v**2) / 2 + J * phi.v**2 / 2, m * g * y, contacts)
 
 
 def bounced(state: Array, stop: float, e: float, mu: float, gravity: float) -> tuple[Array, int]:
@@ -228,17 +228,7 @@ def stack() -> Fmu:
     ]
     kinetic = sympy.Add(*(n * (a.v**2 + c.v**2) / 2 for n, a, c in zip(masses, x, y, strict=True)))
     potential = sympy.Add(*(n * g * c + k * a**2 / 2 for n, k, a, c in zip(masses, springs, x, y, strict=True)))
-    return opened(
-        Mechanism(
-            name="stack",
-            title="t",
-            source="s",
-            coordinates=[*x, *y],
-            kinetic_energy=kinetic,
-            potential_energy=potential,
-            contacts=contacts,
-        )
-    )
+    return of_energies("stack", [*x, *y], kinetic, potential, contacts)
 
 
 def test_stacked_blocks_on_a_belt() -> None:
@@ -290,6 +280,28 @@ def test_which_solution_of_painleve_is_taken() -> None:
     # G_NN - mu G_NT < 0 times the force is minus what the end would rise with
     rises = math.sin(math.pi / 4) * fast**2 - 9.81
     assert down["end_force"][0] == pytest.approx(rises / (1.5 * (LIMIT + 0.1) - 2.5), rel=1e-9)
+
+
+@pytest.mark.parametrize(("depth", "located"), [(1e-5, True), (0.05, False)])
+def test_an_importer_far_below_the_wall_is_told_of_its_step_and_not_only_of_painleve(
+    depth: float, located: bool
+) -> None:
+    fmu, given = rod("newton"), sliding_rod(LIMIT + 0.1, 0.0)
+    with face(fmu, co_simulation=False) as f:
+        f.set(given["parameters"] | given["start"] | {"y": 2.0})
+        f.initialize()
+        f.update()
+        f.api.enterContinuousTimeMode()
+        f.api.setTime(0.5)
+        below = given["start"] | {"y": given["start"]["y"] - depth, "vy": -1e-7}
+        f.set_states(np.array([below.get(name, 0.0) for name in fmu.states]))
+        f.api.enterEventMode()
+        with pytest.raises(FMICallException):
+            f.update()
+        said = f.messages[-1]
+    blames = "the event of contact 'end' was never located" in said and "the importer's step is too long" in said
+    assert "no states of 'end' fit the motion" in said
+    assert blames != located
 
 
 def test_painleve_without_a_solution_is_refused_with_words() -> None:

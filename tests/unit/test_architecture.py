@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -19,8 +20,9 @@ FLOORS = (
     ("fmu_models.codegen",),
     ("fmu_models.fmu",),
     ("fmu_models.simulation",),
-    ("fmu_models.importer", "fmu_models.analyses"),
-    ("fmu_models.coupling", "fmu_models.scene"),
+    ("fmu_models.importer",),
+    ("fmu_models.analyses", "fmu_models.coupling"),
+    ("fmu_models.scene",),
     ("fmu_models.report",),
     ("fmu_models.validation",),
     ("fmu_models.commands",),
@@ -92,3 +94,9 @@ def test_no_circle():
 def test_no_loose_files(package):
     loose = {path.name for path in (ROOT / package).glob("*.py")} - {"__init__.py", "cli.py"}
     assert not loose, f"give {', '.join(sorted(loose))} a room"
+
+
+def test_names_of_tests_are_unique():
+    """Pytest collects one of two files of the same name only, whatever folders they are in."""
+    names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
+    assert not [name for name, count in names.items() if count > 1]

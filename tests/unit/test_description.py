@@ -47,7 +47,6 @@ DESCRIPTIONS: dict[str, tuple[str | bytes, str]] = {
     "library of Windows": (XML.replace('"ramp"', '"C:\\evil"'), "not the name of a library"),
     "no library": (XML.replace('"ramp"', '""'), "not the name of a library"),
     "climbing library, FMI 3": (XML3.replace('"ramp"', '"../evil"'), "not the name of a library"),
-    "scheduled only": (XML3.replace("ModelExchange", "ScheduledExecution"), "Scheduled Execution only"),
     "variable 0": (XML.replace('<Unknown index="2"', '<Unknown index="0"'), "counts from 1"),
     "negative dependency": (XML.replace('index="2"', 'index="2" dependencies="-1"'), "counts from 1"),
     "variable 9": (XML.replace('<Unknown index="2"', '<Unknown index="9"'), "cannot be read"),

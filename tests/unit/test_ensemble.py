@@ -234,7 +234,7 @@ def test_a_map_obeys_the_same_rules():
         (lambda: chart(support(), what="colour", omega=[1.0], f0=[1.0]), "shows one of period"),
         (lambda: chart(support(), refine=3, omega=[1.0], f0=[1.0]), "power of two"),
         (lambda: rotation_number(support(), about={"x": 0.0}), "two states"),
-        (lambda: poincare_section(Crossing(SUPPORT, "x", 100.0, forcing="omega")), "section not met"),
+        (lambda: poincare_section(Crossing(SUPPORT, "x", 100.0, forcing="omega")), "not met within 1000 periods, 6283"),
         (lambda: spectrum(simulate(SUPPORT, 1.0, output_times=[0.0, 0.1, 1.0])), "even samples"),
         (lambda: support().start([1.0]), "2 finite numbers"),
     ],

@@ -21,9 +21,11 @@ ROOT = Path(__file__).parents[2]
 VALUES = {
     "Coulomb": (0.4,),
     "Coulomb+viscous": (0.4, 0.7),
+    "Dieterich": (0.5, 0.02),
     "Conti": (0.65, 0.35, 15.0),
-    "Stribeck": (0.65, 0.35, 0.06),
+    "Tustin": (0.65, 0.35, 0.06),
     "Conti+viscous": (0.65, 0.35, 15.0, 0.7),
+    "Stribeck+viscous": (0.65, 0.35, 0.06, 0.7),
 }
 SLIP = np.linspace(0, 0.3, 31)
 
@@ -33,9 +35,19 @@ def conti(v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (q[0] - q[1]) * left + q[1], np.stack([left, 1 - left, -(q[0] - q[1]) * v * left**2])
 
 
-def stribeck(v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def tustin(v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     left = np.exp(-v / q[2])
     return q[1] + (q[0] - q[1]) * left, np.stack([left, 1 - left, (q[0] - q[1]) * left * v / q[2] ** 2])
+
+
+def gauss(v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    left = np.exp(-((v / q[2]) ** 2))
+    return q[1] + (q[0] - q[1]) * left, np.stack([left, 1 - left, 2 * (q[0] - q[1]) * left * v**2 / q[2] ** 3])
+
+
+def dieterich(v: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    log = np.log((v + 1e-6) / 0.05)
+    return q[0] - q[1] * log, np.stack([np.ones_like(v), -log])
 
 
 def viscous(v: np.ndarray, dry: tuple[np.ndarray, np.ndarray], mu_v: float) -> tuple[np.ndarray, np.ndarray]:
@@ -46,8 +58,10 @@ def viscous(v: np.ndarray, dry: tuple[np.ndarray, np.ndarray], mu_v: float) -> t
 FORMULAS: dict[str, Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
     "Coulomb": lambda v, q: (np.full_like(v, q[0]), np.ones((1, *v.shape))),
     "Coulomb+viscous": lambda v, q: (q[0] + q[1] * v, np.stack([np.ones_like(v), v])),
+    "Dieterich": dieterich,
     "Conti": conti,
-    "Stribeck": stribeck,
+    "Tustin": tustin,
+    "Stribeck+viscous": lambda v, q: viscous(v, gauss(v, q), q[3]),
     "Conti+viscous": lambda v, q: viscous(v, conti(v, q), q[3]),
     "LuGre": lambda v, q: (conti(v, q)[0], np.concatenate([conti(v, q)[1], np.zeros((2, *v.shape))])),
 }
@@ -88,7 +102,7 @@ def test_what_mu_does_not_tell_starts_at_its_default() -> None:
     assert list(law.start(SLIP, law.value(SLIP, q))[3:]) == [2e5, 100.0]
 
 
-@pytest.mark.parametrize("name", ["Conti", "Conti+viscous", "Stribeck", "LuGre"])
+@pytest.mark.parametrize("name", ["Conti", "Conti+viscous", "Tustin", "Stribeck+viscous", "LuGre"])
 def test_rising_friction_is_warned_of(name: str) -> None:
     law = find_law(name)
     q = np.array([one.value for one in law.parameters])
@@ -118,11 +132,11 @@ def test_a_law_that_cannot_be_fitted_says_why(name: str, reason: str) -> None:
 
 
 def test_laws_are_known_by_the_names_of_their_files_too() -> None:
-    assert find_law("exponential_stribeck").name == "Stribeck"
+    assert find_law("tustin").name == "Tustin"
 
 
 def test_a_law_goes_to_another_process() -> None:
-    for law in (find_law("Conti"), joint_law(find_law("Stribeck"), "sequential")):
+    for law in (find_law("Conti"), joint_law(find_law("Tustin"), "sequential")):
         again = pickle.loads(pickle.dumps(law))
         q, v = np.full(len(law.parameters), 0.3), np.full((4, 2), 0.1)
         np.testing.assert_array_equal(again.value(v, q), law.value(v, q))

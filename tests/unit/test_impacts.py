@@ -12,7 +12,7 @@ import sympy
 from compiled_model import CompiledModel
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.model_description import Description
+from fmu_models.codegen.model_structure import ModelStructure
 from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Output
 from fmu_models.language.impacts import MAX_IMPACTS, Impact, Newton, Poisson
@@ -315,10 +315,10 @@ def test_restriction_keeps_what_belongs_to_the_contacts_kept():
 
 
 def test_the_description_of_an_fmu_names_both_directions():
-    description = Description(lower(declare(impact())))
-    names = {v.reference: v.name for v in description.variables}
+    description = ModelStructure(lower(declare(impact())))
+    names = {v.reference: v.name for v in description.variables.listed}
     assert list(names.values())[-4:] == ["rim_state", "rim_friction_state", "rim_indicator", "rim_friction_indicator"]
-    states = {v.name: v for v in description.contact_states}
+    states = {v.name: v for v in description.variables.contact_states}
     assert "2 open, 3 closed, 5 chattering" in states["rim_state"].description
     assert states["rim_state"].description.startswith("rim on wall: ")
     assert states["rim_state"].maximum == 5

@@ -6,16 +6,19 @@ import dataclasses
 import math
 
 import pytest
+from lxml import etree  # type: ignore[attr-defined]  # compiled, without types
 
-from fmu_models.codegen.model_description import Description, Unknown, _base_unit, model_description
+from fmu_models.codegen.model_description import model_description
+from fmu_models.codegen.model_structure import ModelStructure, Unknown
 from fmu_models.codegen.package import variant
 from fmu_models.codegen.rights import Rights
+from fmu_models.codegen.variables import base_unit
 from fmu_models.lowering.lower import lower
 
 
 @pytest.fixture(scope="module")
-def rig() -> Description:
-    return Description(lower(variant("disc_rig")))
+def rig() -> ModelStructure:
+    return ModelStructure(lower(variant("disc_rig")))
 
 
 @pytest.mark.parametrize(
@@ -31,19 +34,19 @@ def rig() -> Description:
     ],
 )
 def test_units_in_base_units(unit: str, base: dict[str, float]) -> None:
-    assert _base_unit(unit) == base
+    assert base_unit(unit) == base
 
 
-def test_references_are_consecutive_in_the_order_of_the_engine(rig: Description) -> None:
-    names = [v.name for v in rig.variables]
-    assert [v.reference for v in rig.variables] == list(range(1, len(names) + 1))
+def test_references_are_consecutive_in_the_order_of_the_engine(rig: ModelStructure) -> None:
+    names = [v.name for v in rig.variables.listed]
+    assert [v.reference for v in rig.variables.listed] == list(range(1, len(names) + 1))
     order = ["time", "J", "w0", "w1", "w0_rate", "w1_rate", "theta", "omega", "der(theta)", "der(omega)", "F0"]
     order += ["disc0_state", "disc1_state", "disc0_indicator", "disc1_indicator"]
     assert [name for name in names if name in order] == order
 
 
-def test_dependencies_follow_the_equations(rig: Description) -> None:
-    names = {v.reference: v.name for v in rig.variables}
+def test_dependencies_follow_the_equations(rig: ModelStructure) -> None:
+    names = {v.reference: v.name for v in rig.variables.listed}
     unknowns = [*rig.derivative_unknowns, *rig.output_unknowns, *rig.indicator_unknowns]
     depends = {u.variable.name: u.dependencies and {names[r] for r in u.dependencies} for u in unknowns}
     assert depends["der(theta)"] == {"omega"}
@@ -54,8 +57,8 @@ def test_dependencies_follow_the_equations(rig: Description) -> None:
     assert "disc0_state" not in depends
 
 
-def test_how_unknowns_depend_is_said(rig: Description) -> None:
-    names = {v.reference: v.name for v in rig.variables}
+def test_how_unknowns_depend_is_said(rig: ModelStructure) -> None:
+    names = {v.reference: v.name for v in rig.variables.listed}
 
     def said(unknowns: list[Unknown]) -> dict[str, dict[str, str] | None]:
         return {
@@ -78,32 +81,32 @@ def test_how_unknowns_depend_is_said(rig: Description) -> None:
 
 
 def test_bounces_at_the_start_depend_on_everything() -> None:
-    ball = Description(lower(variant("bouncing_ball")))
+    ball = ModelStructure(lower(variant("bouncing_ball")))
     assert {u.dependencies for u in ball.initial_unknowns} == {None}
 
 
 def test_contact_states_are_outputs_where_they_are_asked_for() -> None:
     """Importers that read every output as a real number cannot open an FMU with integer outputs."""
     system = lower(variant("disc_rig"))
-    shown = Description(dataclasses.replace(system, shown_states=frozenset({"disc0"})))
-    causality = {v.name: v.causality for v in shown.variables}
+    shown = ModelStructure(dataclasses.replace(system, shown_states=frozenset({"disc0"})))
+    causality = {v.name: v.causality for v in shown.variables.listed}
     assert (causality["disc0_state"], causality["disc1_state"]) == ("output", "local")
     (state,) = (u for u in shown.output_unknowns if u.variable.name == "disc0_state")
     assert state.dependencies is None  # through the events on everything
     assert state in shown.initial_unknowns
-    assert not any(v.integer for v in (u.variable for u in Description(system).output_unknowns))
+    assert not any(v.integer for v in (u.variable for u in ModelStructure(system).output_unknowns))
 
 
 def test_a_free_mechanism_depends_on_its_states_alone() -> None:
-    free = Description(lower(variant("disc_rig", contacts=[])))
-    names = {v.reference: v.name for v in free.variables}
+    free = ModelStructure(lower(variant("disc_rig", contacts=[])))
+    names = {v.reference: v.name for v in free.variables.listed}
     (alpha,) = (u for u in free.output_unknowns if u.variable.name == "alpha")
     assert {names[r] for r in alpha.dependencies or ()} == {"theta", "omega"}
-    assert free.indicators == []
+    assert free.variables.indicators == []
 
 
-def test_bounds_and_nominal_values(rig: Description) -> None:
-    by_name = {v.name: v for v in rig.variables}
+def test_bounds_and_nominal_values(rig: ModelStructure) -> None:
+    by_name = {v.name: v for v in rig.variables.listed}
     assert by_name["J"].attributes["min"] == "0.0"
     assert by_name["theta"].attributes["nominal"] == "0.1"
     assert by_name["disc0_state"].attributes["min"] == "-1"
@@ -114,12 +117,12 @@ def test_bounds_and_nominal_values(rig: Description) -> None:
 def test_text_is_escaped() -> None:
     system = dataclasses.replace(lower(variant("block_on_belt")), title='block & "belt" <1>')
     for version in ("2.0", "3.0"):
-        text = model_description(system, "token", version, "tool", Rights())
+        text = model_description(ModelStructure(system), "token", version, "tool", Rights())
         assert 'description="block &amp; &#34;belt&#34; &lt;1&gt;"' in text
 
 
-def test_angles_are_shown_in_degrees_and_drives_in_turns(rig: Description) -> None:
-    by_name = {v.name: v.display_unit for v in rig.variables}
+def test_angles_are_shown_in_degrees_and_drives_in_turns(rig: ModelStructure) -> None:
+    by_name = {v.name: v.display_unit for v in rig.variables.listed}
     shown = [by_name[name] for name in ("theta", "omega", "der(omega)", "w0", "J")]
     assert shown == ["deg", "deg/s", "deg/s2", "rpm", None]
     degrees = 180.0 / math.pi
@@ -128,4 +131,20 @@ def test_angles_are_shown_in_degrees_and_drives_in_turns(rig: Description) -> No
         "rad/s": {"deg/s": degrees, "rpm": 30.0 / math.pi},
         "rad/s2": {"deg/s2": degrees},
     }
-    assert {unit: pytest.approx(to) for unit, to in factors.items()} == rig.display_units
+    assert {unit: pytest.approx(to) for unit, to in factors.items()} == rig.variables.display_units
+
+
+def test_the_same_quantity_has_one_reference_where_the_version_allows_it(rig: ModelStructure) -> None:
+    """Both are the friction force of a disc: the rig's own output, and that of every contact."""
+    references = {
+        version: {
+            v.get("name"): int(str(v.get("valueReference")))
+            for v in etree.fromstring(model_description(rig, "token", version, "tool", Rights()).encode()).iter()
+            if v.get("valueReference") and v.get("name")
+        }
+        for version in ("2.0", "3.0")
+    }
+    two, three = references["2.0"], references["3.0"]
+    assert {name for name in two if two[name] != three[name]} == {"disc0_force", "disc1_force"}
+    assert (two["disc0_force"], two["disc1_force"]) == (two["F0"], two["F1"])
+    assert len(set(three.values())) == len(three)

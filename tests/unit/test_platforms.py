@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import struct
 import subprocess
@@ -12,8 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fmu_models
+from fmu_models.base.cache import cache_folder
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
+from fmu_models.codegen.package import Packaging, export
 from fmu_models.toolchain.platforms import PLATFORMS, platforms, this_platform
 
 # machine numbers of ELF, PE and Mach-O headers
@@ -28,7 +31,9 @@ OWN = ("fmi2", "fmi3", "stickslip_")
 def everywhere(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     path = tmp_path_factory.mktemp("all") / "belt.fmu"
     seen: list[float] = []
-    export("block_on_belt", path, platforms=["all"], fmi_version=request.param, advance=seen.append)
+    export(
+        "block_on_belt", path, packaging=Packaging(platforms=["all"], advance=seen.append), fmi_version=request.param
+    )
     assert seen == pytest.approx(np.arange(1, len(PLATFORMS) + 1) / len(PLATFORMS))
     return request.param, path
 
@@ -105,6 +110,32 @@ def test_a_library_of_another_platform_is_loaded_there(
     assert said.stdout.strip() == version
 
 
+def test_two_hosts_make_the_same_bytes(tmp_path: Path) -> None:
+    """Another user, folder, zone, language, order of hashes and mask of files; nothing kept from the other host."""
+    made = []
+    for i, (zone, language) in enumerate((("Asia/Tokyo", "C"), ("America/Lima", "C.UTF-8"))):
+        home = tmp_path / f"host{i}" / ("deep/er" * i)
+        home.mkdir(parents=True)
+        environment = {
+            **os.environ,
+            **{"HOME": str(home), "TZ": zone, "LC_ALL": language, "PYTHONHASHSEED": str(i), "USER": f"user{i}"},
+            # what the compiler brings along is the same everywhere, and takes a minute to unfold
+            **{"STICKSLIP_CACHE": str(home / "cache"), "ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig")},
+            **{"SOURCE_DATE_EPOCH": "1700000000", "PYTHONPATH": str(Path(fmu_models.__file__).parents[1])},
+        }
+        code = (
+            f"import os; os.umask({0o077 if i else 0o022}); from fmu_models.codegen.package import Packaging, export; "
+            "export('block_on_belt', 'belt.fmu', packaging=Packaging(platforms=['linux64', 'win64']))"
+        )
+        subprocess.run([sys.executable, "-c", code], cwd=home, env=environment, check=True)
+        made.append(home / "belt.fmu")
+    one, other = (libraries(path) for path in made)
+    assert {name for name in one if one[name] != other[name]} == set() and len(one) == 2
+    assert made[0].read_bytes() == made[1].read_bytes()
+    with zipfile.ZipFile(made[0]) as archive:
+        assert b'generationDateAndTime="2023-11-14T22:13:20Z"' in archive.read("modelDescription.xml")
+
+
 def test_names_of_platforms() -> None:
     assert platforms(["host"]) == (this_platform(),)
     assert platforms(["win64", "x86_64-windows", "darwin64"]) == (PLATFORMS["win64"], PLATFORMS["darwin-x86_64"])
@@ -122,5 +153,5 @@ def test_names_of_platforms() -> None:
 )
 def test_platforms_that_are_not_there(tmp_path: Path, names: list[str], message: str) -> None:
     with pytest.raises(StickslipError, match=message):
-        export("block_on_belt", tmp_path / "belt.fmu", platforms=names)
+        export("block_on_belt", tmp_path / "belt.fmu", packaging=Packaging(platforms=names))
     assert not list(tmp_path.iterdir())

@@ -11,7 +11,7 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
+from fmu_models.codegen.package import Packaging, export
 from fmu_models.codegen.rights import Rights
 
 
@@ -32,7 +32,7 @@ def test_author_and_licence_stand_in_the_description_and_the_licences_in_the_arc
     own = tmp_path / "terms.txt"
     own.write_text("Only on Sundays.\n", "utf-8")
     rights = Rights(author="A. <Author>", copyright="(c) 2026 A. Author", license=str(own))
-    path = export("block_on_belt", tmp_path / "belt.fmu", rights=rights, fmi_version=version)
+    path = export("block_on_belt", tmp_path / "belt.fmu", packaging=Packaging(rights), fmi_version=version)
     description = read_model_description(str(path))
     assert (description.author, description.copyright) == ("A. <Author>", "(c) 2026 A. Author")
     assert description.license == "see documentation/licenses/license.txt; engine BSD-3-Clause"
@@ -56,7 +56,7 @@ def test_the_date_is_the_stated_one_or_none(tmp_path: Path, monkeypatch: pytest.
     assert 'generationDateAndTime="1970-01-02T00:00:00Z"' in head(dated)
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "soon")
     with pytest.raises(StickslipError, match="SOURCE_DATE_EPOCH is 'soon', not a number of seconds"):
-        export("block_on_belt", tmp_path / "never.fmu", rights=Rights(author="A"))
+        export("block_on_belt", tmp_path / "never.fmu", packaging=Packaging(Rights(author="A")))
     assert not (tmp_path / "never.fmu").exists()
 
 
@@ -68,7 +68,7 @@ def test_the_same_model_gives_the_same_bytes_wherever_and_whenever(
         monkeypatch.setenv("TZ", zone)
         monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / folder / "cache"))
         monkeypatch.setenv("LC_ALL", ["C", "de_DE.UTF-8"][n])
-        path = export("block_on_belt", tmp_path / folder / "belt.fmu", rights=Rights(license="MIT"))
+        path = export("block_on_belt", tmp_path / folder / "belt.fmu", packaging=Packaging(Rights(license="MIT")))
         hashes.add(hashlib.sha256(path.read_bytes()).hexdigest())
     assert len(hashes) == 1
 
@@ -76,5 +76,5 @@ def test_the_same_model_gives_the_same_bytes_wherever_and_whenever(
 def test_a_licence_that_is_no_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "terms.pdf").write_bytes(b"%PDF\xff\xfe")
     with pytest.raises(StickslipError, match="cannot be read as text"):
-        export("block_on_belt", tmp_path / "belt.fmu", rights=Rights(license=str(tmp_path / "terms.pdf")))
+        export("block_on_belt", tmp_path / "belt.fmu", packaging=Packaging(Rights(license=str(tmp_path / "terms.pdf"))))
     assert not (tmp_path / "belt.fmu").exists()

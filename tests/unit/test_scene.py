@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -268,3 +269,55 @@ def test_elastic_impacts_do_not_seem_to_raise_an_energy_that_is_not_shown(tmp_pa
     scene = scene_of(tmp_path, text)
     run = simulate(Fmu.open(built_scene(scene)), **arguments(scene))
     assert run.impacts and not run.gains and np.isfinite(run["v"]).all()
+
+
+CHART = """title = "periods"
+model = "discontinuous_support"
+stop_time = 1
+[free]
+omega = 1.1
+f0 = 0.5
+[compute]
+kind = "chart"
+forcing = "omega"
+what = "period"
+[compute.axes]
+omega = { from = "60 deg/s", to = 1.5, count = 3 }
+f0 = [0.1, 0.2]
+"""
+
+
+def test_a_family_of_a_scene_is_kept_whole(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, CHART)
+    assert scene.compute.axes["omega"] == pytest.approx((math.pi / 3, (math.pi / 3 + 1.5) / 2, 1.5), rel=1e-15)
+    assert scene.compute.settings == {"what": "period"} and scene.compute.axes["f0"] == (0.1, 0.2)
+    assert Scene.from_json(scene.to_json()) == scene
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ('"chart"', '"basins"', 10, "'what' is not a key in"),
+        ('"chart"\nforcing = "omega"\nwhat = "period"', '"section"\nforcing = "omega"', 10, "'axes' is not a key in"),
+        ("f0 = [0.1, 0.2]\n", "", 11, "a chart needs axes over two free parameters or drives"),
+        ("f0 = [0.1, 0.2]", "g = [0.1, 0.2]", 13, "'g' is neither a drive nor free. It is fixed"),
+        ("[0.1, 0.2]", "0.1", 13, "must be a list of values, or { from"),
+        ("count = 3", "count = 1", 12, "'count' must be a whole number from 2 on, found 1"),
+        (", count = 3", "", 12, "'count' is missing of the range 'omega'"),
+        ("count = 3", "count = 3, by = 1", 12, "'by' is not a part of the range 'omega'"),
+        ('"period"', "1", 10, "'what' must be a text"),
+        ('forcing = "omega"', "", 7, "needs either 'period', s, or 'forcing'"),
+        ('forcing = "omega"', "level = { y = 1 }", 9, "has no state 'y'"),
+        ('forcing = "omega"', 'impacts = "stop"', 9, "has no contact 'stop'"),
+        ('forcing = "omega"', 'level = { x = 0 }\nimpacts = "support"', 7, "name one of them"),
+    ],
+)
+def test_a_mistake_in_a_family_is_named_by_its_line(tmp_path: Path, old: str, new: str, line: int, said: str) -> None:
+    assert old in CHART
+    with pytest.raises(StickslipError, match=rf"line {line}: .*{re.escape(said)}"):
+        scene_of(tmp_path, CHART.replace(old, new))
+
+
+def test_an_orbit_is_of_a_strobe(tmp_path: Path) -> None:
+    with pytest.raises(StickslipError, match="leave 'level' and 'impacts' out"):
+        scene_of(tmp_path, CHART[: CHART.index("kind")] + 'kind = "orbit"\nlevel = { x = 0 }\n')

@@ -65,7 +65,7 @@ STEPS = {"mu_s": 1e-5, "mu_k": 1e-5, "mu": 1e-5, "mu_v": 1e-5, "p": 1e-3, "v_s":
         ("Conti+viscous", np.array([0.65, 0.35, 15.0, 0.02])),
         ("Coulomb", np.array([0.45])),
         ("Coulomb+viscous", np.array([0.45, 0.05])),
-        ("Stribeck", np.array([0.6, 0.4, 0.05])),
+        ("Tustin", np.array([0.6, 0.4, 0.05])),
     ],
 )
 def test_gradient_is_the_derivative_for_every_law(ready: Pool, law: str, q: np.ndarray) -> None:

@@ -18,11 +18,11 @@ from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.conti_viscous import ContiViscous
 from fmu_models.language.laws.coulomb import Coulomb
-from fmu_models.language.laws.exponential_stribeck import ExponentialStribeck
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
 from fmu_models.language.laws.stribeck_cubic import StribeckCubic
 from fmu_models.language.laws.tanh import Tanh
+from fmu_models.language.laws.tustin import Tustin
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
 from fmu_models.language.stops import Stop
@@ -271,7 +271,7 @@ width = Parameter("width", 1e-2, "m/s", "width")
 LAWS: dict[str, tuple[Law, float, float, bool]] = {
     "coulomb": (Coulomb(N, mu), 2.0, 2.0, True),
     "cubic": (StribeckCubic(a0, a1, a3), 1.5 - 0.42 + 0.45 * 0.027, 1.5, True),
-    "exponential": (ExponentialStribeck(N, mu_s, mu_k, v_s), 5 * (0.3 + 0.2 * float(mpmath.exp(-1.5))), 2.5, True),
+    "exponential": (Tustin(N, mu_s, mu_k, v_s), 5 * (0.3 + 0.2 * float(mpmath.exp(-1.5))), 2.5, True),
     "viscous": (ContiViscous(N, mu_s, mu_k, p, b), 5 * (0.2 / 4 + 0.3) + 0.21, 2.5, True),
     "tanh": (Tanh(CONTI, width), 5 * (0.2 / 4 + 0.3), 2.5, False),
     "arctan": (
@@ -305,8 +305,8 @@ def test_a_smoothed_law_vanishes_at_rest_whatever_the_sign(law):
 
 
 BAD_VALUES = [
-    (ExponentialStribeck(N, mu_s, mu_k, v_s), {"v_s": 0.0}, "v_s must be positive"),
-    (ExponentialStribeck(N, mu_s, mu_k, v_s), {"mu_k": 0.6}, "mu_k exceeds mu_s"),
+    (Tustin(N, mu_s, mu_k, v_s), {"v_s": 0.0}, "v_s must be positive"),
+    (Tustin(N, mu_s, mu_k, v_s), {"mu_k": 0.6}, "mu_k exceeds mu_s"),
     (ContiViscous(N, mu_s, mu_k, p, b), {"b": -1.0}, "b is negative: viscous friction brakes"),
     (StribeckCubic(a0, a1, a3), {"a0": -1.0}, "a0 is negative"),
     (Tanh(CONTI, width), {"width": 0.0}, "width must be positive"),

@@ -85,3 +85,9 @@ def test_a_machine_without_fmus_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(platforms.platform, "machine", lambda: "riscv64")
     with pytest.raises(StickslipError, match="riscv64"):
         platforms.this_platform()
+
+
+def test_a_target_that_the_compiler_has_not_is_named(tmp_path: Path) -> None:
+    with pytest.raises(StickslipError, match="failed for sparc99-linux-gnu:\n  error: unknown architecture: 'sparc99'"):
+        compile_shared({"all.c": "int x;"}, tmp_path / "library", target="sparc99-linux-gnu")
+    assert not list(tmp_path.iterdir())

@@ -200,7 +200,7 @@ def test_discs_that_drag_the_same_way_in_every_log_are_not_told_apart(together: 
 
 @pytest.mark.parametrize(
     ("name", "q"),
-    [("Conti", [0.65, 0.35, 15.0]), ("Stribeck", [0.6, 0.3, 0.05]), ("Conti+viscous", [0.65, 0.35, 15.0, 0.2])],
+    [("Conti", [0.65, 0.35, 15.0]), ("Tustin", [0.6, 0.3, 0.05]), ("Conti+viscous", [0.65, 0.35, 15.0, 0.2])],
 )
 def test_straight_coordinates_lead_to_the_law_and_back(name: str, q: list[float]) -> None:
     law, count = joint_law(find_law(name), "sequential"), len(q)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import export
+from fmu_models.codegen.package import Packaging, export
 from fmu_models.codegen.rights import Rights
 from fmu_models.fmu.verification import verify
 
@@ -43,11 +43,11 @@ def test_every_option_is_read_from_the_fmu(tmp_path: Path, monkeypatch: pytest.M
     licence.write_text("Hands off.\n\nReally.\n")
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     rights = Rights("A. Author", "(c) 2026 A. Author", str(licence))
-    options = {"contacts": ["disc1"], "values": {"J": 0.125}, "contact_states": True, "rights": rights}
+    options = {"contacts": ["disc1"], "values": {"J": 0.125}, "expose": ["states"], "packaging": Packaging(rights)}
     path = export("disc_rig", tmp_path / "rig.fmu", **options, fmi_version="2.0")
     monkeypatch.delenv("SOURCE_DATE_EPOCH")
     assert verify(path).differences == ()
-    named = export("disc_rig", tmp_path / "named.fmu", rights=Rights(license="MIT"))
+    named = export("disc_rig", tmp_path / "named.fmu", packaging=Packaging(Rights(license="MIT")))
     assert verify(named).differences == ()
 
 

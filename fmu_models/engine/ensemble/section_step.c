@@ -106,9 +106,12 @@ static Outcome walk_begin(Run *r, Walk *w)
 {
     w->met = w->losing = 0;
     w->since = r->at.time;
-    if (w->e->kind == SECTION_LEVEL) {
+    if (w->e->kind == SECTION_LEVEL && !w->crossed) {
         section_watch(r, w->state, w->e->level, w->e->direction);
     }
+    /* on from a crossing with its side known: looked for anew, the rounding of its time would let it count once more */
+    r->section.watched = w->e->kind == SECTION_LEVEL;
+    w->crossed = 0;
     return walk_check(r, w);
 }
 
@@ -126,7 +129,8 @@ Outcome section_step(Run *r, Walk *w)
         if (status == RUN_ERROR) {
             return OUTCOME_BROKEN;
         }
-        if (status == RUN_CROSSING || w->met) {
+        w->crossed = status == RUN_CROSSING;
+        if (w->crossed || w->met) {
             break;
         }
         if (status == RUN_EVENT) {
@@ -213,7 +217,8 @@ Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double
         if (tangents_move(r, tangents, fmin(end, crossing), walk_note, w) == RUN_ERROR) {
             return OUTCOME_BROKEN;
         }
-        w->met |= crossing < INFINITY;
+        w->crossed = crossing < INFINITY;
+        w->met |= w->crossed;
     }
     if (!w->met && w->e->kind != SECTION_STROBE) {
         outcome = walk_check(r, w);

@@ -13,6 +13,7 @@ typedef struct {
     int state;                /* of the section */
     double since;             /* time of the last meeting */
     int met;                  /* the event that makes the section came */
+    int crossed;              /* the last step ended where the state crosses the level */
     int losing;               /* a contact was closed or stuck: differences may have been lost */
     double contact_since[NC]; /* from when on it is held */
     double held[NC];          /* time in contact or stick since the last row, and how often that began */

@@ -257,7 +257,7 @@ static void try_others(const Run *r, const Problem *problem, ContactBox *o, Solu
         const Solution before = *best;
         for (int i = 0; i < count; i++) {
             try_fixed(r, problem, o, friction + i, 1, best);
-            for (int e = i + 1; e < (count > FEW ? 0 : count); e++) {
+            for (int e = i + 1; e < NC && e < (count > FEW ? 0 : count); e++) {
                 if (meets(o, friction[i], friction[e])) {
                     try_fixed(r, problem, o, (int[2]){friction[i], friction[e]}, 2, best);
                 }

@@ -251,15 +251,25 @@ static void give_leeway(Run *r, const signed char *leaves)
 static RunStatus resolve_earlier(Run *r, double now, int *moved)
 {
     double u[MODEL_ROOM(MODEL_NU)];
+    signed char struck[MODEL_ROOM(MODEL_NC)];
     memcpy(u, r->at.u, sizeof u);
     if (go_back(r) == 0.0) {
         return transition_make(r, moved);
     }
     *moved = 1;
     r->stalled = 0;
-    if (transition_make(r, moved) == RUN_ERROR || run_advance(r, now, 0, NULL, NULL) == RUN_ERROR) {
+    if (transition_make(r, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
+    memcpy(struck, r->struck, sizeof struck);
+    const double work = r->impact_work;
+    if (run_advance(r, now, 0, NULL, NULL) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        r->struck[c] |= struck[c];
+    }
+    r->impact_work += work;
     memcpy(r->at.u, u, sizeof u);
     r->at.time = now;
     r->at.time_rest = 0.0;

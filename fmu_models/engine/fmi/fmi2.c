@@ -4,7 +4,9 @@
 #endif
 #include "fmi2Functions.h"
 
+#include "co_simulation.h"
 #include "fmu_state.h"
+#include "iteration.h"
 #include "variables.h"
 
 /* statuses, value references and integers are passed through as they are */
@@ -175,9 +177,10 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     int changed;
     if (instance_enter(c, PHASE_EVENT, __func__) || instance_array(c, info, 1, __func__, "event info"))
         return fmi2Error;
-    if (instance_update(c, __func__, &changed)) return fmi2Error;
+    if (iteration_update(c, __func__, &changed)) return fmi2Error;
     /* the engine iterates to a fixed point itself: one call is enough */
-    *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, changed, fmi2False, 0.0};
+    *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, changed, MODEL_IS_MAP, 0.0};
+    if (MODEL_IS_MAP) info->nextEventTime = iteration_next(&((Instance *)c)->core);
     return fmi2OK;
 }
 
@@ -185,7 +188,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     Instance *m = c;
     int changed;
-    if (instance_enter(m, PHASE_EVENT, __func__) || instance_update(m, __func__, &changed)) return fmi2Error;
+    if (instance_enter(m, PHASE_EVENT, __func__) || iteration_update(m, __func__, &changed)) return fmi2Error;
     m->core.phase = PHASE_CONTINUOUS;
     return fmi2OK;
 }
@@ -260,10 +263,10 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
 {
-    int event;
+    StepEnd end;
     (void)no_set_state;
     if (instance_enter(c, PHASE_STEP, __func__)) return fmi2Error;
-    return (fmi2Status)instance_step(c, __func__, time, step, 0, &event);
+    return (fmi2Status)co_simulation_step(c, __func__, time, step, &end);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)

@@ -53,7 +53,7 @@ static FmuState *keep(Instance *m, void **state)
 
 Status fmu_state_get(Instance *m, const char *function, void **state)
 {
-    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, state, 1, function, "FMU state")) return STATUS_ERROR;
     if (*state && !find(m, *state)) return no_such_state(m, function);
     FmuState *copy = keep(m, state);
@@ -64,7 +64,7 @@ Status fmu_state_get(Instance *m, const char *function, void **state)
 
 Status fmu_state_set(Instance *m, const char *function, void *state)
 {
-    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     FmuState **link = find(m, state);
     if (!link) return no_such_state(m, function);
     if ((*link)->core.co_simulation != m->core.co_simulation)
@@ -76,7 +76,7 @@ Status fmu_state_set(Instance *m, const char *function, void *state)
 
 Status fmu_state_free(Instance *m, const char *function, void **state)
 {
-    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (!state || !*state) return STATUS_OK;
     FmuState **link = find(m, *state);
     if (!link) return no_such_state(m, function);
@@ -89,7 +89,7 @@ Status fmu_state_free(Instance *m, const char *function, void **state)
 
 Status fmu_state_serialized_size(Instance *m, const char *function, void *state, size_t *size)
 {
-    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, size, 1, function, "size")) return STATUS_ERROR;
     if (!find(m, state)) return no_such_state(m, function);
     *size = sizeof(Header) + sizeof(Core);
@@ -99,7 +99,7 @@ Status fmu_state_serialized_size(Instance *m, const char *function, void *state,
 Status fmu_state_serialize(Instance *m, const char *function, void *state, unsigned char *bytes, size_t size)
 {
     Header header = {{0}, sizeof(Core), 0, 0};
-    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, bytes, 1, function, "serialized state")) return STATUS_ERROR;
     FmuState **link = find(m, state);
     if (!link) return no_such_state(m, function);
@@ -116,7 +116,7 @@ Status fmu_state_serialize(Instance *m, const char *function, void *state, unsig
 Status fmu_state_deserialize(Instance *m, const char *function, const unsigned char *bytes, size_t size, void **state)
 {
     Header header;
-    if (instance_enter(m, PHASES_ALL, function)) return STATUS_ERROR;
+    if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, bytes, 1, function, "serialized state")) return STATUS_ERROR;
     if (instance_array(m, state, 1, function, "FMU state")) return STATUS_ERROR;
     if (size < sizeof(Header) + sizeof(Core))

@@ -35,7 +35,7 @@ Instance *instance_new(const char *name, const char *token, int co_simulation, S
 
 void instance_free(Instance *m)
 {
-    if (!m) return;
+    if (!m || instance_enter(m, PHASES_SETTABLE, __func__)) return;
     while (m->fmu_states) {
         FmuState *next = m->fmu_states->next;
         free(m->fmu_states);
@@ -59,10 +59,13 @@ Status instance_refuse(Instance *m, const char *format, ...)
 
 static int is_wanted(const Instance *m, LogCategory category) { return m->logger && m->categories & category; }
 
-/* an EventSink */
-static void say_event(void *instance, const ContactEvent *event)
+Status instance_not_provided(Instance *m, const char *function, const char *reason)
 {
-    Instance *m = instance;
+    return m ? instance_refuse(m, "%s: %s", function, reason) : STATUS_ERROR;
+}
+
+static void say_event(Instance *m, const ContactEvent *event)
+{
     char message[512];
     int used = snprintf(message, sizeof message, "t = %.10g: %s_state %s %d", event->time,
                         model_contact_names[event->contact], event->before == event->after ? "stays" : "becomes",
@@ -72,15 +75,41 @@ static void say_event(void *instance, const ContactEvent *event)
     m->say(m, STATUS_OK, "logEvents", message);
 }
 
+/* the ticks of an event among those of the clocks of its contact */
+static int ticks_of(const Run *r, const ContactEvent *event)
+{
+    const int c = event->contact;
+    int ticks = r->struck[c] ? TICK_IMPACT : 0;
+    if (event->after != event->before) {
+        switch (event->after) {
+        case CONTACT_STICK: ticks |= TICK_STICK; break;
+        case CONTACT_SLIP_MINUS:
+        case CONTACT_SLIP_PLUS: ticks |= TICK_SLIP; break;
+        case CONTACT_TOUCHING:
+            ticks |= event->before == CONTACT_AWAY && model_contact_is_stop[c] ? TICK_IMPACT : 0;
+            break;
+        default: break;
+        }
+    }
+    return ticks & model_contact_clocks[c];
+}
+
+void instance_note(void *instance, const ContactEvent *event)
+{
+    Instance *m = instance;
+    m->core.ticks[event->contact] |= (unsigned char)ticks_of(&m->core.run, event);
+    if (is_wanted(m, LOG_EVENT)) say_event(m, event);
+}
+
 /* contact states that differ from those before, or were struck, where the engine tells of no event by itself */
-static void say_changes(Instance *m, const signed char *before)
+static void note_changes(Instance *m, const signed char *before)
 {
     Run *r = &m->core.run;
     double work = r->impact_work;
     for (int c = 0; c < MODEL_NC; c++) {
         int struck = r->struck[c];
         if (r->at.state[c] == before[c] && !struck) continue;
-        say_event(m, &(ContactEvent){r->at.time, c, before[c], r->at.state[c], struck ? work : 0.0});
+        instance_note(m, &(ContactEvent){r->at.time, c, before[c], r->at.state[c], struck ? work : 0.0});
         work = struck ? 0.0 : work; /* of simultaneous impacts it is told once */
     }
 }
@@ -93,6 +122,7 @@ static const char *phase_name(int phase)
     case PHASE_EVENT: return "in event mode";
     case PHASE_CONTINUOUS: return "in continuous-time mode";
     case PHASE_STEP: return "in step mode";
+    case PHASE_INTERMEDIATE: return "in intermediate update mode";
     case PHASE_TERMINATED: return "after termination";
     default: return "after an error";
     }
@@ -156,11 +186,10 @@ static double resolved(Instance *m, const char *function, double tolerance)
     return DBL_EPSILON;
 }
 
-/* an error of the engine ends the run: its state can no longer be trusted */
-static Status failed(Instance *m, const char *function, const char *message)
+Status instance_failed(Instance *m, const char *function)
 {
     m->core.phase = PHASE_FAILED;
-    return instance_refuse(m, "%s: at time %.17g: %s", function, m->core.run.at.time, message);
+    return instance_refuse(m, "%s: at time %.17g: %s", function, m->core.run.at.time, m->core.run.message);
 }
 
 static Status check_parameters(Instance *m, const char *function)
@@ -174,6 +203,7 @@ Status instance_reset(Instance *m)
     run_reset(&m->core.run);
     m->core.phase = PHASE_INSTANTIATED;
     m->core.settled = m->core.event_pending = 0;
+    memset(m->core.ticks, 0, sizeof m->core.ticks);
     m->core.stop_defined = 0;
     m->core.start_time = m->core.stop_time = 0.0;
     return STATUS_OK;
@@ -193,7 +223,8 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
     core->run.tolerances = run_default_tolerances;
     core->run.tolerances.drift = core->co_simulation ? 0.0 : tolerance_defined ? tolerance : 1e-6;
     if (tolerance_defined && tolerance < core->run.tolerances.step) core->run.tolerances.step = tolerance;
-    core->run.at.time = core->start_time = start_time;
+    core->run.at.time = core->start_time = core->first_step = start_time;
+    core->iterations = 0;
     core->stop_defined = stop_defined;
     core->stop_time = stop_time;
     core->settled = 0;
@@ -221,36 +252,10 @@ Status instance_settle(Instance *m, const char *function, int *changed)
         if (changed) *changed = 1;
     } else {
         memcpy(before, core->run.at.state, sizeof before);
-        if (run_reconsider(&core->run, changed) == RUN_ERROR) return failed(m, function, core->run.message);
-        if (is_wanted(m, LOG_EVENT)) say_changes(m, before);
+        if (run_reconsider(&core->run, changed) == RUN_ERROR) return instance_failed(m, function);
+        note_changes(m, before);
     }
     core->settled = 1;
-    return STATUS_OK;
-}
-
-Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event)
-{
-    Core *core = &m->core;
-    double end = fmax(time + step, core->run.at.time);
-    double slack = INSTANCE_TIME_SLACK * step + 4.0 * DBL_EPSILON * fabs(time);
-    *event = 0;
-    if (!isfinite(time) || !isfinite(step) || !(step > 0.0))
-        return instance_refuse(m, "%s: a step of %g s from time %g is not possible", function, step, time);
-    if (fabs(time - core->run.at.time) > slack)
-        return instance_refuse(m, "%s: the step starts at %.17g but the FMU is at %.17g", function, time,
-                               core->run.at.time);
-    if (core->stop_defined && end > core->stop_time + slack)
-        return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end,
-                               core->stop_time);
-    if (instance_settle(m, function, NULL)) return STATUS_ERROR;
-    core->run.goal = end;
-    switch (run_advance(&core->run, end, stop_at_event, is_wanted(m, LOG_EVENT) ? say_event : NULL, m)) {
-    case RUN_ERROR: return failed(m, function, core->run.message);
-    case RUN_EVENT: *event = 1; break;
-    case RUN_OK:
-    case RUN_CROSSING:
-    case RUN_PAUSED: break; /* the FMI interfaces watch no section and never pause */
-    }
     return STATUS_OK;
 }
 
@@ -272,23 +277,30 @@ Status instance_resolve(Instance *m, const char *function)
     if (!core->event_pending) return STATUS_OK;
     core->event_pending = 0;
     memcpy(before, core->run.at.state, sizeof before);
-    if (exchange_event(&core->run, &moved) == RUN_ERROR) return failed(m, function, core->run.message);
-    if (is_wanted(m, LOG_EVENT)) say_changes(m, before);
+    if (exchange_event(&core->run, &moved) == RUN_ERROR) return instance_failed(m, function);
+    note_changes(m, before);
     core->event_moved |= moved;
+    return STATUS_OK;
+}
+
+Status instance_evaluate(Instance *m, const char *function)
+{
+    int moved = 0;
+    if (check_parameters(m, function) || instance_resolve(m, function)) return STATUS_ERROR;
+    /* values that were set make the rates jump, although no state moves: importers that start their method anew only
+       when they are told to must be told of that as well */
+    m->core.event_moved |= !m->core.settled;
+    if (instance_settle(m, function, &moved)) return STATUS_ERROR;
+    m->core.event_moved |= moved;
     return STATUS_OK;
 }
 
 Status instance_update(Instance *m, const char *function, int *changed)
 {
-    int moved = 0;
     *changed = 0;
-    if (check_parameters(m, function) || instance_resolve(m, function)) return STATUS_ERROR;
-    /* values that were set make the rates jump, although no state moves: importers that start their method anew only
-       when they are told to must be told of that as well */
-    *changed = m->core.event_moved || !m->core.settled;
+    if (instance_evaluate(m, function)) return STATUS_ERROR;
+    *changed = m->core.event_moved;
     m->core.event_moved = 0;
-    if (instance_settle(m, function, &moved)) return STATUS_ERROR;
-    *changed |= moved;
     return STATUS_OK;
 }
 
@@ -305,7 +317,7 @@ Status instance_set_time(Instance *m, const char *function, double time)
 Status instance_set_states(Instance *m, const char *function, const double *x, size_t n)
 {
     if (instance_enter(m, PHASE_CONTINUOUS, function)) return STATUS_ERROR;
-    if (check_size(m, function, n, MODEL_NX, "states") || instance_array(m, x, n, function, "states"))
+    if (check_size(m, function, n, MODEL_FLOWING, "states") || instance_array(m, x, n, function, "states"))
         return STATUS_ERROR;
     for (size_t i = 0; i < n; i++)
         if (!isfinite(x[i])) return instance_refuse(m, "%s: state %zu is not finite", function, i);
@@ -331,21 +343,21 @@ static Status checked(Instance *m, const char *function, RunStatus status)
 
 Status instance_states(Instance *m, const char *function, double *x, size_t n)
 {
-    if (check_result(m, function, x, n, MODEL_NX, "states")) return STATUS_ERROR;
+    if (check_result(m, function, x, n, MODEL_FLOWING, "states")) return STATUS_ERROR;
     if (n) memcpy(x, m->core.run.at.x, n * sizeof *x);
     return STATUS_OK;
 }
 
 Status instance_nominals(Instance *m, const char *function, double *x, size_t n)
 {
-    if (check_result(m, function, x, n, MODEL_NX, "nominal values")) return STATUS_ERROR;
+    if (check_result(m, function, x, n, MODEL_FLOWING, "nominal values")) return STATUS_ERROR;
     if (n) memcpy(x, model_nominal_states, n * sizeof *x);
     return STATUS_OK;
 }
 
 Status instance_derivatives(Instance *m, const char *function, double *dx, size_t n)
 {
-    if (check_result(m, function, dx, n, MODEL_NX, "derivatives")) return STATUS_ERROR;
+    if (check_result(m, function, dx, n, MODEL_FLOWING, "derivatives")) return STATUS_ERROR;
     return n ? checked(m, function, exchange_derivatives(&m->core.run, dx)) : STATUS_OK;
 }
 

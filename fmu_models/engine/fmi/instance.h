@@ -4,7 +4,8 @@
  * Life (FMI 2 names in brackets where they differ):
  *     INSTANTIATED -> INITIALIZATION -> Model Exchange: EVENT <-> CONTINUOUS
  *                                       Co-Simulation:  STEP (<-> EVENT, FMI 3 with event mode)
- *     any of the last three -> TERMINATED; an error of the engine -> FAILED, which only reset, free and an FMU state
+ *     STEP <-> INTERMEDIATE inside a step of FMI 3, while the importer looks at it
+ *     EVENT, CONTINUOUS, STEP -> TERMINATED; an error of the engine -> FAILED, which only reset, free and an FMU state
  *     leave.
  * A call that is not allowed, or whose arguments make no sense, is refused with a logged reason and without any effect.
  */
@@ -23,13 +24,15 @@ typedef enum {
     PHASE_CONTINUOUS = 8,
     PHASE_STEP = 16,
     PHASE_TERMINATED = 32,
-    PHASE_FAILED = 64
+    PHASE_FAILED = 64,
+    PHASE_INTERMEDIATE = 128
 } Phase;
 
 enum {
     PHASES_RUNNING = PHASE_EVENT | PHASE_CONTINUOUS | PHASE_STEP,
-    PHASES_READABLE = PHASE_INITIALIZATION | PHASES_RUNNING | PHASE_TERMINATED | PHASE_FAILED,
-    PHASES_ALL = PHASE_INSTANTIATED | PHASES_READABLE
+    PHASES_SETTABLE = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASES_RUNNING | PHASE_TERMINATED | PHASE_FAILED,
+    PHASES_ALL = PHASES_SETTABLE | PHASE_INTERMEDIATE,
+    PHASES_READABLE = PHASES_ALL & ~PHASE_INSTANTIATED
 };
 
 /* the numbers FMI 2 and FMI 3 give them both */
@@ -46,7 +49,10 @@ typedef struct {
     int settled;       /* the contact states fit the values written */
     int event_pending; /* Model Exchange: the importer located an event that is not resolved yet */
     int event_moved;   /* states or contacts changed by an event that was resolved before values were set */
+    unsigned char ticks[MODEL_ROOM(MODEL_NC)]; /* of the clocks of a contact, active until they are read (Tick) */
     int stop_defined;
+    long iterations; /* of a map: steps made since first_step, s, at this period, s */
+    double first_step, period;
     double start_time, stop_time;
 } Core;
 
@@ -57,6 +63,8 @@ typedef struct FmuState {
 
 typedef struct Instance Instance;
 typedef void (*Say)(Instance *instance, Status status, const char *category, const char *message);
+/* let the importer look inside a step; 1 where it asks to return, and until when */
+typedef int (*Show)(Instance *instance, int can_return, double *until);
 
 struct Instance {
     Core core;
@@ -65,6 +73,8 @@ struct Instance {
     int quiet;                                 /* unless they are wanted be silent about errors as well (FMI 3) */
     Say say;
     void (*logger)(void); /* the importer's callback, cast back by say */
+    Show show;
+    void (*intermediate)(void); /* the same, cast back by show; NULL: it does not look */
     void *environment;
     FmuState *fmu_states; /* states handed out and not yet freed */
     void *derivatives;    /* room for directional ones, made when they are first asked for */
@@ -87,6 +97,12 @@ Status instance_refuse(Instance *m, const char *format, ...)
     __attribute__((format(printf, 2, 3)))
 #endif
     ;
+/* refuse whatever capability flags in modelDescription.xml say that it is not provided; m may be NULL */
+Status instance_not_provided(Instance *m, const char *function, const char *reason);
+/* an error of the engine ends the run: its state can no longer be trusted */
+Status instance_failed(Instance *m, const char *function);
+/* an EventSink: ticks clocks, and tells of the event where that is wanted */
+void instance_note(void *instance, const ContactEvent *event);
 /* STATUS_OK if m lives and its phase is one of the phases, else an error that says what is allowed */
 Status instance_enter(Instance *m, int phases, const char *function);
 /* STATUS_OK unless an array of n entries is missing */
@@ -102,10 +118,10 @@ Status instance_exit_initialization(Instance *m, const char *function);
 Status instance_reset(Instance *m);
 /* make the contact states fit values written since they were chosen; changed (may be NULL): states were moved */
 Status instance_settle(Instance *m, const char *function, int *changed);
-/* one Co-Simulation step; *event is set when it ended early at a change of contact state */
-Status instance_step(Instance *m, const char *function, double time, double step, int stop_at_event, int *event);
 /* resolve the event that the importer has located (Model Exchange), if there is one */
 Status instance_resolve(Instance *m, const char *function);
+/* the same in event mode, and make the contact states fit values set there */
+Status instance_evaluate(Instance *m, const char *function);
 /* leave an event located by the importer (Model Exchange) or announced to it (Co-Simulation) */
 Status instance_update(Instance *m, const char *function, int *changed);
 

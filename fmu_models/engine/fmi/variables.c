@@ -1,4 +1,5 @@
 /* The variables of an instance: what a value reference means, reading, writing and directional derivatives. */
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +20,7 @@ static const char *const kind_names[] = {"the time",
                                          "an output",
                                          "the state of a contact",
                                          "an indicator",
+                                         "a clock",
                                          "nothing"};
 
 int variables_memory_contact(int i)
@@ -29,17 +31,30 @@ int variables_memory_contact(int i)
     return found;
 }
 
+int variables_clock(int i, int *tick)
+{
+    int found = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        for (*tick = TICK_STICK; *tick <= TICK_IMPACT; *tick *= 2)
+            if (model_contact_clocks[c] & *tick && found++ == i) return c;
+    return found;
+}
+
 Kind variables_locate(uint32_t vr, int *index)
 {
     const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, variables_memory_contact(MODEL_NC),
                           MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
     long rest = (long)vr - 1;
-    for (int kind = TIME; kind < UNKNOWN; kind++) {
+    for (int kind = TIME; kind < CLOCK; kind++) {
         if (rest >= 0 && rest < counts[kind]) {
             *index = (int)rest;
             return (Kind)kind;
         }
         rest -= counts[kind];
+    }
+    if (rest >= 0 && rest < variables_clock(INT_MAX, index)) {
+        *index = (int)rest;
+        return CLOCK;
     }
     *index = 0;
     return UNKNOWN;
@@ -49,6 +64,13 @@ uint32_t variables_rate_of(uint32_t vr)
 {
     int i;
     return variables_locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
+}
+
+int variables_is_intermediate(uint32_t vr)
+{
+    int i;
+    Kind kind = variables_locate(vr, &i);
+    return kind == OUTPUT || kind == STATE || kind == DERIVATIVE;
 }
 
 int variables_is_input(uint32_t vr)
@@ -89,6 +111,7 @@ static double read_value(const Run *r, Kind kind, int i, const Evaluation *e)
     case OUTPUT: return e->outputs[i];
     case CONTACT: return r->at.state[i];
     case INDICATOR: return e->indicators[i];
+    case CLOCK:
     case UNKNOWN: break;
     }
     return NAN;
@@ -98,7 +121,7 @@ int variables_value(Instance *m, uint32_t vr, Evaluation *e, double *value)
 {
     int i;
     Kind kind = variables_locate(vr, &i);
-    if (kind == UNKNOWN || evaluate(&m->core.run, kind, e) == RUN_ERROR) return 0;
+    if (kind >= CLOCK || evaluate(&m->core.run, kind, e) == RUN_ERROR) return 0;
     *value = read_value(&m->core.run, kind, i, e);
     return 1;
 }
@@ -121,7 +144,7 @@ Status variables_get(Instance *m, const char *function, const uint32_t *vr, size
     for (size_t k = 0; k < n; k++) {
         int i;
         Kind kind = variables_locate(vr[k], &i);
-        if (kind == UNKNOWN || kind == CONTACT)
+        if (kind >= CLOCK || kind == CONTACT)
             return instance_refuse(m, "%s: value reference %u is %s, not a real variable", function, (unsigned)vr[k],
                                    kind_names[kind]);
         if (check_readable(m, function, kind)) return STATUS_ERROR;
@@ -205,7 +228,7 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
 Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
                                     const int32_t *order, double *value)
 {
-    int i, phases = PHASE_STEP | PHASE_EVENT | PHASE_TERMINATED;
+    int i, phases = PHASE_STEP | PHASE_INTERMEDIATE | PHASE_EVENT | PHASE_TERMINATED;
     double y[MODEL_ROOM(MODEL_NY)] = {0};
     if (instance_enter(m, m && m->core.co_simulation ? phases : 0, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references") || instance_array(m, order, n, function, "orders")

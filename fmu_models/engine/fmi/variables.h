@@ -4,8 +4,21 @@
 
 #include "instance.h"
 
-/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/model_description.py) */
-typedef enum { TIME, PARAMETER, INPUT, RATE, STATE, MEMORY, DERIVATIVE, OUTPUT, CONTACT, INDICATOR, UNKNOWN } Kind;
+/* what a value reference means; they are consecutive from 1, in this order (fmu_models/codegen/variables.py) */
+typedef enum {
+    TIME,
+    PARAMETER,
+    INPUT,
+    RATE,
+    STATE,
+    MEMORY,
+    DERIVATIVE,
+    OUTPUT,
+    CONTACT,
+    INDICATOR,
+    CLOCK,
+    UNKNOWN
+} Kind;
 
 /* a result of the engine for the present values, computed when first asked for */
 typedef struct {
@@ -30,6 +43,10 @@ Status variables_output_derivatives(Instance *m, const char *function, const uin
 Kind variables_locate(uint32_t vr, int *index);
 /* the contact of memory number i, or how many memories there are if i is beyond them */
 int variables_memory_contact(int i);
+/* the contact of clock number i and the tick that it has, or how many clocks there are if i is beyond them */
+int variables_clock(int i, int *tick);
+/* whether its value may be asked for inside a step */
+int variables_is_intermediate(uint32_t vr);
 /* whether it is the reference of an input or of the rate of one */
 int variables_is_input(uint32_t vr);
 /* refuse any reference: the model has no variables of that type (or none that can be set) */

@@ -42,9 +42,12 @@
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
  * MODEL_IMPACTS  rigid contacts
+ * MODEL_IS_MAP  1 if the states rest and jump by a rule at equal times (model_iterate): then there is no contact
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
  */
 #define MODEL_NX (MODEL_NQ + MODEL_NV + MODEL_NZ) /* states: q, then v, then z */
+
+#define MODEL_FLOWING (MODEL_IS_MAP ? 0 : MODEL_NX) /* states that an importer integrates */
 
 enum { MODEL_MAX_ORDER = 30 }; /* highest Taylor order of the states */
 #define MODEL_TERMS (MODEL_MAX_ORDER + 1)
@@ -65,6 +68,9 @@ typedef enum {
     CONTACT_RELEASED = 4,
     CONTACT_CHATTERING = 5 /* a rigid contact: held like a closed one, while infinitely many small bounces die out */
 } ContactState;
+
+/* what ticks a clock of a contact: it begins to stick, to slip or to slip the other way, or its bodies meet */
+typedef enum { TICK_STICK = 1, TICK_SLIP = 2, TICK_IMPACT = 4 } Tick;
 
 /* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or
    release */
@@ -100,6 +106,7 @@ extern const unsigned char
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
+extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
 
@@ -134,6 +141,10 @@ extern const int model_acting_first[MODEL_NV + 1];
 extern const int model_acting[];
 extern const int model_joined_first[MODEL_NC + 1];
 extern const int model_joined[];
+
+/* of a map: the states after a step, angles within their modulus, and the time between two steps, s */
+void model_iterate(const double *p, const double *x, double *next);
+double model_period(const double *p);
 
 /* NULL, or a sentence that says which requirement of the model the parameters violate */
 const char *model_violation(const double *p);

@@ -45,28 +45,45 @@ static int KIND(cholesky)(Real S[NC][NC], int n, Real L[NC][NC])
     return n;
 }
 
+/* take multiples of row k of A and B from the rows below, so that column k is zero there */
+static void KIND(factor_eliminate)(Real A[NC][NC], int n, int k, Real B[NC][NC], int columns)
+{
+    for (int i = k + 1; i < n; i++) {
+        if (A[i][k] == 0.0) {
+            continue;
+        }
+        const Real f = A[i][k] / A[k][k];
+        for (int m = k; m < n; m++) {
+            A[i][m] -= f * A[k][m];
+        }
+        for (int e = 0; e < columns; e++) {
+            B[i][e] -= f * B[k][e];
+        }
+    }
+}
+
+/* solve A X = B for an upper triangle A, the columns of X in place of those of B */
+static void KIND(factor_substitute)(Real A[NC][NC], int n, Real B[NC][NC], int columns)
+{
+    for (int i = n - 1; i >= 0; i--) {
+        for (int m = i + 1; m < n; m++) {
+            for (int e = 0; A[i][m] != 0.0 && e < columns; e++) {
+                B[i][e] -= A[i][m] * B[m][e];
+            }
+        }
+        for (int e = 0; e < columns; e++) {
+            B[i][e] /= A[i][i];
+        }
+    }
+}
+
 /* solve A X = B for a symmetric positive definite A of n rows, the columns of X in place of those of B */
 static void KIND(solve_definite)(Real A[NC][NC], int n, Real B[NC][NC], int columns)
 {
     for (int k = 0; k < n; k++) {
-        for (int i = k + 1; i < n; i++) {
-            const Real f = A[i][k] / A[k][k];
-            for (int j = k; j < n; j++) {
-                A[i][j] -= f * A[k][j];
-            }
-            for (int e = 0; e < columns; e++) {
-                B[i][e] -= f * B[k][e];
-            }
-        }
+        KIND(factor_eliminate)(A, n, k, B, columns);
     }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int e = 0; e < columns; e++) {
-            for (int j = i + 1; j < n; j++) {
-                B[i][e] -= A[i][j] * B[j][e];
-            }
-            B[i][e] /= A[i][i];
-        }
-    }
+    KIND(factor_substitute)(A, n, B, columns);
 }
 
 /* P = S where that is symmetric; with drag it is not, and P = S S^T */
@@ -160,31 +177,9 @@ static int KIND(solve_regular)(Real A[NC][NC], int n, const Real *D, Real column
             columns[k][i] = columns[pivot][i];
             columns[pivot][i] = other;
         }
-        for (int i = k + 1; i < n; i++) {
-            if (A[i][k] == 0.0) {
-                continue;
-            }
-            const Real f = A[i][k] / A[k][k];
-            for (int m = k; m < n; m++) {
-                A[i][m] -= f * A[k][m];
-            }
-            for (int e = 0; e < n; e++) {
-                columns[i][e] -= f * columns[k][e];
-            }
-        }
+        KIND(factor_eliminate)(A, n, k, columns, n);
     }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int m = i + 1; m < n; m++) {
-            if (A[i][m] != 0.0) {
-                for (int e = 0; e < n; e++) {
-                    columns[i][e] -= A[i][m] * columns[m][e];
-                }
-            }
-        }
-        for (int e = 0; e < n; e++) {
-            columns[i][e] /= A[i][i];
-        }
-    }
+    KIND(factor_substitute)(A, n, columns, n);
     for (int i = 0; i < n; i++) {
         for (int e = 0; e < n; e++) {
             columns[i][e] *= D[i];
@@ -207,9 +202,10 @@ Real contact_drag(const Point *at, const signed char *state, int c)
 static Real KIND(effect)(const Jets *j, const Sticking *s, int c, int i)
 {
     const int e = s->contact[i];
+    const int friction = model_contact_partner[e];
     Real effect = j->G[c][e][0];
-    if (MODEL_IMPACTS > 0 && s->drag[i] != 0.0) {
-        effect += s->drag[i] * j->G[c][(int)model_contact_partner[e]][0];
+    if (MODEL_IMPACTS > 0 && friction >= 0 && s->drag[i] != 0.0) {
+        effect += s->drag[i] * j->G[c][friction][0];
     }
     return effect;
 }

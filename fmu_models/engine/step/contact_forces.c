@@ -143,7 +143,7 @@ void contact_impulse(const Point *at, const Jets *j, const ImpactPhase *phase, c
             }
         }
     }
-    Real rest[NC];
+    Real rest[NC] = {0};
     for (int i = 0; i < s.count; i++) {
         const int c = s.contact[i];
         rest[i] = j->slip[c][0] - target[c];

@@ -24,6 +24,7 @@ void flow_load(const Point *at, Jets *j, int rooted)
 {
     KIND(load_line)(j->t, at->time, 1.0, rooted);
     j->time_rest = at->time_rest;
+    j->apart = 0;
     for (int i = 0; i < MODEL_NU; i++) {
         KIND(load_line)(j->u[i], at->u[i], at->du[i], rooted);
         KIND(load_line)(j->du[i], at->du[i], 0.0, rooted);

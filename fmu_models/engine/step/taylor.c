@@ -92,8 +92,8 @@ static int watches_function(const Run *r, const Jets *j, int c)
 
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
- * for every force in stick, of depths and of switching functions: the states may be polynomials while what decides an
- * event is not
+ * for every force in stick and what it may be, of depths and of switching functions: the states may be polynomials while
+ * what decides an event is not
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
@@ -104,8 +104,10 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         }
     }
     for (int c = 0; c < MODEL_NC; c++) {
+        const double own = model_contact_partner[c] < 0 ? fabs(j->capacity[c][k - 1]) : 0.0;
+        const double larger = fmax(fabs(j->force[c][k - 1]), own);
         if (r->at.state[c] == CONTACT_STICK
-            && fabs(j->force[c][k - 1]) * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
+            && larger * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
             return 0;
         }
         if (contact_is_closed(r, c)) {
@@ -185,7 +187,6 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
         power *= *limit;
     }
     flow_finish(&r->at, j, order);
-    j->apart = 0;
     return order;
 }
 
@@ -254,8 +255,8 @@ double taylor_time_scale(const Run *r, const Jets *j, int order)
     return isfinite(length) ? length : 1.0;
 }
 
-/* the same for slip speeds too, where they matter to a force, for the forces in stick, for depths and switching
-   functions */
+/* the same for slip speeds too, where they matter to a force, for the forces in stick and what they may be, for depths
+   and switching functions */
 static double taylor_length(const Run *r, const Jets *j, int order, double *exact)
 {
     const double log_tolerance = rough_log2(r->tolerances.step);
@@ -268,6 +269,9 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
         }
         if (r->at.state[c] == CONTACT_STICK) {
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
+            if (model_contact_partner[c] < 0) { /* what a rigid contact's friction may be goes with its force */
+                length = shorter_length(length, j->capacity[c], 0, order - 1, log_tolerance);
+            }
         }
         if (contact_is_closed(r, c)) {
             length = shorter_length(length, j->force[c], r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted),
@@ -312,6 +316,16 @@ int taylor_starts_rooted(Run *r)
     return 0;
 }
 
+static double shortest_step(const Run *r) { return LEAST_STEP * DBL_EPSILON * fabs(r->at.time); }
+
+static RunStatus no_length(Run *r)
+{
+    return run_fail(r,
+                    "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
+                    "(a state that is not finite, or a singular law)",
+                    r->at.time);
+}
+
 RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
@@ -331,15 +345,8 @@ RunStatus taylor_step(Run *r, double limit)
         h = taylor_length(r, &r->jets, --order, &exact);
     }
     h = fmin(h, end);
-    const double least = LEAST_STEP * DBL_EPSILON * fabs(r->at.time);
-    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > least)) {
-        if (run_check_mass(r, &r->jets) == RUN_ERROR) {
-            return RUN_ERROR;
-        }
-        return run_fail(r,
-                        "the motion cannot be continued beyond t = %.17g: its Taylor series has no usable length there "
-                        "(a state that is not finite, or a singular law)",
-                        r->at.time);
+    if (!(h > 0.0) || !isfinite(h) || !((rooted ? h * h : h) > shortest_step(r))) {
+        return run_check_mass(r, &r->jets) == RUN_ERROR ? RUN_ERROR : no_length(r);
     }
     h = location_cut(r, order, h, exact);
     r->segment_order = order;
@@ -347,5 +354,32 @@ RunStatus taylor_step(Run *r, double limit)
     r->segment_length = rooted ? h * h : h;
     r->segment_valid = 1;
     r->steps++;
+    return RUN_OK;
+}
+
+void taylor_complete(Run *r)
+{
+    const int full = taylor_order(r);
+    if (r->segment_order == full) {
+        return;
+    }
+    for (int k = r->segment_order; k < full; k++) {
+        taylor_field(r, &r->jets, k);
+        flow_extend(&r->jets, k + 1, 0);
+    }
+    flow_finish(&r->at, &r->jets, full);
+}
+
+RunStatus taylor_shorten(Run *r, double length)
+{
+    if (!(length < r->segment_length)) {
+        return RUN_OK;
+    }
+    if (!(length > shortest_step(r))) {
+        return no_length(r);
+    }
+    r->segment_length = length;
+    r->segment_event = 0;
+    memset(r->falling, 0, sizeof r->falling);
     return RUN_OK;
 }

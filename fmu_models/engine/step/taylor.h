@@ -22,5 +22,9 @@ int taylor_order(const Run *r);
 int taylor_starts_rooted(Run *r);
 /* the next step from r, cut at the first fall of an indicator */
 RunStatus taylor_step(Run *r, double limit);
+/* the series of that step to the full order, where terms that vanish have ended them before */
+void taylor_complete(Run *r);
+/* end it, if it is longer than that */
+RunStatus taylor_shorten(Run *r, double length);
 
 #endif

@@ -1,7 +1,7 @@
 /*
  * States and outputs of a motion at any time within its step, and their derivatives at that very time.
  *
- *     states     x(t) from the series of the run; dx/dp from those of the tangents, all at once, less x'(t) times the
+ *     states     x(t) from the series of the run; dx/dp from those of the tangents, two at once, less x'(t) times the
  *                derivative of the time from which the tangent started (an event that came earlier or later)
  *     outputs    each tangent at its own point there: order 0 of what the model makes of time, inputs and states
  */
@@ -9,64 +9,24 @@
 
 #include "../step/roots.h"
 
-#include "tangent_series.h"
-
-/* behind the list: series[(state * MODEL_TERMS + power) * count + tangent], then x at the time asked for [state * count
-   + tangent] */
-static double *gathered_series(Tangents *tangents) { return (double *)(tangents->list + tangents->count); }
-
-static double *state_derivatives(Tangents *tangents)
-{
-    return gathered_series(tangents) + (size_t)MODEL_NX * MODEL_TERMS * (size_t)tangents->count;
-}
-
-/* all tangents are evaluated at once: their series side by side */
-static void gather(Tangents *tangents)
-{
-    double *series = gathered_series(tangents);
-    for (int i = 0; i < MODEL_NX; i++) {
-        for (int m = 0; m < MODEL_TERMS; m++) {
-            for (int k = 0; k < tangents->count; k++) {
-                const Tangent *t = &tangents->list[k];
-                *series++ = m <= t->order ? cimag(t->jets.x[i][m]) / EPS : 0.0;
-            }
-        }
-    }
-    tangents->gathered = 1;
-}
+#include "tangent_step.h"
 
 /* states and their derivatives within the step */
 static void states_inside(const Run *r, Tangents *tangents, double length)
 {
-    const int n = tangents->count;
-    int order = 0;
-    for (int k = 0; k < n; k++) {
-        order = tangents->list[k].order > order ? tangents->list[k].order : order;
-    }
     const double s = r->segment_rooted ? sqrt(length) : length;
-    if (!tangents->gathered) {
-        gather(tangents);
-    }
     for (int i = 0; i < MODEL_NX; i++) {
-        const double *x = r->jets.x[i];
-        const double *series = gathered_series(tangents) + (size_t)i * MODEL_TERMS * (size_t)n;
-        double *derivatives = state_derivatives(tangents) + (size_t)i * (size_t)n;
-        double slope = 0.0;
-        tangents->x[i] = polynomial_value(x, r->segment_order, s);
-        for (int m = r->segment_order; m > 0; m--) {
-            slope = slope * s + m * x[m];
-        }
+        const double slope = tangent_slope(r, tangents, i, length);
         const double rate = r->segment_rooted ? slope / (2.0 * s) : slope;
-        for (int k = 0; k < n; k++) {
-            derivatives[k] = 0.0;
-        }
-        for (int m = order; m >= 0; m--) {
-            for (int k = 0; k < n; k++) {
-                derivatives[k] = derivatives[k] * s + series[m * n + k];
+        tangents->x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
+        for (int k = 0; k < tangents->count; k += PAIR) {
+            Variation *l = variation_of(tangents, k);
+            const double at = variation_variable(r, l, length);
+            Pair derivative = PAIR_ZERO;
+            for (int m = l->order; m >= 0; m--) {
+                derivative = derivative * at + l->x[i][m];
             }
-        }
-        for (int k = 0; k < n; k++) {
-            derivatives[k] -= rate * (cimag(tangents->list[k].at.time) / EPS);
+            l->here[i] = derivative - rate * l->t[0];
         }
     }
 }
@@ -75,11 +35,11 @@ static void evaluate_outputs(Tangents *tangents, int k, double length)
 {
     Tangent *t = &tangents->list[k];
     Jets *j = &tangents->scratch;
-    const double *derivatives = state_derivatives(tangents);
+    const Variation *l = variation_of(tangents, k);
     const Real since = since_start(t, length);
     Point at = t->at;
     for (int i = 0; i < MODEL_NX; i++) {
-        at.x[i] = tangents->x[i] + EPS * derivatives[i * tangents->count + k] * _Complex_I;
+        at.x[i] = tangents->x[i] + EPS * l->here[i][k % PAIR] * _Complex_I;
     }
     for (int i = 0; i < MODEL_NU; i++) {
         at.u[i] += at.du[i] * since;
@@ -104,7 +64,7 @@ void tangents_evaluate(const Run *r, Tangents *tangents, double time, int output
         for (int i = 0; i < MODEL_NX; i++) {
             tangents->x[i] = r->at.x[i];
             for (int k = 0; k < tangents->count; k++) {
-                state_derivatives(tangents)[i * tangents->count + k] = cimag(tangents->list[k].at.x[i]) / EPS;
+                variation_of(tangents, k)->here[i][k % PAIR] = cimag(tangents->list[k].at.x[i]) / EPS;
             }
         }
     }
@@ -126,7 +86,7 @@ double tangents_derivative(Tangents *tangents, int k, Of what, int index)
     const Tangent *t = &tangents->list[k];
     return what == OF_OUTPUT   ? cimag(t->y[index]) / EPS
            : what == OF_MEMORY ? cimag(t->at.memory[index]) / EPS
-                               : state_derivatives(tangents)[index * tangents->count + k];
+                               : variation_of(tangents, k)->here[index][k % PAIR];
 }
 
 #include "../model/scalar_real.h"

@@ -9,26 +9,35 @@
 #include "../model/model_kind.h"
 #include "../step/contact_forces.h"
 #include "../step/flow.h"
+#include "variation.h"
 
 typedef struct {
     Point at;
-    Jets jets;
-    int order;                    /* to which jets holds the series in time from the point; 0: it does not */
+    Jets jets;                    /* of evaluations at one instant */
+    double relative;              /* of the parameters, the largest derivative in parts of its own size, times EPS */
     int corner;                   /* on the way several indicators fell at one instant, but not for its neighbours */
     int untimed;                  /* the last event has no indicator that says when it is */
     Real y[MODEL_ROOM(MODEL_NY)]; /* outputs at the time evaluated at */
 } Tangent;
 
+typedef struct Tangents Tangents;
+
 struct Tangents {
     int count;
-    int gathered; /* the derivatives of the series of the step stand side by side */
     Jets scratch;
-    double x[MODEL_ROOM(MODEL_NX)]; /* states at the time evaluated at */
-    Tangent list[];                 /* tangent_output.c says what stands behind it */
+    double x[MODEL_ROOM(MODEL_NX)];                     /* states at the time evaluated at */
+    double rate[MODEL_ROOM(MODEL_NX)][MODEL_TERMS + 1]; /* of the motion, for variations in the root of the time left */
+    Tangent list[];                                     /* and behind it their variations, in pairs */
 };
 
-/* so small that its square vanishes, so large that nothing underflows */
-#define EPS 1e-100
+/* so small that its square vanishes, so large that nothing underflows; a power of two, so that nothing is rounded */
+#define EPS 0x1p-332
+
+/* of the pair to which tangent k belongs */
+static inline Variation *variation_of(Tangents *tangents, int k)
+{
+    return (Variation *)(void *)(tangents->list + tangents->count) + k / PAIR;
+}
 
 /* time since the start of the step, for a tangent, at a time that is the same for all */
 static inline Real since_start(const Tangent *t, double length) { return length - cimag(t->at.time) * _Complex_I; }

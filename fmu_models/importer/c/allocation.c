@@ -17,24 +17,9 @@ static double *take(double *block, size_t *used, size_t n)
 static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
 {
     size_t used = 0;
-    const size_t n = (size_t)m->n, slots = (size_t)m->slots;
-    double **vectors[] = {&m->x,
-                          &m->f,
-                          &m->nominal,
-                          &m->before,
-                          &m->x1,
-                          &m->f1,
-                          &m->stage,
-                          &m->error,
-                          &m->error_low,
-                          &m->seed,
-                          &m->point,
-                          &m->slide.normal,
-                          &m->slide.gradient,
-                          &m->slide.above,
-                          &m->slide.below,
-                          &m->slide.point,
-                          &m->slide.check};
+    const size_t n = (size_t)m->n, slots = (size_t)m->nz + 1;
+    double **vectors[] = {&m->x,     &m->f,         &m->nominal, &m->before, &m->x1,          &m->f1,         &m->stage,
+                          &m->error, &m->error_low, &m->seed,    &m->point,  &m->slide.point, &m->slide.check};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++) {
         *vectors[i] = take(block, &used, n);
     }
@@ -51,8 +36,12 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->slide.z = take(block, &used, slots);
     m->samples = take(block, &used, NODES_AND_CHECK * slots);
     m->node_inverse = take(block, &used, NODE_TABLE);
+    m->slide.normal = take(block, &used, SURFACES * n);
+    m->slide.gradient = take(block, &used, SURFACES * n);
+    m->slide.fields = take(block, &used, SIDES * n);
     m->u = take(block, &used, inputs);
     m->slide.values = take(block, &used, values);
+    m->clocked = take(block, &used, values);
     return used;
 }
 
@@ -77,8 +66,7 @@ EXPORT Master *master_new(const FmuInstance *fmu, int64_t inputs, int64_t values
     m->fmu = fmu;
     m->n = (int)fmu->n_states;
     m->nz = (int)fmu->n_indicators;
-    m->slots = m->nz + 1;
-    const size_t n = (size_t)m->n, slots = (size_t)m->slots;
+    const size_t n = (size_t)m->n, slots = (size_t)m->nz + 1;
     double *block = calloc(lay_out(m, NULL, (size_t)inputs, (size_t)values) + 1, sizeof *block);
     m->real_pivot = calloc(2 * n + 1, sizeof *m->real_pivot);
     m->side = calloc(2 * slots, sizeof *m->side);

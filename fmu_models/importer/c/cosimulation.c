@@ -9,12 +9,59 @@
 #include "cosimulation.h"
 
 #include "field.h"
+#include "recording.h"
+#include "ticking.h"
+#include "zeno.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
+/* those inputs that may be set inside a step */
+static void look_inputs(Master *m, double t)
+{
+    const Run *r = m->run;
+    while (m->shown + 1 < r->n_shown && r->shown_times[m->shown + 1] <= t) {
+        m->shown++;
+    }
+    const int64_t row = m->shown * r->inputs.n;
+    const double since = t - r->shown_times[m->shown];
+    for (int64_t i = 0; i < r->inputs.n; i++) {
+        const Variables one = {1, r->inputs.types + i, r->inputs.references + i, NULL};
+        const double value = r->shown_values[row + i] + since * r->shown_rates[row + i];
+        const int status = r->shown_inputs[i] ? fmi_write(m->fmu, &one, &value) : FMI_OK;
+        if (status >= FMI_DISCARD) {
+            field_report(m, RUN_FMI_ERROR, t, F_SETTERS, status);
+        }
+    }
+}
+
 #define REPORT(STATUS, INDEX, VALUE) (field_report(m, STATUS, m->t, INDEX, VALUE), m->ended)
+
+/*
+ * The callback handed to FMUs that show themselves inside a step: inputs that they ask for, at the time they are at;
+ * and a return from a step so long that the caller waits
+ */
+EXPORT void master_look(void *environment, double t, bool sets, bool gets, bool finished, bool can_return,
+                        bool *returns, double *until)
+{
+    const Log *log = environment;
+    Master *m = log ? log->master : NULL;
+    (void)gets;
+    *returns = false;
+    if (!m) {
+        return;
+    }
+    m->run->looks++;
+    if (sets && m->nu) {
+        look_inputs(m, t);
+    }
+    if (finished && can_return && ++m->looks > m->run->allowance) {
+        *returns = true;
+        *until = t;
+    }
+}
 
 static RunStatus event_mode(Master *m, int enter, int jump)
 {
@@ -26,33 +73,12 @@ static RunStatus event_mode(Master *m, int enter, int jump)
     if (jump && field_inputs(m, m->t) != FINE) {
         return REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
     }
-    Update update = {1, 0, 0, 0, INFINITY};
-    for (int round = 0; update.again && !m->terminate; round++) {
-        if (round > master_tolerances.event_iterations) {
-            return REPORT(RUN_EVENT_ITERATION, -1, round);
-        }
-        status = fmi_update(fmu, &update);
-        if (status >= FMI_DISCARD) {
-            return REPORT(RUN_FMI_ERROR, F_UPDATE, status);
-        }
-        m->terminate |= update.terminate;
+    int nominals;
+    if (ticking_update(m, &nominals) != FINE) {
+        return m->ended;
     }
-    m->next_event = update.next_time;
     status = m->terminate ? FMI_OK : fmi_plain(fmu, F_ENTER_STEP);
     return status >= FMI_DISCARD ? REPORT(RUN_FMI_ERROR, F_ENTER_STEP, status) : RUN_DONE;
-}
-
-static RunStatus record(Master *m)
-{
-    Run *r = m->run;
-    while (r->next_time < r->n_times && r->times[r->next_time] <= m->t) {
-        const int status = fmi_read(m->fmu, &r->recorded, r->values + r->next_time * r->recorded.n);
-        if (status >= FMI_DISCARD) {
-            return REPORT(RUN_FMI_ERROR, F_GETTERS, status);
-        }
-        r->next_time++;
-    }
-    return RUN_DONE;
 }
 
 static void note(Master *m, EventKind kind)
@@ -69,6 +95,9 @@ static RunStatus step_towards(Master *m, double point, int *event)
     Stepped stepped;
     m->run->steps++;
     const int status = fmi_do_step(m->fmu, m->t, point - m->t, &stepped);
+    if (m->ended) {
+        return m->ended;
+    }
     *event = stepped.event;
     if (status == FMI_DISCARD && stepped.terminate) {
         m->terminate = 1;
@@ -100,13 +129,15 @@ RunStatus cosimulation_run(Master *m)
     Run *r = m->run;
     RunStatus status = RUN_DONE;
     if (r->steps == 0) {
-        m->stalled = 0;
+        zeno_reset(m);
+        m->shown = 0;
         status = m->fmu->event_mode ? event_mode(m, 0, 0) : RUN_DONE;
-        status = status == RUN_DONE ? record(m) : status;
+        status = status == RUN_DONE ? recording_here(m) : status;
     }
     for (int64_t left = r->allowance; status == RUN_DONE && !m->terminate && m->t < r->stop; left--) {
         int event = 0;
-        if (left == 0 || (r->event_capacity > 0 && r->n_events + 2 > r->event_capacity)) {
+        if (left == 0 || m->looks > r->allowance || ticking_full(m)
+            || (r->event_capacity > 0 && r->n_events + 2 > r->event_capacity)) {
             return RUN_MORE;
         }
         const double point = fmin(next_point(m), m->next_event > m->t ? m->next_event : INFINITY);
@@ -120,10 +151,11 @@ RunStatus cosimulation_run(Master *m)
         if (status == RUN_DONE && !m->terminate && m->fmu->event_mode && (event || timed || jump)) {
             status = event_mode(m, 1, jump);
             note(m, event ? EVENT_STATE : timed ? EVENT_TIME : EVENT_INPUT);
+            status = status == RUN_DONE && event && zeno_told(m) == STOP ? m->ended : status;
         } else if (status == RUN_DONE && !m->terminate && arrived && m->nu && field_inputs(m, m->t) != FINE) {
             status = REPORT(RUN_FMI_ERROR, F_SETTERS, FMI_ERROR);
         }
-        status = status == RUN_DONE ? record(m) : status;
+        status = status == RUN_DONE ? recording_here(m) : status;
     }
     if (status != RUN_DONE) {
         return status;

@@ -30,6 +30,7 @@
 #include "method.h"
 #include "motion.h"
 #include "search.h"
+#include "ticking.h"
 
 #include <float.h>
 #include <math.h>
@@ -121,7 +122,7 @@ Outcome events_locate(Master *m, double latest, double *theta)
     int halvings = 0;
     *theta = -1.0;
     memset(m->fired, 0, (size_t)m->slots);
-    if (m->nz == 0) {
+    if (m->slots == 0) {
         return FINE;
     }
     Outcome outcome = method_dense(m);
@@ -173,19 +174,9 @@ Outcome events_update(Master *m, int enter, int jump)
     if (jump && field_inputs(m, m->t) != FINE) {
         return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
     }
-    Update update = {1, 0, 0, 0, INFINITY};
-    for (int round = 0; update.again && !m->terminate; round++) {
-        if (round > master_tolerances.event_iterations) {
-            return field_report(m, RUN_EVENT_ITERATION, m->t, -1, round);
-        }
-        status = fmi_update(fmu, &update);
-        if (status >= FMI_DISCARD) {
-            return field_report(m, RUN_FMI_ERROR, m->t, F_UPDATE, status);
-        }
-        nominals |= update.nominals_changed;
-        m->terminate |= update.terminate;
+    if (ticking_update(m, &nominals) != FINE) {
+        return STOP;
     }
-    m->next_event = update.next_time;
     if (m->terminate) {
         return FINE;
     }

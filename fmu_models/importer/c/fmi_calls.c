@@ -300,3 +300,45 @@ int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *steppe
     stepped->early = early;
     return status;
 }
+
+EXPORT int fmi_configure(const FmuInstance *fmu)
+{
+    if (fmu->structure.n == 0) {
+        return FMI_OK;
+    }
+    const int entered = fmi_plain(fmu, F_ENTER_CONFIGURATION);
+    const int set = entered < FMI_DISCARD ? fmi_write(fmu, &fmu->structure, fmu->structure_values) : entered;
+    return set < FMI_DISCARD ? fmi_plain(fmu, F_EXIT_CONFIGURATION) : set;
+}
+
+int fmi_set_clock(const FmuInstance *fmu, uint32_t reference)
+{
+    const fmi3Clock active = fmi3ClockActive;
+    return (int)CALL3(SetClock, F_SET_CLOCK)(fmu->instance, &reference, 1, &active);
+}
+
+int fmi_get_clock(const FmuInstance *fmu, uint32_t reference, int *active)
+{
+    Flag ticks = 0;
+    const int status = (int)CALL3(GetClock, F_GET_CLOCK)(fmu->instance, &reference, 1, (void *)&ticks);
+    *active = ticks;
+    return status;
+}
+
+int fmi_get_interval(const FmuInstance *fmu, uint32_t reference, double *interval, int *qualifier)
+{
+    fmi3IntervalQualifier told = fmi3IntervalNotYetKnown;
+    const int status = (int)CALL3(GetIntervalDecimal, F_GET_INTERVAL)(fmu->instance, &reference, 1, interval, &told);
+    *qualifier = (int)told;
+    return status;
+}
+
+int fmi_get_shift(const FmuInstance *fmu, uint32_t reference, double *shift)
+{
+    return (int)CALL3(GetShiftDecimal, F_GET_SHIFT)(fmu->instance, &reference, 1, shift);
+}
+
+int fmi_activate(const FmuInstance *fmu, uint32_t reference, double t)
+{
+    return (int)CALL3(ActivateModelPartition, F_ACTIVATE)(fmu->instance, reference, t);
+}

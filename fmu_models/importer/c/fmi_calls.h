@@ -16,6 +16,7 @@ typedef struct {
 
 int fmi_plain(const FmuInstance *fmu, Function function); /* the functions that take the instance only */
 int fmi_initialize(const FmuInstance *fmu, double start, double stop, double tolerance); /* up to initialization mode */
+EXPORT int fmi_configure(const FmuInstance *fmu); /* structural parameters, if there are any to be set */
 int fmi_update(const FmuInstance *fmu, Update *update);
 int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate);
 int fmi_set_time(const FmuInstance *fmu, double t);
@@ -28,6 +29,14 @@ int fmi_nominals(const FmuInstance *fmu, double *nominals);
 int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx);
 int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values);
 int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *values);
+
+/* FMI 3: one clock */
+int fmi_set_clock(const FmuInstance *fmu, uint32_t reference);
+int fmi_get_clock(const FmuInstance *fmu, uint32_t reference, int *active);
+/* interval s, or how it is told: fmi3IntervalQualifier */
+int fmi_get_interval(const FmuInstance *fmu, uint32_t reference, double *interval, int *qualifier);
+int fmi_get_shift(const FmuInstance *fmu, uint32_t reference, double *shift);
+int fmi_activate(const FmuInstance *fmu, uint32_t reference, double t);
 
 typedef struct {
     int event, terminate, early;

@@ -28,9 +28,16 @@ typedef enum {
     F_NOMINALS,
     F_DIRECTIONAL,
     F_DO_STEP,
+    F_SET_CLOCK,
+    F_GET_CLOCK,
+    F_GET_INTERVAL,
+    F_GET_SHIFT,
+    F_ACTIVATE,
     F_TERMINATE,
     F_BOOLEAN_STATUS,
     F_REAL_STATUS,
+    F_ENTER_CONFIGURATION,
+    F_EXIT_CONFIGURATION,
     F_GETTERS,
     F_SETTERS = F_GETTERS + 11,
     F_COUNT = F_SETTERS + 11
@@ -51,25 +58,12 @@ typedef enum {
     T_UINT64
 } Type;
 
-/* what the FMU said last; handed to it as its environment */
+/* what the FMU said last, and who runs it; handed to it as its environment */
 typedef struct {
     int64_t count;
     char message[1024];
+    void *master; /* NULL: nobody who looks inside its steps */
 } Log;
-
-/* an instance of an FMU */
-typedef struct {
-    int64_t fmi; /* 2 or 3 */
-    int64_t n_states, n_indicators;
-    int64_t completes;          /* wants completedIntegratorStep */
-    int64_t directional;        /* offers directional derivatives */
-    int64_t event_mode;         /* Co-Simulation with event mode */
-    int64_t resets;             /* reset before a run; the first run of an instance needs none */
-    int64_t n_state_references; /* fewer than states where a state is an array */
-    const uint32_t *state_references, *derivative_references;
-    void *instance;
-    void *function[F_COUNT];
-} FmuInstance;
 
 /* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
 typedef struct {
@@ -79,7 +73,62 @@ typedef struct {
     const int32_t *sizes; /* elements of the variable that begins here, 0 within an array; NULL: no arrays */
 } Variables;
 
-typedef enum { METHOD_AUTO, METHOD_DOPRI5, METHOD_DOP853, METHOD_STIFF, METHOD_CO_SIMULATION } MethodChoice;
+/* an instance of an FMU */
+typedef struct {
+    int64_t fmi; /* 2 or 3 */
+    int64_t n_states, n_indicators;
+    int64_t completes;   /* wants completedIntegratorStep */
+    int64_t directional; /* offers directional derivatives */
+    int64_t event_mode;  /* Co-Simulation with event mode */
+    int64_t resets;      /* reset before a run; the first run of an instance needs none */
+    Log *log;
+    int64_t n_state_references; /* fewer than states where a state is an array */
+    const uint32_t *state_references, *derivative_references;
+    Variables structure; /* structural parameters to set in configuration mode */
+    const double *structure_values;
+    void *instance;
+    void *function[F_COUNT];
+} FmuInstance;
+
+/* how a clock of FMI 3 ticks: in equal intervals, after an interval that the FMU tells at each tick or some time later,
+   when the user asks, when the FMU does */
+typedef enum { CLOCK_PERIODIC, CLOCK_CHANGING, CLOCK_COUNTDOWN, CLOCK_ASKED, CLOCK_OUTPUT } ClockKind;
+
+typedef struct {
+    uint32_t reference;
+    int32_t kind;           /* ClockKind */
+    int32_t asks;           /* the FMU tells the interval, and of a periodic clock the shift */
+    int32_t priority;       /* of what ticks at the same time in scheduled execution; the lowest is the first */
+    double interval, shift; /* s, of a periodic clock */
+    int64_t n_times;
+    const double *times; /* (n_times), s, ascending: of one that ticks when the user asks */
+    /* progress: of a run */
+    double next;          /* time of the next tick, infinity where it is not known */
+    int64_t ticks, later; /* so far; its place in times, or in the periods since the first tick */
+} MasterClock;
+
+typedef struct {
+    double time;
+    int64_t clock;
+} MasterTick;
+
+/* a variable that is read when its clocks tick, and keeps its value until then */
+typedef struct {
+    int64_t clocks; /* one bit each, and the next one where its first value comes from initialization */
+    double value;
+} Kept;
+
+/* clocks of an FMU, at most: one bit each */
+typedef enum { MOST_CLOCKS = 62 } MostClocks;
+
+typedef enum {
+    METHOD_AUTO,
+    METHOD_DOPRI5,
+    METHOD_DOP853,
+    METHOD_STIFF,
+    METHOD_CO_SIMULATION,
+    METHOD_SCHEDULED
+} MethodChoice;
 
 typedef enum {
     EVENT_STATE,
@@ -113,12 +162,15 @@ typedef enum {
     RUN_EVENT_ITERATION,
     RUN_CHATTERING,
     RUN_CHATTERING_OF_TWO,
+    RUN_CHATTERING_OF_MANY,
     RUN_ZENO,
     RUN_EVENTS_PILE_UP,
     RUN_STALLS,
     RUN_DISCARD,
     RUN_BAD_INDICATOR,
-    RUN_TOO_MANY_STEPS
+    RUN_TOO_MANY_STEPS,
+    RUN_BAD_CLOCK,
+    RUN_CROSSED /* the section: done too */
 } RunStatus;
 
 typedef struct {
@@ -136,18 +188,41 @@ typedef struct {
     int64_t n_knots;
     const double *knot_times, *knot_values, *knot_rates; /* (n_knots), (n_knots, inputs.n) twice */
     const int64_t *knot_jumps;                           /* the values jump at this knot: an event */
+    /* of a co-simulation, whose knots are its communication points: the inputs between them */
+    int64_t n_shown;
+    const double *shown_times, *shown_values, *shown_rates; /* (n_shown), (n_shown, inputs.n) twice */
+    const int32_t *shown_inputs;                            /* (inputs.n): may be set inside a step of Co-Simulation */
+    int64_t n_clocks;
+    MasterClock *clocks;
+    Variables clocked;      /* recorded variables that have clocks */
+    Kept *kept;             /* (clocked.n) */
+    double *clocked_values; /* (n_times, clocked.n) */
+    int64_t tick_capacity;
+    MasterTick *ticks;
     int64_t event_capacity;
     MasterEvent *events;
     double *event_states; /* (event_capacity, 2, n_states): before and after */
     int64_t on_zeno;      /* ZenoChoice */
     int64_t allowance;    /* steps after which to return RUN_MORE */
+    /* a section, where the run ends: a state crosses a level */
+    int64_t section_state; /* its number from 1; 0: none */
+    double section_level;
+    int64_t section_direction; /* 1 upward, -1 downward, 0 both */
+    /* tangents; all NULL: not wanted */
+    double *ends;            /* (4, n_states): states and rates at the start, and where the run ends */
+    double *tangents;        /* (n_states, n_states): derivatives of the states there by those at the start, by rows */
+    double *tangent_room;    /* 20 n_states^2 + 4 n_states */
+    int32_t *tangent_pivots; /* 4 n_states */
+    int64_t missed;          /* parts of the way of which the tangents know nothing */
     /* progress, kept over RUN_MORE; next_time counts the rows written */
-    int64_t begun, next_time, n_events;
+    int64_t begun, next_time, n_events, n_ticks;
+    int64_t looks; /* inside the steps of a co-simulation */
     int64_t steps, rejected, evaluations, jacobians, slides;
-    int64_t n_switches;       /* of the method, by auto */
-    double switch_time;       /* of the first one */
-    int64_t accumulations;    /* at which the run did not end */
-    double accumulation_time; /* of the first one */
+    int64_t most_surfaces, by_convention; /* slid along at once; such motions whose mean is a convention */
+    int64_t n_switches;                   /* of the method, by auto */
+    double switch_time;                   /* of the first one */
+    int64_t accumulations;                /* at which the run did not end */
+    double accumulation_time;             /* of the first one */
     /* report of an early end */
     double report_time, report_value;
     int64_t report_index;    /* indicator, state, or Function that returned an error */

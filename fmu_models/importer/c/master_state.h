@@ -10,6 +10,7 @@
 #include "tolerances.h"
 
 enum { DENSE_TERMS = 8, SEARCH_NODES = 8 };
+enum { SURFACES = 4, SIDES = 1 << SURFACES }; /* slid along at once: each one more doubles the evaluations */
 
 /* what a part tells its caller: go on, try a shorter step, or stop (the report is filled) */
 typedef enum { FINE, SHORTER, STOP } Outcome;
@@ -27,23 +28,28 @@ typedef struct {
     double window;
 } Watch;
 
+/* a motion along the surfaces of indicators */
 typedef struct {
-    int active, indicator;
-    double side;      /* of the surface whose mode the FMU is in: +1 above, -1 below */
-    double offset;    /* of the indicator, at which the FMU changes its mode */
-    double *normal;   /* x + offset * normal is above the surface */
-    double *gradient; /* of the indicator, scaled by the nominal values of the states */
-    double rate_above, rate_below,
-        share; /* of the indicator, and of the field above in the mean, at the last evaluation */
-    double *above, *below, *point, *check, *z;
-    double *values; /* recorded variables below the surface */
+    int n;    /* surfaces; 0: no such motion */
+    int near; /* further indicators, whose zero was just passed: off the surfaces they keep their sides */
+    int indicator[SURFACES];
+    int sides;                     /* whose mode the FMU is in: bit i is set above the i-th surface */
+    double part, offset[SURFACES]; /* of the indicators, at which the FMU changes its mode: part of their gradients */
+    double home[SURFACES];         /* their values where the run is */
+    double share[SURFACES];        /* of the upper side in the mean, at the last evaluation */
+    double rates[SIDES][SURFACES]; /* of the indicators along the field on these sides */
+    double *fields;                /* SIDES rows of n */
+    double *normal;                /* SURFACES rows of n: x + offset * normal is above the surface, and on the others */
+    double *gradient;              /* SURFACES rows of n, scaled by the nominal values of the states */
+    double *point, *check, *z;
+    double *values; /* recorded variables on one side */
 } Slide;
 
 typedef struct {
     const FmuInstance *fmu;
     Run *run;
     int n, nz, nu;
-    int slots;     /* nz and one more: the second condition of a sliding motion */
+    int slots;     /* nz, and one more where the run ends at a section */
     double t;      /* where the run is */
     double h;      /* proposed length of the next step */
     double *x, *f; /* states and derivatives there */
@@ -53,7 +59,11 @@ typedef struct {
     int64_t knot;                   /* the piece of the input table in use */
     int inputs_vary;                /* within it */
     double next_event;              /* time event of the FMU */
-    int terminate;
+    double *clocked;                /* room for a variable that has clocks */
+    int64_t told;                   /* clocks that the FMU said to tick in the midst of a partition: a bit each */
+    int64_t shown;                  /* the piece of the inputs in use inside steps */
+    int64_t looks;                  /* inside steps of Co-Simulation, since this call began */
+    int terminate, crossed;
     RunStatus ended; /* why, once a part has said STOP */
     int fresh;       /* f is to be computed anew */
     int bad_state;   /* whose derivative was not finite */

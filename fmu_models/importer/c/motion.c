@@ -6,14 +6,14 @@
 
 Outcome motion_rates(Master *m, double t, const double *x, double *dx)
 {
-    return m->slide.active ? slide_field(m, t, x, dx) : field_raw(m, t, x, dx);
+    return m->slide.n ? slide_field(m, t, x, dx) : field_raw(m, t, x, dx);
 }
 
 Outcome motion_indicators(Master *m, double t, const double *x, double *z)
 {
-    if (m->slide.active) {
-        return slide_conditions(m, t, x, z);
+    const Run *r = m->run;
+    if (r->section_state) {
+        z[m->nz] = x[r->section_state - 1] - r->section_level;
     }
-    z[m->nz] = 1.0;
-    return field_indicators(m, t, x, z);
+    return m->slide.n ? slide_conditions(m, t, x, z) : field_indicators(m, t, x, z);
 }

@@ -5,7 +5,7 @@
 #include "master_state.h"
 
 Outcome motion_rates(Master *m, double t, const double *x, double *dx);
-Outcome motion_indicators(Master *m, double t, const double *x,
-                          double *z); /* slots; of a sliding motion: its own conditions */
+/* those of the surfaces of a sliding motion are its own conditions */
+Outcome motion_indicators(Master *m, double t, const double *x, double *z);
 
 #endif

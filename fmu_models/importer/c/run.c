@@ -9,6 +9,7 @@
  *         the first event of an indicator on the step cuts it off                                                    
  *         (events.c) recorded values at output times before the end of the step, from the dense output
  *         the FMU is put at the end of the step; completedIntegratorStep
+ *         a state on the section ends the run there, after an event that comes with it
  *         an event of whatever kind: event mode, inputs after their jump, iteration; states, sides, next time event
  *         anew the indicators concerned are watched for chattering and Zeno                                            
  *            (zeno.c, slide.c) recorded values at output times that fall on the end of the step: those after the event
@@ -19,8 +20,11 @@
 #include "field.h"
 #include "method.h"
 #include "motion.h"
+#include "scheduled.h"
 #include "slide.h"
 #include "step.h"
+#include "tangent.h"
+#include "ticking.h"
 #include "zeno.h"
 
 #include <float.h>
@@ -32,11 +36,12 @@ static void record_at(Master *m, double t, const double *x, Outcome *outcome)
     Run *r = m->run;
     memcpy(r->states + r->next_time * m->n, x, (size_t)m->n * sizeof *x);
     double *values = r->values + r->next_time * r->recorded.n;
+    ticking_record(m);
     r->next_time++;
     if (r->recorded.n == 0) {
         return;
     }
-    if (m->slide.active) {
+    if (m->slide.n) {
         *outcome = slide_values(m, t, x, values);
         return;
     }
@@ -103,6 +108,7 @@ static void enter_knot(Master *m, int64_t knot)
 
 static Outcome refresh(Master *m)
 {
+    const Run *r = m->run;
     Outcome outcome = events_sides(m);
     outcome = outcome == FINE ? motion_rates(m, m->t, m->x, m->f) : outcome;
     for (int i = 0; i < m->slots && outcome == FINE; i++) {
@@ -114,6 +120,10 @@ static Outcome refresh(Master *m)
         const int status = m->trial_status > FMI_DISCARD ? m->trial_status : FMI_DISCARD;
         return m->bad_state >= 0 ? field_report(m, RUN_NOT_FINITE, m->t, m->bad_state, 0.0)
                                  : field_report(m, RUN_FMI_ERROR, m->t, F_GET_DERIVATIVES, status);
+    }
+    if (outcome == FINE && r->section_state && m->z[m->nz] == 0.0) {
+        /* on the section: the side is the one that the motion goes to */
+        m->side[m->nz] = m->f[r->section_state - 1] > 0.0 ? 1 : -1;
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
@@ -129,6 +139,11 @@ static Outcome initialize(Master *m)
     if (status >= FMI_DISCARD) {
         return field_report(m, RUN_FMI_ERROR, m->t, F_RESET, status);
     }
+    /* which puts sizes of arrays back too */
+    status = fmu->resets ? fmi_configure(fmu) : FMI_OK;
+    if (status >= FMI_DISCARD) {
+        return field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_CONFIGURATION, status);
+    }
     status = fmi_write(fmu, &r->starts, r->start_values);
     if (status >= FMI_DISCARD) {
         return field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, status);
@@ -141,6 +156,9 @@ static Outcome initialize(Master *m)
     if (m->nu && field_inputs(m, m->t) != FINE) {
         return m->ended ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SETTERS, FMI_DISCARD);
     }
+    if (ticking_begin(m) != FINE) {
+        return STOP;
+    }
     status = fmi_plain(fmu, F_EXIT_INITIALIZATION);
     return status >= FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, F_EXIT_INITIALIZATION, status) : FINE;
 }
@@ -148,11 +166,12 @@ static Outcome initialize(Master *m)
 static Outcome start(Master *m)
 {
     Run *r = m->run;
-    const int co_simulates = r->method == METHOD_CO_SIMULATION;
+    const int integrates = r->method != METHOD_CO_SIMULATION && r->method != METHOD_SCHEDULED;
     m->nu = (int)r->inputs.n;
+    m->slots = m->nz + (r->section_state != 0);
     m->t = r->start;
     m->ended = RUN_DONE;
-    m->terminate = 0;
+    m->terminate = m->crossed = 0;
     m->bad_state = -1;
     m->trial_errors = m->trial_status = 0;
     m->next_event = INFINITY;
@@ -162,7 +181,7 @@ static Outcome start(Master *m)
     m->calm_needed = 20;
     m->jacobian_ready = m->lu_ready = m->previous_ready = 0;
     m->last_error = 0.0;
-    m->slide.active = 0;
+    m->slide.n = 0;
     m->length = 0.0;
     m->pace_steps = 0;
     m->pace_time = r->start;
@@ -170,7 +189,7 @@ static Outcome start(Master *m)
     m->quick_slides = 0;
     Outcome outcome = initialize(m);
     r->begun = 1;
-    if (outcome != FINE || co_simulates) {
+    if (outcome != FINE || !integrates) {
         return outcome;
     }
     zeno_reset(m);
@@ -179,6 +198,9 @@ static Outcome start(Master *m)
         return outcome;
     }
     outcome = refresh(m);
+    if (outcome == FINE && r->tangents) {
+        tangent_start(m);
+    }
     m->h = r->first_step;
     if (outcome == FINE && !(m->h > 0.0)) {
         outcome = step_first(m);
@@ -190,7 +212,6 @@ static Outcome start(Master *m)
 static Outcome begin_slide(Master *m, int indicator)
 {
     Run *r = m->run;
-    const double since = m->t - master_tolerances.chatter_gap * fmax(fabs(m->t), r->stop - r->start);
     m->quick_slides = m->t - m->slide_time < master_tolerances.rate_gap * (r->stop - r->start) ? m->quick_slides + 1
                                                                                                : 0;
     m->slide_time = m->t;
@@ -203,7 +224,7 @@ static Outcome begin_slide(Master *m, int indicator)
     }
     while (r->n_events > 0) {
         const MasterEvent *last = &r->events[r->n_events - 1];
-        if (last->kind != EVENT_STATE || last->indicator != indicator || last->time < since) {
+        if (last->kind != EVENT_STATE || last->indicator != indicator || !zeno_at_once(m, last->time)) {
             break;
         }
         r->n_events--;
@@ -245,18 +266,20 @@ typedef struct {
 
 static Outcome handle_event(Master *m, const Causes *causes)
 {
-    const int sliding = m->slide.active;
-    const int on = m->slide.indicator;
+    const int sliding = m->slide.n;
     memcpy(m->before, m->x, (size_t)m->n * sizeof *m->x);
     if (zeno_stalled(m) != FINE) {
         return STOP;
     }
-    if (sliding && (m->fired[on] || m->fired[m->nz])) {
-        log_event(m, EVENT_LEAVE, on, m->z[on], 0.0);
-        const Outcome outcome = slide_leave(m, m->fired[on] ? 1.0 : -1.0);
-        m->fired[on] = m->fired[m->nz] = 0;
+    for (int i = 0; i < m->nz && m->slide.n; i++) {
+        if (!m->fired[i] || !slide_along(m, i)) {
+            continue;
+        }
+        log_event(m, EVENT_LEAVE, i, m->z[i], 0.0);
+        m->fired[i] = 0;
+        const Outcome outcome = slide_leave(m, i);
         if (outcome != FINE) {
-            return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, on, 0.0);
+            return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, i, 0.0);
         }
     }
     Outcome outcome = events_update(m, 1, causes->jump);
@@ -281,22 +304,33 @@ static Outcome handle_event(Master *m, const Causes *causes)
                       ? field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_ERROR)
                       : watch_fired(m);
     }
-    if (outcome == FINE && m->slide.active && sliding) {
-        int left = 0;
+    for (int left = 0; outcome == FINE && m->slide.n && sliding && left >= 0;) {
+        const int first = m->slide.indicator[0];
         outcome = slide_resume(m, &left);
-        if (left) {
-            log_event(m, EVENT_LEAVE, on, 0.0, 0.0);
+        if (left >= 0) {
+            log_event(m, EVENT_LEAVE, left, 0.0, 0.0);
         }
-        outcome = outcome == SHORTER ? field_report(m, RUN_CHATTERING, m->t, on, 0.0) : outcome;
+        outcome = outcome == SHORTER ? field_report(m, RUN_CHATTERING, m->t, first, 0.0) : outcome;
     }
     return outcome;
+}
+
+/* whether a state that has come to this side of the section ends the run */
+static int ends_at(const Master *m, int side)
+{
+    const Run *r = m->run;
+    return r->section_state && (r->section_direction == 0 || r->section_direction == side);
 }
 
 /* the FMU and the run are put at the end of the step */
 static Outcome arrive(Master *m, double t1, double theta)
 {
     Run *r = m->run;
-    Causes causes = {.state = theta > 0.0};
+    const int section = m->nz, changes = theta > 0.0 && m->slots > section && m->fired[section];
+    const int side = changes ? -m->side[section] : m->side[section];
+    Causes causes = {.state = theta > 0.0 && memchr(m->fired, 1, (size_t)section)};
+    m->crossed = changes && ends_at(m, side);
+    m->fresh |= changes;
     if (theta > 0.0) {
         dense_value(m, theta, m->stage);
         memcpy(m->x, m->stage, (size_t)m->n * sizeof *m->x);
@@ -305,7 +339,8 @@ static Outcome arrive(Master *m, double t1, double theta)
         memcpy(m->f, m->f1, (size_t)m->n * sizeof *m->x);
     }
     m->t = t1;
-    Outcome outcome = m->slide.active ? slide_project(m) : FINE;
+    /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
+    Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
     outcome = outcome == FINE ? field_at(m, m->t, m->x) : outcome;
     if (outcome != FINE) {
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
@@ -326,13 +361,22 @@ static Outcome arrive(Master *m, double t1, double theta)
         enter_knot(m, m->knot + 1);
         outcome = causes.jump ? FINE : field_inputs(m, m->t);
     }
-    if (outcome == FINE && (causes.state || causes.time || causes.step || causes.jump)) {
+    const int event = causes.state || causes.time || causes.step || causes.jump;
+    if (outcome == FINE && causes.state && r->tangents) {
+        outcome = tangent_before(m, m->length);
+    }
+    if (outcome == FINE && event) {
         outcome = handle_event(m, &causes);
     }
     if (outcome == FINE && m->fresh && !m->terminate) {
         outcome = refresh(m);
         step_careful(m);
-    } else if (outcome == FINE && m->nz && !m->terminate) {
+        if (outcome == FINE && event && r->tangents) {
+            tangent_after(m, causes.state);
+        }
+        /* an event may take the state across */
+        m->crossed |= event && m->side[section] != side && ends_at(m, m->side[section]);
+    } else if (outcome == FINE && m->slots && !m->terminate) {
         memcpy(m->z, m->samples, (size_t)m->slots * sizeof *m->z);
     }
     return outcome == FINE ? record_here(m) : outcome;
@@ -359,6 +403,9 @@ static Outcome advance(Master *m)
     }
     const double length = m->length;
     const double longer = length * step_growth(m, error);
+    if (!m->stiff) {
+        m->last_error = fmax(error, 1e-4);
+    }
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
     m->step_error = error;
@@ -379,6 +426,10 @@ static Outcome advance(Master *m)
         m->last_error = error;
         m->jacobian_fresh = 0;
         m->jacobian_ready = m->jacobian_ready && !m->newton_poor;
+    }
+    if (r->tangents) {
+        outcome = outcome == FINE ? method_dense(m) : outcome;
+        outcome = outcome == FINE ? tangent_advance(m, theta > 0.0 ? theta : 1.0) : outcome;
     }
     /* only now: the polynomial of the step is that of the method which made it */
     if (change) {
@@ -415,14 +466,21 @@ static RunStatus hold(Master *m)
 EXPORT int32_t master_run(Master *m, Run *r)
 {
     m->run = r;
+    m->looks = 0;
+    if (m->fmu->log) {
+        m->fmu->log->master = m;
+    }
     Outcome outcome = r->begun ? FINE : start(m);
     if (r->method == METHOD_CO_SIMULATION) {
         return outcome == FINE ? (int32_t)cosimulation_run(m) : (int32_t)m->ended;
     }
-    for (int64_t left = r->allowance; outcome == FINE && !m->terminate && m->t < r->stop; left--) {
+    if (r->method == METHOD_SCHEDULED) {
+        return outcome == FINE ? (int32_t)scheduled_run(m) : (int32_t)m->ended;
+    }
+    for (int64_t left = r->allowance; outcome == FINE && !m->terminate && !m->crossed && m->t < r->stop; left--) {
         /* room in the buffer for all indicators and what comes with them at one instant */
         const int full = r->event_capacity > 0 && r->n_events + m->nz + 8 > r->event_capacity;
-        if (left == 0 || full) {
+        if (left == 0 || full || ticking_full(m)) {
             return RUN_MORE;
         }
         outcome = advance(m);
@@ -439,5 +497,10 @@ EXPORT int32_t master_run(Master *m, Run *r)
         log_event(m, EVENT_END, -1, 0.0, 0.0);
     }
     fmi_plain(m->fmu, F_TERMINATE);
-    return m->terminate ? RUN_TERMINATED : RUN_DONE;
+    r->report_time = m->t;
+    if (r->ends) {
+        memcpy(r->ends + 2 * m->n, m->x, (size_t)m->n * sizeof *m->x);
+        memcpy(r->ends + 3 * m->n, m->f, (size_t)m->n * sizeof *m->x);
+    }
+    return m->terminate ? RUN_TERMINATED : m->crossed ? RUN_CROSSED : RUN_DONE;
 }

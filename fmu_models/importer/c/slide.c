@@ -1,168 +1,39 @@
 /*
- * Sliding of a foreign FMU along the surface z = 0 of an indicator, by Filippov's convex mean
- * (A. F. Filippov, Differential Equations with Discontinuous Righthand Sides (1988), section 4).
+ * Sliding of a foreign FMU along the surface z = 0 of an indicator, or of several at once, by the convex mean of the
+ * fields on all sides (surfaces.c; A. F. Filippov, Differential Equations with Discontinuous Righthand Sides (1988),
+ * section 4).
  *
- *     modes:    the FMU chooses its mode by the side it is on: x is put a little above, then a little below the
- *               surface, each time with an update of its discrete states; its field at x itself is then f+ or f-, the
- *               rate of z along it w+ or w-
- *     mean:     w+ < 0 < w-: both lead to the surface; x' = a f+ + (1 - a) f-, a = w- / (w- - w+), for which z stays
- *     begin:    the least distance from the surface at which the two modes show so; none: the FMU does not let both
- *               sides be evaluated, or its states jump there, and the run stops
- *     project:  after each step x goes back to the surface along the gradient of z
- *     leave:    -w+ falls to zero: upwards; w- falls to zero: downwards. Both are event indicators of the sliding
- *               motion
+ *     begin:    the least distance from the surfaces at which the modes show that all sides lead to them; none: the FMU
+ *               does not let the sides be evaluated, or its states jump there, and the run stops
+ *     project:  after each step x goes back to the surfaces along the gradients
+ *     leave:    4 a (1 - a) falls to zero, with a the share of the upper side of a surface: an event indicator of the
+ *               sliding motion in the place of z
  */
 #include "slide.h"
 
 #include "field.h"
+#include "surfaces.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
-
-/* gradient of the indicator and the way off its surface; 0 if it depends on no state */
-static Outcome find_normal(Master *m, int *found)
-{
-    Slide *s = &m->slide;
-    const size_t bytes = (size_t)m->n * sizeof *m->x;
-    double squares = 0.0;
-    memcpy(s->point, m->x, bytes);
-    for (int j = 0; j < m->n; j++) {
-        const double step = cbrt(DBL_EPSILON) * fmax(m->nominal[j], fabs(m->x[j]));
-        double z[2] = {0.0, 0.0};
-        for (int sign = 0; sign < 2; sign++) {
-            s->point[j] = m->x[j] + (sign ? step : -step);
-            const Outcome outcome = field_indicators(m, m->t, s->point, s->z);
-            if (outcome != FINE) {
-                return outcome;
-            }
-            z[sign] = s->z[s->indicator];
-        }
-        s->point[j] = m->x[j];
-        s->gradient[j] = (z[1] - z[0]) / (2.0 * step) * m->nominal[j];
-        squares += s->gradient[j] * s->gradient[j];
-    }
-    for (int j = 0; j < m->n; j++) {
-        s->normal[j] = squares > 0.0 ? m->nominal[j] * s->gradient[j] / squares : 0.0;
-        m->run->report_gradient[j] = s->gradient[j];
-    }
-    *found = squares > 0.0 && isfinite(squares);
-    return FINE;
-}
-
-/* the point near x that is the offset off the surface: trial points of a step are not on it */
-static Outcome place_beside(Master *m, double t, const double *x, double side)
-{
-    Slide *s = &m->slide;
-    double lift = side * s->offset;
-    for (int round = 0; round < 4; round++) {
-        for (int i = 0; i < m->n; i++) {
-            s->point[i] = x[i] + lift * s->normal[i];
-        }
-        const Outcome outcome = field_indicators(m, t, s->point, s->z);
-        const double z = s->z[s->indicator];
-        if (outcome != FINE || fabs(z - side * s->offset) <= 0.5 * s->offset) {
-            return outcome;
-        }
-        lift += side * s->offset - z;
-    }
-    return FINE;
-}
-
-/* let the FMU choose its mode for one side; agreed 0 if it moves the states there */
-static Outcome take_side(Master *m, double t, const double *x, double side, int *agreed)
-{
-    Slide *s = &m->slide;
-    Update update = {1, 0, 0, 0, INFINITY};
-    const Outcome outcome = place_beside(m, t, x, side);
-    if (outcome != FINE) {
-        return outcome;
-    }
-    int status = fmi_plain(m->fmu, F_ENTER_EVENT);
-    for (int round = 0; status < FMI_DISCARD && update.again && !update.terminate; round++) {
-        if (round > master_tolerances.event_iterations) {
-            return field_report(m, RUN_EVENT_ITERATION, t, s->indicator, round);
-        }
-        status = fmi_update(m->fmu, &update);
-    }
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, t, F_UPDATE, status);
-    }
-    m->next_event = update.next_time;
-    m->terminate |= update.terminate;
-    status = fmi_plain(m->fmu, F_ENTER_CONTINUOUS);
-    status = status >= FMI_DISCARD ? status : fmi_get_states(m->fmu, s->check);
-    if (status >= FMI_DISCARD) {
-        return field_report(m, RUN_FMI_ERROR, t, F_ENTER_CONTINUOUS, status);
-    }
-    *agreed = !update.terminate;
-    for (int i = 0; i < m->n; i++) {
-        *agreed &= fabs(s->check[i] - s->point[i]) <= 1e-12 * m->nominal[i];
-    }
-    s->side = side;
-    return FINE;
-}
-
-/* rate of the indicator along a field of the FMU's present mode: a one-sided difference of second order, for time must
-   not go back */
-static Outcome rate_along(Master *m, double t, const double *x, const double *dx, double *rate)
-{
-    Slide *s = &m->slide;
-    double speed = 0.0;
-    double z[3];
-    for (int i = 0; i < m->n; i++) {
-        speed = fmax(speed, fabs(dx[i]) / fmax(m->nominal[i], fabs(x[i])));
-    }
-    const double step = 1e-5 * fmin(1.0 / fmax(speed, DBL_MIN), m->run->stop - m->run->start);
-    for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < m->n; i++) {
-            s->check[i] = x[i] + k * step * dx[i];
-        }
-        const Outcome outcome = field_indicators(m, t + k * step, s->check, s->z);
-        if (outcome != FINE) {
-            return outcome;
-        }
-        z[k] = s->z[s->indicator];
-    }
-    *rate = (-3.0 * z[0] + 4.0 * z[1] - z[2]) / (2.0 * step);
-    return FINE;
-}
-
-/* fields and rates on both sides, beginning with the side the FMU is on */
-static Outcome both_sides(Master *m, double t, const double *x, int *agreed)
-{
-    Slide *s = &m->slide;
-    const double first = s->side;
-    *agreed = 1;
-    for (int k = 0; k < 2; k++) {
-        const double side = k == 0 ? first : -first;
-        double *f = side > 0.0 ? s->above : s->below;
-        int agrees = 0;
-        Outcome outcome = take_side(m, t, x, side, &agrees);
-        outcome = outcome == FINE ? field_raw(m, t, x, f) : outcome;
-        outcome = outcome == FINE ? rate_along(m, t, x, f, side > 0.0 ? &s->rate_above : &s->rate_below) : outcome;
-        if (outcome != FINE) {
-            return outcome;
-        }
-        *agreed &= agrees;
-    }
-    s->share = s->rate_below / (s->rate_below - s->rate_above);
-    return FINE;
-}
 
 Outcome slide_field(Master *m, double t, const double *x, double *dx)
 {
     Slide *s = &m->slide;
-    int agreed;
-    const Outcome outcome = both_sides(m, t, x, &agreed);
+    int solved;
+    const Outcome outcome = surfaces_mean(m, t, x, &solved);
     if (outcome != FINE) {
         return outcome;
     }
-    if (!agreed || !(s->rate_below > s->rate_above)) {
+    if (!solved || !surfaces_attract(s)) {
         return SHORTER;
     }
-    for (int i = 0; i < m->n; i++) {
-        dx[i] = s->share * s->above[i] + (1.0 - s->share) * s->below[i];
+    memset(dx, 0, (size_t)m->n * sizeof *dx);
+    for (int sides = 0; sides < 1 << s->n; sides++) {
+        const double weight = surfaces_weight(s, sides);
+        for (int i = 0; i < m->n; i++) {
+            dx[i] += weight * s->fields[sides * m->n + i];
+        }
     }
     return FINE;
 }
@@ -170,11 +41,12 @@ Outcome slide_field(Master *m, double t, const double *x, double *dx)
 Outcome slide_conditions(Master *m, double t, const double *x, double *z)
 {
     Slide *s = &m->slide;
-    int agreed;
-    Outcome outcome = both_sides(m, t, x, &agreed);
+    int solved;
+    Outcome outcome = surfaces_mean(m, t, x, &solved);
     outcome = outcome == FINE ? field_indicators(m, t, x, z) : outcome;
-    z[s->indicator] = -s->rate_above;
-    z[m->nz] = s->rate_below;
+    for (int i = 0; i < s->n; i++) {
+        z[s->indicator[i]] = 4.0 * s->share[i] * (1.0 - s->share[i]);
+    }
     return outcome;
 }
 
@@ -182,113 +54,171 @@ Outcome slide_project(Master *m)
 {
     Slide *s = &m->slide;
     int found = 0;
-    Outcome outcome = find_normal(m, &found);
+    Outcome outcome = surfaces_normals(m, &found);
     for (int round = 0; round < 2 && outcome == FINE && found; round++) {
         outcome = field_indicators(m, m->t, m->x, s->z);
-        for (int i = 0; i < m->n; i++) {
-            m->x[i] -= s->z[s->indicator] * s->normal[i];
+        for (int i = 0; i < s->n; i++) {
+            for (int j = 0; j < m->n; j++) {
+                m->x[j] -= s->z[s->indicator[i]] * s->normal[i * m->n + j];
+            }
         }
     }
     return outcome;
 }
 
-static int attracts(const Slide *s) { return s->rate_above < 0.0 && s->rate_below > 0.0; }
-
-/* both sides attract, and are the same again when asked the other way round: the mode is that of the side and of
-   nothing else */
-static Outcome both_attract(Master *m, int *sure)
+/* all sides lead to the surfaces, and are the same again when asked in another order: the mode is that of the sides and
+   of nothing else */
+static Outcome all_attract(Master *m, int *sure)
 {
     Slide *s = &m->slide;
-    int agreed;
-    Outcome outcome = both_sides(m, m->t, m->x, &agreed);
-    *sure = outcome == FINE && agreed && attracts(s);
+    double rates[SIDES][SURFACES];
+    int solved;
+    Outcome outcome = surfaces_mean(m, m->t, m->x, &solved);
+    *sure = outcome == FINE && solved && surfaces_attract(s) && surfaces_inside(s);
     if (!*sure) {
         return outcome;
     }
-    const double above = s->rate_above, below = s->rate_below;
-    outcome = both_sides(m, m->t, m->x, &agreed);
-    *sure = outcome == FINE && agreed && fabs(above - s->rate_above) <= 1e-3 * fabs(above)
-            && fabs(below - s->rate_below) <= 1e-3 * fabs(below);
+    memcpy(rates, s->rates, sizeof rates);
+    outcome = surfaces_mean(m, m->t, m->x, &solved);
+    *sure = outcome == FINE && solved && surfaces_inside(s);
+    for (int k = 0; k < s->n << s->n; k++) {
+        const double one = rates[k / s->n][k % s->n], other = s->rates[k / s->n][k % s->n];
+        *sure &= fabs(one - other) <= 1e-3 * fabs(one);
+    }
     return outcome;
+}
+
+/* with the surfaces entered in slide, at the least distance at which it can be done */
+static Outcome try_all(Master *m, int *sure)
+{
+    Slide *s = &m->slide;
+    int found = 1;
+    Outcome outcome = FINE;
+    *sure = 0;
+    /* from the rounding of the states to what would be seen as a wrong result */
+    for (s->part = 1e-14; outcome == FINE && found && s->part < 1e-5 && !*sure; s->part *= *sure ? 1.0 : 10.0) {
+        outcome = surfaces_normals(m, &found);
+        outcome = outcome == FINE && found ? all_attract(m, sure) : outcome;
+    }
+    return outcome;
+}
+
+static void take_out(Slide *s, int k)
+{
+    for (int i = k; i < s->n - 1; i++) {
+        s->indicator[i] = s->indicator[i + 1];
+    }
+    s->n--;
+    s->sides = (s->sides & ((1 << k) - 1)) | (s->sides >> (k + 1) << k);
 }
 
 Outcome slide_begin(Master *m, int indicator)
 {
     Slide *s = &m->slide;
-    int found = 0, sure = 0;
-    if (s->active) {
-        m->run->report_other = s->indicator;
-        s->indicator = indicator;
-        if (find_normal(m, &found) == STOP) {
-            return STOP;
-        }
-        return field_report(m, RUN_CHATTERING_OF_TWO, m->t, indicator, 0.0);
+    const int before = s->n;
+    int sure = 0;
+    m->run->report_other = before ? s->indicator[0] : -1;
+    if (before == SURFACES) {
+        memset(m->run->report_gradient, 0, (size_t)m->n * sizeof *m->x);
+        return field_report(m, RUN_CHATTERING_OF_MANY, m->t, indicator, SURFACES);
     }
-    s->indicator = indicator;
-    s->side = m->side[indicator];
-    Outcome outcome = find_normal(m, &found);
-    double size = 0.0;
-    for (int j = 0; j < m->n; j++) {
-        size = fmax(size, fabs(s->gradient[j]));
+    s->sides = (before ? s->sides : 0) | (m->side[indicator] > 0) << before;
+    s->indicator[s->n++] = indicator;
+    const Outcome outcome = try_all(m, &sure);
+    if (outcome == STOP || !sure) {
+        s->n = before;
+        const RunStatus why = before ? RUN_CHATTERING_OF_TWO : RUN_CHATTERING;
+        return outcome == STOP ? STOP : field_report(m, why, m->t, indicator, 0.0);
     }
-    /* from the rounding of the states to what would be seen as a wrong result */
-    for (double part = 1e-14; outcome == FINE && found && part < 1e-5; part *= 10.0) {
-        s->offset = part * size;
-        outcome = both_attract(m, &sure);
-        if (sure) {
-            s->active = 1;
-            m->run->slides++;
-            m->fresh = 1;
-            m->previous_ready = m->jacobian_ready = 0;
-            return slide_project(m);
-        }
-    }
-    return outcome == STOP ? STOP : field_report(m, RUN_CHATTERING, m->t, indicator, 0.0);
+    m->run->slides++;
+    m->run->most_surfaces = m->run->most_surfaces > s->n ? m->run->most_surfaces : s->n;
+    m->run->by_convention += s->n > 1 && !surfaces_additive(m);
+    m->fresh = 1;
+    m->previous_ready = m->jacobian_ready = 0;
+    return slide_project(m);
 }
 
-Outcome slide_leave(Master *m, double side)
+/* the number of an indicator among the surfaces, or -1 */
+static int number(const Slide *s, int indicator)
+{
+    for (int i = 0; i < s->n; i++) {
+        if (s->indicator[i] == indicator) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+int slide_along(const Master *m, int indicator) { return number(&m->slide, indicator) >= 0; }
+
+static Outcome leave(Master *m, int k, int above)
 {
     Slide *s = &m->slide;
+    const int sides = (s->sides & ~(1 << k)) | above << k;
     int agreed;
-    s->active = 0;
     m->previous_ready = m->jacobian_ready = 0;
     m->fresh = 1;
-    const Outcome outcome = take_side(m, m->t, m->x, side, &agreed);
+    const Outcome outcome = surfaces_take(m, sides, &agreed);
     if (outcome == FINE) {
         memcpy(m->x, s->point, (size_t)m->n * sizeof *m->x);
     }
+    take_out(s, k);
     return outcome;
+}
+
+Outcome slide_leave(Master *m, int indicator)
+{
+    Slide *s = &m->slide;
+    const int k = number(s, indicator);
+    int solved;
+    const Outcome outcome = surfaces_mean(m, m->t, m->x, &solved);
+    return outcome == FINE ? leave(m, k, s->share[k] > 0.5) : outcome;
 }
 
 Outcome slide_resume(Master *m, int *left)
 {
     Slide *s = &m->slide;
-    int agreed;
-    *left = 0;
-    const Outcome outcome = both_sides(m, m->t, m->x, &agreed);
-    if (outcome != FINE || (agreed && attracts(s))) {
+    int found, solved, worst = 0;
+    *left = -1;
+    Outcome outcome = surfaces_normals(m, &found);
+    outcome = outcome == FINE ? surfaces_mean(m, m->t, m->x, &solved) : outcome;
+    if (outcome != FINE || (solved && surfaces_attract(s) && surfaces_inside(s))) {
         return outcome;
     }
-    *left = 1;
-    return slide_leave(m, s->rate_above >= 0.0 ? 1.0 : -1.0);
+    for (int i = 1; i < s->n; i++) {
+        worst = fabs(s->share[i] - 0.5) > fabs(s->share[worst] - 0.5) ? i : worst;
+    }
+    *left = s->indicator[worst];
+    /* one side leads away: of one surface that is seen by the rate there */
+    const int above = s->n == 1 ? s->rates[1][0] >= 0.0 : s->share[worst] > 0.5;
+    return leave(m, worst, above);
 }
 
 Outcome slide_values(Master *m, double t, const double *x, double *values)
 {
     Slide *s = &m->slide;
     const Variables *recorded = &m->run->recorded;
-    int agreed;
-    Outcome outcome = both_sides(m, t, x, &agreed);
-    const double share = fmin(fmax(s->share, 0.0), 1.0);
-    for (int k = 0; k < 2 && outcome == FINE; k++) {
-        outcome = k == 0 ? FINE : take_side(m, t, x, -s->side, &agreed);
-        outcome = outcome == FINE ? field_at(m, t, x) : outcome;
-        const int status = fmi_read(m->fmu, recorded, s->side > 0.0 ? values : s->values);
-        outcome = outcome == FINE ? field_fail(m, F_GETTERS, status) : outcome;
+    int solved;
+    Outcome outcome = surfaces_mean(m, t, x, &solved);
+    const int first = s->sides;
+    double largest = -1.0;
+    for (int i = 0; i < s->n; i++) {
+        s->share[i] = fmin(fmax(s->share[i], 0.0), 1.0);
     }
-    for (int64_t i = 0; i < recorded->n; i++) {
-        const int mixes = recorded->types[i] == T_FLOAT64 || recorded->types[i] == T_FLOAT32;
-        values[i] = mixes ? share * values[i] + (1.0 - share) * s->values[i] : share >= 0.5 ? values[i] : s->values[i];
+    for (int k = 0; k < 1 << s->n && outcome == FINE; k++) {
+        const int sides = first ^ k ^ k >> 1;
+        const double weight = surfaces_weight(s, sides);
+        const int heaviest = weight > largest;
+        int agreed;
+        outcome = surfaces_take(m, sides, &agreed);
+        outcome = outcome == FINE ? field_at(m, t, x) : outcome;
+        outcome = outcome == FINE ? field_fail(m, F_GETTERS, fmi_read(m->fmu, recorded, s->values)) : outcome;
+        for (int64_t i = 0; i < recorded->n; i++) {
+            const int mixes = recorded->types[i] == T_FLOAT64 || recorded->types[i] == T_FLOAT32;
+            const double sum = (k ? values[i] : 0.0) + weight * s->values[i];
+            values[i] = mixes ? sum : heaviest ? s->values[i] : values[i];
+        }
+        largest = fmax(largest, weight);
     }
     return outcome;
 }

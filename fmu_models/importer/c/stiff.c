@@ -52,7 +52,7 @@ static Outcome difference(Master *m, int column)
 
 static Outcome make_jacobian(Master *m)
 {
-    const int exact = m->fmu->directional && !m->slide.active;
+    const int exact = m->fmu->directional && !m->slide.n;
     m->run->jacobians++;
     if (exact) {
         const Outcome outcome = field_at(m, m->t, m->x);

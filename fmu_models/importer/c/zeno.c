@@ -10,6 +10,7 @@
  *               that comes to rest by itself does so before the rest of the sequence is within the rounding of time, or
  *               not at all. While a sequence shrinks no step is longer than a part of its next gap: an indicator of +1
  *               and -1 says nothing of a flight that begins and ends within a step
+ *               In a co-simulation only the events that the FMU tells are known, and not of which indicator they are
  *     piling up: events of whatever kind, one after the other, without progress in time
  */
 #include "zeno.h"
@@ -22,8 +23,10 @@
 
 void zeno_reset(Master *m)
 {
-    memset(m->watch, 0, (size_t)m->slots * sizeof *m->watch);
-    for (int i = 0; i < m->slots; i++) {
+    /* one at least: that of all events of a co-simulation */
+    const int watches = m->nz > 0 ? m->nz : 1;
+    memset(m->watch, 0, (size_t)watches * sizeof *m->watch);
+    for (int i = 0; i < watches; i++) {
         m->watch[i].time = m->watch[i].counted_time = m->watch[i].window = -INFINITY;
     }
     m->stalled = 0;
@@ -40,9 +43,8 @@ Outcome zeno_stalled(Master *m)
 }
 
 /* the geometric sequence of gaps; STOP where it ends */
-static Outcome sequence(Master *m, int indicator)
+static Outcome sequence(Master *m, Watch *w, int indicator)
 {
-    Watch *w = &m->watch[indicator];
     const double gap = m->t - w->counted_time;
     w->counted_time = m->t;
     const double ratio = w->gap > 0.0 ? gap / w->gap : 0.0;
@@ -62,6 +64,8 @@ static Outcome sequence(Master *m, int indicator)
     return FINE;
 }
 
+Outcome zeno_told(Master *m) { return sequence(m, m->watch, -1); }
+
 double zeno_longest_step(const Master *m)
 {
     double longest = INFINITY;
@@ -77,12 +81,18 @@ double zeno_longest_step(const Master *m)
     return longest;
 }
 
+int zeno_at_once(const Master *m, double time)
+{
+    const double length = m->run->stop - m->run->start;
+    return m->t - time <= master_tolerances.chatter_gap * fmax(fabs(m->t), length);
+}
+
 Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *returned)
 {
     const MasterTolerances *tolerances = &master_tolerances;
     Watch *w = &m->watch[indicator];
     const double length = m->run->stop - m->run->start;
-    const int at_once = m->t - w->time <= tolerances->chatter_gap * fmax(fabs(m->t), length);
+    const int at_once = zeno_at_once(m, w->time);
     *returned = at_once && w->moved && !moved;
     w->returns = at_once ? w->returns + 1 : 0;
     w->time = m->t;
@@ -100,5 +110,5 @@ Outcome zeno_watch(Master *m, int indicator, int moved, int *slides, int *return
     }
     /* asked to continue beyond a limit: what the FMU does there is no sliding motion */
     *slides &= !(m->run->on_zeno == ZENO_CONTINUE && m->run->accumulations);
-    return *returned ? FINE : sequence(m, indicator);
+    return *returned ? FINE : sequence(m, w, indicator);
 }

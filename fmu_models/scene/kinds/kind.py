@@ -2,37 +2,64 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.trajectory import Trajectory
 
+PARAMETERS, STATES = "parameters", "states"  # what the axes of a family may be
+
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One thing computed: results by name, in the units of the model, and the run if there was one.
+    """One thing computed.
 
-    at: value of the swept quantity, None if nothing is swept.
+    Attributes:
+        at: value of the swept quantity, None if nothing is swept.
+        values: results by name, in the units of the model.
+        trajectory, family: the run, or the family of runs, if there was one.
     """
 
     at: float | None
     values: Mapping[str, float]
     trajectory: Trajectory | None = None
+    family: Pictured | None = None
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A computation by name. compute: from a scene, its FMU and the arguments of ``simulate``, changed where the scene
-    varies something, to a row; periodic: whether the scene must say a period or what forces it."""
+    """A computation by name.
 
-    compute: Callable[[Scene, Fmu, dict[str, Any]], Row]
+    Attributes:
+        compute: from a scene, its FMU and the arguments of ``simulate``, changed where the scene varies something, to a
+            row; to one per value of what is varied if the kind ``sweeps`` by itself.
+        periodic: whether the scene must say a period or what forces it.
+        anywhere: whether another section than a strobe will do.
+        sweeps: see ``compute``.
+        axes: what it is over: PARAMETERS, two of them, or STATES; empty if it has no axes.
+        settings: keys of [compute] that no other kind reads, and their defaults.
+    """
+
+    compute: Callable[[Scene, Fmu, dict[str, Any]], Row | tuple[Row, ...]]
     periodic: bool = False
+    anywhere: bool = False
+    sweeps: bool = False
+    axes: str = ""
+    settings: Mapping[str, int | str | None] = field(default_factory=dict)
+
+
+def defaults(function: Callable[..., Any], *names: str) -> dict[str, Any]:
+    """Defaults of arguments, for ``settings``."""
+    parameters = inspect.signature(function).parameters
+    return {name: parameters[name].default for name in names}
 
 
 def period(scene: Scene, parameters: Mapping[str, float]) -> float:
@@ -46,20 +73,39 @@ def period(scene: Scene, parameters: Mapping[str, float]) -> float:
     return how.periods * (2.0 * math.pi if how.angular else 1.0) / value
 
 
+def section_of(
+    scene: Scene, fmu: Fmu, parameters: Mapping[str, float], inputs: Mapping[str, Any]
+) -> Strobe | Crossing | Impacts:
+    """The section that a scene names; where its frequency is free, the period follows that.
+
+    Raises:
+        StickslipError: a drive that moves, or as the section does.
+    """
+    moving = [name for name, value in inputs.items() if not isinstance(value, int | float)]
+    if moving:
+        raise StickslipError(f"'{moving[0]}' of scene '{scene.name}' moves; a family of motions takes constant drives.")
+    how = scene.compute
+    forcing = None if how.forcing in scene.fixed else how.forcing
+    length = None if forcing or not (how.forcing or how.period) else period(scene, parameters) / how.periods
+    common: dict[str, Any] = {"forcing": forcing, "period": length, "parameters": {**parameters, **inputs}}
+    if how.impacts is not None:
+        return Impacts(fmu, how.impacts, **common)
+    if how.level:
+        ((state, value),) = how.level.items()
+        return Crossing(fmu, state, value, -1 if how.down else 1, **common)
+    return Strobe(fmu, every=how.periods, autonomous=how.autonomous, **common)
+
+
 def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[Strobe, int]:
     """The strobe of a scene, and how many of its steps fit into the run.
 
     Raises:
         StickslipError: a drive that moves, or a run shorter than two periods.
     """
-    moving = [name for name, value in run["inputs"].items() if not isinstance(value, int | float)]
-    if moving:
-        raise StickslipError(f"'{moving[0]}' moves: a section once per period takes constant drives.")
     length = period(scene, run["parameters"])
     count = int(run["stop_time"] / length * (1.0 + 1e-12))
     if count < 2:
         raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
-    every = scene.compute.periods
-    values = {**run["parameters"], **run["inputs"]}
-    autonomous = scene.compute.autonomous
-    return Strobe(fmu, period=length / every, every=every, autonomous=autonomous, parameters=values), count
+    system = section_of(scene, fmu, run["parameters"], run["inputs"])
+    assert isinstance(system, Strobe)  # other sections are refused with the scene
+    return system, count

@@ -20,7 +20,7 @@ def _lyapunov(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     values: dict[str, float] = {}
     for i, (value, error) in enumerate(zip(found.per_time.tolist(), found.per_time_errors.tolist(), strict=True), 1):
         values |= {f"exponent{i}": value, f"error{i}": error}
-    return Row(None, {**values, **{f"{name}_share": share for name, share in found.shares.items()}})
+    return Row(None, {**values, **{f"{name}_share": share for name, share in found.shares.items()}}, family=found)
 
 
 KIND = Kind(_lyapunov, periodic=True)

@@ -27,7 +27,7 @@ def _spectrum(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
         )
     found = line_spectrum(system, motion)
     lines = {f"line{k}": float(amplitude) for k, amplitude in enumerate(found.amplitude)}
-    return Row(None, {"period": motion.time, "mean_square": found.mean_square, **lines})
+    return Row(None, {"period": motion.time, "mean_square": found.mean_square, **lines}, family=found)
 
 
 KIND = Kind(_spectrum, periodic=True)

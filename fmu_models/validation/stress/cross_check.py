@@ -20,7 +20,6 @@ event are left out: a jump that is late by little is no error of the state.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,7 +32,7 @@ from fmu_models.importer.driver import Driver
 from fmu_models.simulation.trajectory import Events, Trajectory
 from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.equations import Columns, Equations
-from fmu_models.validation.stress.judge import ACCURATE, Cell, Subject, against_declaration
+from fmu_models.validation.stress.judge import ACCURATE, Cell, Subject, against_declaration, timed_cell
 from fmu_models.validation.stress.trial import AllowanceSpentError, Trial
 
 METHOD = "dop853"
@@ -66,14 +65,8 @@ class SecondPath:
 
 def cross_check(case: Case, second: SecondPath) -> Cell:
     """Run a case on both paths and judge the engine's. Never raises what they say."""
-    begin = time.perf_counter()
     fmu = second.subject.fmu
-
-    def cell(
-        verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
-    ) -> Cell:
-        return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - begin)
-
+    cell = timed_cell(case)
     trial = Trial(fmu, case, case.duration)
     try:
         base = trial.run()

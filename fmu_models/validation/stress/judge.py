@@ -73,6 +73,18 @@ class Cell:
     seconds: float = 0.0
 
 
+def timed_cell(case: Case) -> Callable[..., Cell]:
+    """Makes the cell of a case from verdict, error, check, message, reached and checks; seconds count from now."""
+    begin = time.perf_counter()
+
+    def cell(
+        verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
+    ) -> Cell:
+        return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - begin)
+
+    return cell
+
+
 @dataclass(frozen=True, eq=False)
 class Subject:
     """What is judged: an FMU, and the equations and promises of the declaration that it should be."""
@@ -90,13 +102,7 @@ class Subject:
 def judge(case: Case, subject: Subject) -> Cell:
     """Run a case as often as its checks need, and judge it. Never raises what the engine says."""
     fmu = subject.fmu
-    begin = time.perf_counter()
-
-    def cell(
-        verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
-    ) -> Cell:
-        return Cell(case, verdict, error, check, message, reached, checks, time.perf_counter() - begin)
-
+    cell = timed_cell(case)
     trial = Trial(fmu, case, case.duration)
     try:
         while True:

@@ -1,23 +1,8 @@
 /* ball.c that rolls on, s' = 1: h'' = -g; at h = 0 the speed turns round, times e. No state of rest */
 #define NX 3
-#define NZ 1
-#define NP 2
-#define PARAMETERS 9.81, 0.7
 #define STARTS 1.0, 0.0, 0.0
-#include "model.h"
+#include "body.h"
 
-static void derivatives(Model *m, double *dx)
-{
-    dx[0] = m->x[1];
-    dx[1] = -m->p[0];
-    dx[2] = 1.0;
-}
+static double acceleration(const Model *m) { return -m->p[0]; }
 static void indicators(Model *m, double *z) { z[0] = m->x[0]; }
-static int update(Model *m)
-{
-    if (m->x[0] > 0.0 || m->x[1] > 0.0) return 0;
-    m->mode[0]++;
-    m->x[1] *= -m->p[1];
-    return 1;
-}
-static void after_step(Model *m) {}
+static int update(Model *m) { return m->x[0] > 0.0 || m->x[1] > 0.0 ? 0 : bounce(m); }

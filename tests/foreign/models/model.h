@@ -7,6 +7,8 @@
  *     FAILS              (if need be) the derivatives cannot be computed: an error with a message
  *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
  *     SIZE(v)            (if need be, FMI 3) elements of the array v, which takes as many value references
+ *     READABLE(m, v)     (if need be, FMI 3) whether a value may be asked for now
+ *     CLOCKS             (if need be, FMI 3) number of clocks, whose functions are in the C file
  *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
  *     and the functions declared below
  *
@@ -40,17 +42,27 @@
 #define FAILS 0
 #endif
 
+#ifndef READABLE
+#define READABLE(m, v) 1
+#endif
+
 #ifndef SIZE
 #define SIZE(v) 1
 #endif
 
-enum { OK = 0, FAILED = 3, ROOM = 4 };
+enum { OK = 0, FAILED = 3, ROOM = 8 };
 
 typedef struct {
     double t, x[NX + 1], p[NP + 1];
     int mode[ROOM];              /* whole numbers of the model, to be read as well */
     double next_time;            /* of the next time event; infinity: none */
     int wants_event, terminates; /* set by after_step or update */
+#ifdef CLOCKS
+    int active[CLOCKS], initializes;
+    double interval[CLOCKS];
+    int qualifier[CLOCKS];
+    void (*told)(void *environment);
+#endif
 #if FMI == 2
     const fmi2CallbackFunctions *callbacks;
 #else
@@ -66,6 +78,11 @@ static int update(Model *m);
 /* what completedIntegratorStep does */
 static void after_step(Model *m);
 
+#ifdef CLOCKS
+/* at the begin of initialization */
+static void begin(Model *m);
+#endif
+
 #ifdef CO_SIMULATION
 /* to end, or to an earlier event: 1 */
 static int do_step(Model *m, double end);
@@ -80,11 +97,17 @@ static void put_back(Model *m)
     memset(m->mode, 0, sizeof m->mode);
     m->next_time = INFINITY;
     m->wants_event = m->terminates = 0;
+#ifdef CLOCKS
+    memset(m->active, 0, sizeof m->active);
+    memset(m->qualifier, 0, sizeof m->qualifier);
+    m->initializes = 1;
+#endif
 }
 
 static STATUS get_one(Model *m, unsigned v, double *value)
 {
     double many[NX + NZ + 1];
+    if (!READABLE(m, v)) return FAILED;
     if (v == 0) {
         *value = m->t;
     } else if (v <= NX) {
@@ -309,6 +332,9 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean given, fmi3Fl
                                        fmi3Boolean ends, fmi3Float64 stop)
 {
     ((Model *)c)->t = start;
+#ifdef CLOCKS
+    begin(c);
+#endif
     return fmi3OK;
 }
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals,
@@ -350,8 +376,10 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n,
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference *v, size_t n, fmi3Int32 *values, size_t m)
 {
     for (size_t i = 0; i < n; i++)
-        for (unsigned k = 0; k < SIZE(v[i]); k++)
+        for (unsigned k = 0; k < SIZE(v[i]); k++) {
+            if (!READABLE((Model *)c, v[i])) return fmi3Error;
             *values++ = ((Model *)c)->mode[v[i] + k - 401];
+        }
     return fmi3OK;
 }
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference *u, size_t nu,

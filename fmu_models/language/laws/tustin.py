@@ -1,32 +1,31 @@
-"""Stribeck's fall of friction as an exponential.
+"""Tustin's law: friction that falls exponentially with slip speed.
 
     lambda = -N mu(|v|) sgn(v),    mu(|v|) = mu_k + (mu_s - mu_k) exp(-|v|/v_s)
 
 v slip speed, lambda friction force along positive slip, N normal force, mu_s and mu_k static and kinetic friction
 coefficients, v_s speed over which one falls to the other. In stick |lambda| < N mu_s.
 
-Source: Tustin's exponential, in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and
+Source: Tustin (1947), in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models, analysis tools and
 compensation methods for the control of machines with friction, Automatica 30 (1994).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, final
+from typing import final
 
 import sympy
 
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.dry_friction import DryFriction, falling
+from fmu_models.language.dry_friction import DryFriction, falling, falling_over
 from fmu_models.language.law_parameter import coefficient, declared
 
 
 @final
 @dataclass(frozen=True)
-class ExponentialStribeck(DryFriction):
+class Tustin(DryFriction):
     """Friction that falls exponentially from N mu_s at rest to N mu_k at high slip speed."""
 
-    label: ClassVar[str] = "Stribeck"
     N: sympy.Expr
     mu_s: sympy.Expr = field(metadata=coefficient(0.65, "friction coefficient at vanishing slip speed"))
     mu_k: sympy.Expr = field(metadata=coefficient(0.35, "friction coefficient at great slip speed"))
@@ -39,9 +38,7 @@ class ExponentialStribeck(DryFriction):
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Friction falls with the slip speed, over a speed that is positive."""
-        speed = f"{self.v_s} must be positive: it is the speed over which friction falls"
-        falls = falling(self.mu_s, self.mu_k, "Stribeck")
-        return (falls, Requirement(sympy.sympify(self.v_s), speed, strict=True))
+        return (falling(self.mu_s, self.mu_k, "Tustin"), falling_over(self.v_s))
 
 
-LAW = ExponentialStribeck
+LAW = Tustin

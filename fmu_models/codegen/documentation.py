@@ -1,0 +1,120 @@
+"""What an FMU holds for people: a page with its equations, pictures, and terminals that editors draw it with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from fmu_models.codegen import picture
+from fmu_models.codegen.model_description import render
+from fmu_models.codegen.rights import FOLDER, Rights
+from fmu_models.lowering.equations import INDICATORS, Line, of_contact, outputs, rates, states_of
+from fmu_models.toolchain.compiler import compiler_version
+
+if TYPE_CHECKING:
+    from fmu_models.codegen.map_structure import MapStructure
+    from fmu_models.codegen.model_structure import ModelStructure
+    from fmu_models.lowering.hybrid_system import HybridSystem
+
+# operations up to which an expression is printed
+_LARGEST_EXPRESSION = 400
+PICTURES = "terminalsAndIcons"
+
+
+def documents(
+    structure: ModelStructure | MapStructure, fmi_version: str, token: str, tool: str, rights: Rights
+) -> dict[str, bytes | str]:
+    """The files for people by their names in the archive."""
+    system, variables = structure.system, structure.variables
+    shown = {kind: [v.name for v in variables.listed if v.causality == kind] for kind in ("input", "output")}
+    # FMI 3.0 has the icon alone
+    image = picture.block(system.name, [u.name for u in system.inputs], shown["output"])
+    said = [
+        ("Written by", tool),
+        ("FMI", f"{fmi_version}, Model Exchange and Co-Simulation"),
+        ("Token", token),
+        ("Derived and compiled with", f"SymPy {sympy.__version__}, zig cc {compiler_version()}"),
+        *((key.capitalize(), value) for key, value in rights.attributes.items() if value is not None),
+    ]
+    place = "model.png" if fmi_version == "2.0" else f"{PICTURES}/icon.png"
+    page = {
+        "picture": f"../{place}",
+        "equations": [(_printed([left]), _printed([right])) for left, right in rates(system)],
+        "contacts": [_contact(system, i) for i in range(len(system.contacts))],
+        "outputs": [(o, _printed([e])) for o, e in zip(system.outputs, outputs(system), strict=True)],
+        "requirements": [requirement.sentence for requirement in system.all_requirements],
+        "licenses": f"{FOLDER.rpartition('/')[2]}/license.txt",
+        "said": said,
+    }
+    terminals = render("terminalsAndIcons.xml.j2", inputs=system.inputs, contacts=_terminals(structure))
+    return {
+        "documentation/index.html": render("index.html.j2", **page, v=variables, system=system),
+        place: image,
+        f"{PICTURES}/icon.png": image,
+        f"{PICTURES}/port.png": picture.port(),
+        f"{PICTURES}/terminalsAndIcons.xml": terminals,
+    }
+
+
+def _contact(system: HybridSystem, i: int) -> dict[str, Any]:
+    contact = system.contacts[i]
+    return {
+        "name": contact.name,
+        "kind": contact.kind.replace("_", " "),
+        "description": contact.description,
+        "equations": {what: _printed(line) for what, line in of_contact(contact).items()},
+        "states": ", ".join(states_of(contact)),
+        "indicators": [INDICATORS[what] for what in contact.indicators],
+    }
+
+
+def _terminals(structure: ModelStructure | MapStructure) -> list[tuple[Any, list[tuple[str, str]]]]:
+    """Per contact its variables: name in the terminal, and in the FMU."""
+    variables = structure.variables
+    listed = {v.name for v in variables.listed}
+    found = []
+    for contact in structure.system.contacts:
+        names = [(what, f"{contact.name}_{what}") for what in ("state", "force") if f"{contact.name}_{what}" in listed]
+        found.append((contact, names))
+    return found
+
+
+def _printed(line: Line | Iterable[Any]) -> Any:
+    """MathML of expressions, with the words between them."""
+    from markupsafe import Markup, escape
+
+    return Markup("").join(escape(part) if isinstance(part, str) else Markup(_math(part)) for part in line)
+
+
+def _math(expression: Any) -> str:
+    expression = sympy.sympify(expression)
+    operations = expression.count_ops()
+    if operations > _LARGEST_EXPRESSION:
+        return f"<i>{operations} operations: see sources/model.c</i>"
+    return f"<math>{_printer().doprint(expression)}</math>".replace("&InvisibleTimes;", "&#8290;")
+
+
+@cache
+def _printer() -> Any:
+    from sympy.printing.mathml import MathMLPresentationPrinter
+
+    class Printer(MathMLPresentationPrinter):
+        def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:
+            """A name; a rate has a dot above."""
+            plain: Any = super()._print_Symbol(sympy.Symbol(sym.name.removesuffix("'")), style)
+            if not sym.name.endswith("'"):
+                return plain
+            dotted = self.dom.createElement("mover")
+            dot = self.dom.createElement("mo")
+            dot.appendChild(self.dom.createTextNode("\u02d9"))
+            dotted.appendChild(plain)
+            dotted.appendChild(dot)
+            return dotted
+
+        _print_Dummy = _print_Symbol
+        _print_MatrixSymbol = _print_Symbol
+
+    return Printer()

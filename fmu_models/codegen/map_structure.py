@@ -1,0 +1,41 @@
+"""The variables of a map's FMU: its states are discrete outputs, which change at its time events alone."""
+
+from __future__ import annotations
+
+from fmu_models.codegen.model_structure import Unknown
+from fmu_models.codegen.variables import Variables
+from fmu_models.lowering.hybrid_system import HybridSystem
+
+
+class MapVariables(Variables):
+    """Time, parameters and states, in the order of engine/fmi/variables.c; the rates behind them are not listed."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        super().__init__()
+        self._add("time", "time", causality="independent", variability="continuous", unit="s")
+        for p in system.parameters:
+            self._add_parameter(p)
+        self.states = [
+            self._add(
+                x.name,
+                x.description,
+                causality="output",
+                variability="discrete",
+                initial="exact",
+                start=x.start,
+                unit=x.unit,
+            )
+            for x in system.states
+        ]
+
+
+class MapStructure:
+    """What is written about a map: every state depends on all by its steps, and none is integrated."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.system = system
+        self.variables = MapVariables(system)
+        self.output_unknowns = [Unknown(v) for v in self.variables.states]
+        self.derivative_unknowns: list[Unknown] = []
+        self.initial_unknowns: list[Unknown] = []
+        self.indicator_unknowns: list[Unknown] = []

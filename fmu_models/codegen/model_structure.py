@@ -1,0 +1,200 @@
+"""What depends on what among the variables of an FMU: the element ModelStructure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.codegen.variables import SystemVariables, Variable
+from fmu_models.language.inertia import blocks
+from fmu_models.language.quantities import TIME, Acceleration, Input, Rate, State
+from fmu_models.lowering.hybrid_system import acting
+
+if TYPE_CHECKING:
+    import sympy
+
+    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+
+# operations up to which it is asked how an expression depends on what is in it
+_LARGEST_EXPRESSION = 100
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An entry of the model structure: a variable and the references it depends on, all of them if ``None``.
+
+    ``kinds`` says of each how: by a constant factor, by one of parameters ("tunable"), or in another way ("dependent").
+    """
+
+    variable: Variable
+    dependencies: tuple[int, ...] | None = None
+    kinds: tuple[str, ...] | None = None
+
+    @property
+    def attributes(self) -> dict[str, str | None]:
+        """Attributes of its element, beside the reference."""
+        lists = {"dependencies": self.dependencies, "dependenciesKind": self.kinds}
+        return {key: None if v is None else " ".join(map(str, v)) for key, v in lists.items()}
+
+
+class ModelStructure:
+    """The unknowns of one lowered system, and the variables that they are."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.system = system
+        self.variables = SystemVariables(system)
+
+    @property
+    def output_unknowns(self) -> list[Unknown]:
+        """Outputs, and the contact states among them, which depend on everything through the events."""
+        found = [
+            self._unknown(v, self._symbols([o.expression]), o.expression)
+            for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
+        ]
+        return found + [Unknown(v) for v in self._shown_states]
+
+    @property
+    def derivative_unknowns(self) -> list[Unknown]:
+        """Derivatives of the states."""
+        system = self.system
+        sources = [
+            *({q.v} for q in system.coordinates),
+            *(self._accelerations[a] for a in system.rate_symbols),
+            *(self._symbols([rate]) for rate in system.internal_rates),
+        ]
+        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
+        return [self._unknown(v, s, e) for v, s, e in zip(self.variables.derivatives, sources, rates, strict=True)]
+
+    @property
+    def indicator_unknowns(self) -> list[Unknown]:
+        """Indicators of the contacts."""
+        sources = []
+        for c in self.system.contacts:
+            behind = {
+                "depth": [c.depth],
+                "gap": [c.depth, c.force_symbol],
+                "slip": [c.slip, c.capacity, c.force_symbol],
+                "release": [c.release],
+                "function": [c.slip, c.force_symbol],
+            }
+            sources += [self._symbols([e for e in behind[what] if e is not None]) for what in c.indicators]
+        return [self._unknown(v, s) for v, s in zip(self.variables.indicators, sources, strict=True)]
+
+    @property
+    def initial_unknowns(self) -> list[Unknown]:
+        """What initialization computes, in order of reference.
+
+        It chooses the states of the contacts, by everything, and lets bodies bounce that move into a wall.
+        """
+        system = self.system
+        rates = [*(q.v for q in system.coordinates), *system.rate_symbols, *system.internal_rates]
+        sources = [*rates, *(o.expression for o in system.outputs)]
+        variables = (*self.variables.derivatives, *self.variables.outputs)
+        found = [
+            self._unknown(v, behind, e, initial=True) if (behind := self._start_values([e])) is not None else Unknown(v)
+            for v, e in zip(variables, sources, strict=True)
+        ]
+        return found + [Unknown(v) for v in self._shown_states]
+
+    def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
+        """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
+        contacts = self.system.contacts
+        if any(c.reset or c.kind in ("impact", "impact_friction") for c in contacts):
+            return None
+        behind: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in contacts}
+        behind |= {c.depth_symbol: c.depth.free_symbols for c in contacts if c.depth is not None}
+        if not contacts:
+            behind |= self._free_accelerations
+        found: set[sympy.Basic] = set()
+        for symbol in set().union(*(expression.free_symbols for expression in expressions)):
+            found |= behind.get(symbol, {symbol})
+        return found if found <= self.variables.references.keys() | self.variables.parameters.keys() else None
+
+    def _unknown(
+        self,
+        variable: Variable,
+        symbols: Iterable[sympy.Basic],
+        expression: sympy.Expr | None = None,
+        *,
+        initial: bool = False,
+    ) -> Unknown:
+        """An entry with what it depends on; its expression, if given, says how."""
+        known = self.variables.references | (self.variables.parameters if initial else {})
+        ordered = sorted(((known[s], s) for s in symbols if s in known), key=lambda pair: pair[0])
+        kinds = ["dependent"] * len(ordered)
+        direct = self.variables.references.keys() | self.variables.parameters.keys()
+        if (
+            expression is not None
+            and expression.free_symbols <= direct
+            and expression.count_ops() <= _LARGEST_EXPRESSION
+        ):
+            for i, (_, symbol) in enumerate(ordered):
+                factors = expression.diff(symbol).free_symbols
+                if not factors:
+                    kinds[i] = "constant"
+                elif not initial and factors <= self.variables.parameters.keys():
+                    kinds[i] = "tunable"
+        return Unknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
+
+    @property
+    def _shown_states(self) -> list[Variable]:
+        return [v for v in self.variables.contact_states if v.causality == "output"]
+
+    @cached_property
+    def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
+        system = self.system
+        found = [set(e.free_symbols) for e in system.acceleration]
+        for block in blocks(len(found), system.inertia) if system.inertia else ():
+            together = set().union(*(found[i] for i in block))
+            together |= set().union(*(e.free_symbols for (i, _), e in system.inertia.items() if i in block))
+            for i in block:
+                found[i] = together
+        return dict(zip(system.rate_symbols, found, strict=True))
+
+    @cached_property
+    def _forces(self) -> dict[Any, set[sympy.Basic]]:
+        """Symbols on which the force of each contact depends, in slip or in stick."""
+        contacts = self.system.contacts
+        laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
+        held = [self._symbols([c.slip_rate, c.capacity], free=True) for c in contacts]
+        inertia = self._inertia_symbols
+        together = set().union(inertia, *laws.values(), *held)
+        return {c.force_symbol: together if c.sticks or c.kind == "impact" else laws[c.force_symbol] for c in contacts}
+
+    @cached_property
+    def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:
+        """Symbols on which each acceleration depends, contact forces included."""
+        found = {a: set(symbols) for a, symbols in self._free_accelerations.items()}
+        for i, k in acting(self.system):
+            a, contact = self.system.rate_symbols[i], self.system.contacts[k]
+            entry: Any = self.system.W[i, k]
+            lever = self._inertia_symbols if self.system.inertia else entry.free_symbols
+            found[a] |= lever | self._forces[contact.force_symbol]
+        return found
+
+    @cached_property
+    def _inertia_symbols(self) -> set[sympy.Basic]:
+        """Symbols on which G depends; with a mass matrix, those of it and of all levers."""
+        system = self.system
+        entries = [*system.inertia.values(), *(system.W if system.inertia else system.G).values()]
+        return set().union(*(entry.free_symbols for entry in entries))
+
+    def _symbols(
+        self, expressions: Iterable[sympy.Expr], *, contact: ContactDynamics | None = None, free: bool = False
+    ) -> set[sympy.Basic]:
+        """Known quantities behind expressions. free: accelerations in them stand for those without contact forces."""
+        slips: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
+        slips |= {c.depth_symbol: c.depth.free_symbols for c in self.system.contacts if c.depth is not None}
+        found: set[sympy.Basic] = set()
+        for symbol in set().union(*(expression.free_symbols for expression in expressions)):
+            if symbol in slips:
+                found |= slips[symbol]
+            elif isinstance(symbol, Acceleration):
+                found |= (self._free_accelerations if free else self._accelerations)[symbol]
+            elif contact is None and not free and symbol in self._forces:
+                found |= self._forces[symbol]
+            elif symbol is TIME or isinstance(symbol, State | Input | Rate):
+                found.add(symbol)
+        return found

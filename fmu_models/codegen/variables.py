@@ -1,0 +1,286 @@
+"""The variables of an FMU.
+
+Their order is that of the value references, from 1, which engine/fmi/variables.c counts through: time, parameters,
+inputs, rates of the inputs, states, memories of stops, derivatives, outputs, states of the contacts, indicators; the
+clocks of FMI 3 follow.
+Outputs that are the same quantity share one reference in FMI 2.0, and the places of all others stay their references.
+In FMI 3.0, where an alias is no variable of its own, they stay apart: checkers miss such outputs among the initial
+unknowns. The derivative of a coordinate is listed beside its velocity: it has to name the state that it belongs to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fmu_models.base.unit_names import base_units, conversion_factor
+from fmu_models.codegen import contact_states
+from fmu_models.language.quantities import TIME, Parameter, State, per_second
+
+if TYPE_CHECKING:
+    import sympy
+
+    from fmu_models.language.declaration import Output
+    from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+
+BASE_UNITS = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+    "radian": "rad",
+}
+# what people read angles in; the speed that an input asks of a drive is one of turns
+DISPLAY_UNITS = {"rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}
+DRIVE_DISPLAY_UNITS = {"rad/s": "rpm"}
+
+_INDICATOR_NAMES = {
+    "depth": "bound",
+    "slip": "indicator",
+    "release": "release",
+    "function": "indicator",
+    "gap": "indicator",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """One variable of an FMU; ``None`` leaves the attribute out.
+
+    Attributes:
+        derivative: the reference of the state that it is the derivative of.
+        intermediate: it can be read inside a step of Co-Simulation (FMI 3).
+        same_as: a variable listed before that is the same quantity.
+    """
+
+    reference: int
+    name: str
+    description: str
+    causality: str
+    variability: str
+    declared_type: str | None = None
+    initial: str | None = None
+    start: float | None = None
+    unit: str | None = None
+    nominal: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    derivative: int | None = None
+    intermediate: bool = False
+    same_as: Variable | None = None
+
+    @property
+    def shared_reference(self) -> int:
+        """Its reference where variables of the same quantity share one."""
+        return self.reference if self.same_as is None else self.same_as.reference
+
+    @property
+    def integer(self) -> bool:
+        """Whether it counts: the state of a contact, whose declared type names the kind of contact."""
+        return self.declared_type is not None
+
+    @property
+    def display_unit(self) -> str | None:
+        """The unit to show it in, where that is another; of a parameter none, as frequencies of motions stay."""
+        if self.unit is None or self.causality == "parameter":
+            return None
+        drives = DRIVE_DISPLAY_UNITS if self.causality == "input" else {}
+        return drives.get(self.unit) or DISPLAY_UNITS.get(self.unit)
+
+    @property
+    def attributes(self) -> dict[str, str | None]:
+        """Attributes of the value, beside what every variable has."""
+        numbers = {"min": self.minimum, "max": self.maximum, "nominal": self.nominal, "start": self.start}
+        kind = int if self.integer else float
+        words = {"declaredType": self.declared_type, "unit": self.unit, "displayUnit": self.display_unit}
+        return words | {key: None if v is None else repr(kind(v)) for key, v in numbers.items()}
+
+
+class Variables:
+    """A list of variables in the order of their references, and the units that they are in."""
+
+    def __init__(self) -> None:
+        self.listed: list[Variable] = []
+        self.indicators: list[Variable] = []
+        self.clocks: list[Variable] = []
+        self.types: dict[str, str] = {}
+
+    def _add(self, name: str, description: str, **attributes: Any) -> Variable:
+        variable = Variable(reference=len(self.listed) + 1, name=name, description=description, **attributes)
+        self.listed.append(variable)
+        return variable
+
+    def _add_parameter(self, p: Parameter) -> Variable:
+        return self._add(
+            p.name,
+            p.description,
+            causality="parameter",
+            variability="tunable",
+            initial="exact",
+            start=p.value,
+            unit=p.unit,
+            minimum=p.minimum,
+            maximum=p.maximum,
+        )
+
+    @property
+    def units(self) -> dict[str, dict[str, float] | None]:
+        """Per unit its exponents of SI base units and its factor, for FMI's element BaseUnit; None if it cannot say."""
+        names = dict.fromkeys(v.unit for v in self.listed if v.unit)
+        return {name: base_unit(name) for name in names}
+
+    @property
+    def display_units(self) -> dict[str, dict[str, float]]:
+        """Per unit those that its variables are shown in, with how many of them one of it is."""
+        found: dict[str, dict[str, float]] = {}
+        for v in self.listed:
+            if v.unit and v.display_unit:
+                found.setdefault(v.unit, {})[v.display_unit] = conversion_factor(v.unit, v.display_unit)
+        return found
+
+
+class SystemVariables(Variables):
+    """The variables of one lowered system.
+
+    Attributes:
+        references: of what can be set beside parameters, and of the time.
+        parameters: references of the parameters.
+    """
+
+    def __init__(self, system: HybridSystem) -> None:
+        super().__init__()
+        self.system = system
+        self.references: dict[sympy.Basic, int] = {TIME: 1}
+        self.parameters: dict[sympy.Basic, int] = {}
+        self._add("time", "time", causality="independent", variability="continuous", unit="s")
+        self._add_values()
+        self.states = [self._add_state(state) for state in system.states]
+        self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
+        self.derivatives = [self._add_derivative(state) for state in self.states]
+        self.outputs: list[Variable] = []
+        for output in system.outputs:
+            self.outputs.append(self._add_output(output))
+        self.contact_states = [self._add_contact_state(contact) for contact in system.contacts]
+        kinds = sorted({contact.kind for contact in system.contacts})
+        self.types = {contact_states.type_name(kind): contact_states.meaning(kind) for kind in kinds}
+        self.indicators = [
+            self._add(
+                f"{contact.name}_{_INDICATOR_NAMES[what]}",
+                f"{contact.description}: falls to zero where the contact changes its state",
+                causality="local",
+                variability="continuous",
+                initial="calculated",
+            )
+            for contact in system.contacts
+            for what in contact.indicators
+        ]
+        self.clocks = list(self._clocks())
+
+    def _add_values(self) -> None:
+        for p in self.system.parameters:
+            self.parameters[p] = self._add_parameter(p).reference
+        for symbol in (*self.system.inputs, *(u.rate for u in self.system.inputs)):
+            self.references[symbol] = len(self.listed) + 1
+            self._add(
+                symbol.name,
+                symbol.description,
+                causality="input",
+                variability="continuous",
+                start=symbol.value,
+                unit=symbol.unit,
+            )
+
+    def _add_state(self, state: State) -> Variable:
+        self.references[state] = len(self.listed) + 1
+        return self._add(
+            state.name,
+            state.description,
+            causality="local",
+            variability="continuous",
+            initial="exact",
+            start=state.start,
+            unit=state.unit,
+            nominal=state.nominal,
+            intermediate=True,
+        )
+
+    def _add_derivative(self, state: Variable) -> Variable:
+        return self._add(
+            f"der({state.name})",
+            f"rate of {state.name}",
+            causality="local",
+            variability="continuous",
+            initial="calculated",
+            unit=per_second(state.unit or "1"),
+            derivative=state.reference,
+            intermediate=True,
+        )
+
+    def _add_output(self, output: Output) -> Variable:
+        before = zip(self.system.outputs, self.outputs, strict=False)
+        return self._add(
+            output.name,
+            output.description,
+            causality="output",
+            variability="continuous",
+            initial="calculated",
+            unit=output.unit,
+            intermediate=True,
+            same_as=next((v for o, v in before if (o.expression, o.unit) == (output.expression, output.unit)), None),
+        )
+
+    def _add_memory(self, contact: ContactDynamics) -> Variable:
+        return self._add(
+            f"{contact.name}_memory",
+            f"{contact.description}: speed at which the stop was last entered; to be given for a start inside",
+            causality="local",
+            variability="discrete",
+            initial="exact",
+            start=0.0,
+            unit="m/s",
+            minimum=0.0,
+        )
+
+    def _add_contact_state(self, contact: ContactDynamics) -> Variable:
+        return self._add(
+            f"{contact.name}_state",
+            f"{contact.description}: {contact_states.meaning(contact.kind)}",
+            causality="output" if contact.name in self.system.shown_states else "local",
+            variability="discrete",
+            initial="calculated",
+            declared_type=contact_states.type_name(contact.kind),
+            minimum=min(contact_states.CONTACT_STATES),
+            maximum=max(contact_states.CONTACT_STATES),
+        )
+
+    def _clocks(self) -> Iterator[Variable]:
+        """The clocks of FMI 3, whose references follow those of the variables."""
+        names = [(c, name) for c in self.system.contacts for name in contact_states.CLOCKS[c.kind]]
+        for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
+            yield Variable(
+                reference=reference,
+                name=f"{contact.name}.{name}",
+                description=f"{contact.description}: {contact_states.TICKS[name]}",
+                causality="output" if contact.name in self.system.shown_clocks else "local",
+                variability="discrete",
+            )
+
+
+def base_unit(unit: str) -> dict[str, float] | None:
+    """FMI attributes of a unit such as "N m/rad"; the radian is a base unit of FMI, and its exponents are whole.
+
+    >>> base_unit("N m/rad"), base_unit("N/m1.5")
+    ({'kg': 1, 'm': 2, 's': -2, 'rad': -1}, None)
+    """
+    base = base_units(unit)
+    if any(power % 1 for _, power in base.powers):
+        return None
+    exponents = {BASE_UNITS[name]: int(power) for name, power in base.powers}
+    attributes: dict[str, float] = {name: exponents[name] for name in BASE_UNITS.values() if name in exponents}
+    if base.factor != 1.0:
+        attributes["factor"] = base.factor
+    return attributes

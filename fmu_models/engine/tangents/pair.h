@@ -1,0 +1,15 @@
+/* Numbers along two directions, side by side. */
+#ifndef STICKSLIP_PAIR_H
+#define STICKSLIP_PAIR_H
+
+#include "../model/run_state.h"
+
+/* what every processor has a register for; aligned like its parts, as the room of a caller is */
+typedef double Pair __attribute__((vector_size(16), aligned(8)));
+enum { PAIR = 2 };
+#define PAIR_ZERO ((Pair){0.0, 0.0})
+
+typedef Pair PairSeries[MODEL_TERMS + 1];
+typedef Pair InertiaPairs[MODEL_INERTIA_TERMS];
+
+#endif

@@ -1,0 +1,85 @@
+/*
+ * What the run has done to its contacts and states at one instant, repeated in numbers with a tangent.
+ */
+#include "tangent_event.h"
+
+#include "../step/contact_forces.h"
+#include "../step/flow.h"
+
+/* derivatives below here count as zero: what they lead to would lose its digits below the least number there is */
+static const double SMALLEST = 1e-150;
+
+/* a number of the run with the derivative that the tangent has */
+static Real joined(double value, Real own)
+{
+    const double derivative = cimag(own);
+    return value + (fabs(derivative) < SMALLEST * EPS ? 0.0 : derivative) * _Complex_I;
+}
+
+void tangent_rejoin(const Run *r, Tangent *t)
+{
+    for (int i = 0; i < MODEL_NX; i++) {
+        t->at.x[i] = joined(r->at.x[i], t->at.x[i]);
+    }
+    for (int i = 0; i < MODEL_NU; i++) {
+        t->at.u[i] = joined(r->at.u[i], t->at.u[i]);
+        t->at.du[i] = r->at.du[i];
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        t->at.memory[c] = joined(r->at.memory[c], t->at.memory[c]);
+    }
+    t->at.time = joined(r->at.time, t->at.time);
+    t->at.time_rest = r->at.time_rest;
+    memcpy(t->at.state, r->at.state, sizeof t->at.state);
+    memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
+    memcpy(t->at.known, r->at.known, sizeof t->at.known);
+}
+
+/* the impact with the impulses that the run has found to fit */
+static void repeat_impact(const Run *r, Tangent *t)
+{
+    Jets *j = &t->jets;
+    Real impulse[NC] = {0.0};
+    Real given[NC];
+    Real target[NC];
+    if (!MODEL_CONSTANT_INERTIA) {
+        model_inertia(t->at.p, t->at.d, j, 0);
+    }
+    for (int number = 0; number < r->impact_phases; number++) {
+        contact_targets(&t->at, j, number, impulse, given, target);
+        contact_impulse(&t->at, j, &r->impact[number], given, target, impulse);
+        contact_apply(&t->at, j, impulse);
+    }
+}
+
+void tangent_repeat_event(const Run *r, Tangent *t)
+{
+    Jets *j = &t->jets;
+    int any = 0;
+    flow_load(&t->at, j, 0);
+    model_slip(t->at.p, t->at.d, j, 0);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (r->entered[c]) {
+            t->at.memory[c] = creal(j->slip[c][0]) < 0.0 ? -j->slip[c][0] : j->slip[c][0];
+        }
+        if (r->jumped[c]) {
+            model_reset(t->at.p, t->at.d, j, c, t->at.x);
+        }
+        any |= r->projected[c];
+    }
+    repeat_impact(r, t);
+    memcpy(t->at.state, r->at.state, sizeof t->at.state);
+    if (any) {
+        flow_load(&t->at, j, 0);
+        flow_field(&t->at, j, 0, 0);
+        for (int c = 0; c < MODEL_NC; c++) {
+            if (r->at.state[c] != CONTACT_STICK) {
+                j->capacity[c][0] = 0.0;
+            }
+        }
+        contact_project(&t->at, j, r->projected);
+    }
+    tangent_rejoin(r, t);
+}
+
+#include "../model/scalar_real.h"

@@ -1,0 +1,12 @@
+/* Events of tangents (tangent_event.c). Numbers have a tangent where this is included, as tangent_series.h says. */
+#include "tangent_series.h"
+
+#ifndef STICKSLIP_TANGENT_EVENT_H
+#define STICKSLIP_TANGENT_EVENT_H
+
+/* the tangent's own derivative on the run's value: both have moved by the same arithmetic, up to rounding */
+void tangent_rejoin(const Run *r, Tangent *t);
+/* what the run has done to its contacts and states at this instant */
+void tangent_repeat_event(const Run *r, Tangent *t);
+
+#endif

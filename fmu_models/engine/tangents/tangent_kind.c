@@ -1,0 +1,12 @@
+/* The model and the flow once more, for numbers with a tangent; jets.h first. */
+#include "tangent_series.h"
+
+#include "../model/jets.h"
+#include "../model/mass_matrix.h"
+
+#include "../model_kind.c"
+#include "../step/contact_factor.c"
+#include "../step/contact_forces.c"
+#include "../step/flow.c"
+
+#include "../model/scalar_real.h"

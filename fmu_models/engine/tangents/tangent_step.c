@@ -1,0 +1,168 @@
+/*
+ * The step in use, no longer than the derivatives keep the tolerance, and the variations of its series.
+ */
+#include "tangent_step.h"
+
+#include "../step/roots.h"
+#include "../step/taylor.h"
+
+/* where the series of the tangents start */
+static void load_variations(Tangents *tangents)
+{
+    for (int k = 0; k < tangents->count; k++) {
+        const Point *at = &tangents->list[k].at;
+        Variation *l = variation_of(tangents, k);
+        const int lane = k % PAIR;
+        l->t[0][lane] = cimag(at->time) / EPS;
+        for (int i = 0; i < MODEL_NU; i++) {
+            l->u[i][0][lane] = cimag(at->u[i]) / EPS;
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            l->x[i][0][lane] = cimag(at->x[i]) / EPS;
+        }
+        for (int c = 0; c < MODEL_NC; c++) {
+            l->memory[c][lane] = cimag(at->memory[c]) / EPS;
+        }
+    }
+}
+
+/* derivatives of the inverse of the matrix of the held contacts */
+static void vary_held(void *of, const Run *r, Variation *l)
+{
+    Tangents *tangents = of;
+    const int first = (int)(l - variation_of(tangents, 0)) * PAIR;
+    signed char member[NC];
+    for (int c = 0; c < MODEL_NC; c++) {
+        member[c] = (signed char)contact_is_held(r->at.state, c);
+    }
+    for (int k = first; k < first + PAIR && k < tangents->count; k++) {
+        Point *at = &tangents->list[k].at;
+        Jets *j = &tangents->list[k].jets;
+        for (int c = 0; c < MODEL_NC; c++) {
+            j->capacity[c][0] = r->jets.capacity[c][0] + EPS * l->capacity[c][0][k % PAIR] * _Complex_I;
+            for (int e = 0; e < MODEL_NC; e++) {
+                j->G[c][e][0] = r->jets.G[c][e][0] + EPS * l->G[c][e][0][k % PAIR] * _Complex_I;
+            }
+        }
+        contact_factor(at, j, member, at->state, &at->sticking);
+        for (int i = 0; i < at->sticking.count; i++) {
+            for (int e = at->sticking.first[i]; e < at->sticking.last[i]; e++) {
+                l->inverse[i][e][k % PAIR] = cimag(at->sticking.inverse[i][e]) / EPS;
+            }
+        }
+    }
+}
+
+/* the variations of the series of the step, or of those in the root of the time that is left */
+static void vary_series(const Run *r, Tangents *tangents, double ending)
+{
+    for (int k = 0; k < tangents->count; k += PAIR) {
+        Variation *l = variation_of(tangents, k);
+        l->ending = ending;
+        variation_series(r, l, taylor_order(r), vary_held, tangents);
+    }
+}
+
+/* of the relative size that a derivative has in its largest part: what is smaller than this in others need not be exact */
+static const double NEGLIGIBLE = 1e-6;
+
+/* derivatives are followed to the tolerance of the motion times this: what they miss decides no event, and does not grow
+   on the way */
+static const double LOOSER = 10.0;
+
+static double state_size(const Run *r, int i) { return fabs(r->at.x[i]) + model_nominal_states[i]; }
+
+/* the largest derivative along a direction, relative to what it is of */
+static double relative_size(const Run *r, const Tangent *t)
+{
+    double largest = t->relative;
+    for (int i = 0; i < MODEL_NX; i++) {
+        largest = fmax(largest, fabs(cimag(t->at.x[i])) / state_size(r, i));
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        largest = r->at.memory[c] > 0.0 ? fmax(largest, fabs(cimag(t->at.memory[c])) / r->at.memory[c]) : largest;
+    }
+    return largest / EPS;
+}
+
+/* the length of the derivative of state i along tangent k */
+static double series_length(const Run *r, Tangents *tangents, int k, int i)
+{
+    const Variation *l = variation_of(tangents, k);
+    double derivative[POLYNOMIAL_TERMS];
+    for (int m = 0; m <= l->order; m++) {
+        derivative[m] = l->x[i][m][k % PAIR];
+    }
+    derivative[0] = fmax(fabs(derivative[0]), NEGLIGIBLE * relative_size(r, &tangents->list[k]) * state_size(r, i));
+    return taylor_series_length(derivative, l->order, LOOSER * r->tolerances.step);
+}
+
+/* the length over which the derivatives of the states keep the tolerance, if it is less than h; else h */
+static double shortest_length(const Run *r, Tangents *tangents, double h)
+{
+    double shortest = h;
+    for (int k = 0; k < tangents->count; k++) {
+        const Variation *l = variation_of(tangents, k);
+        const double power = pow(h, l->order - 1);
+        for (int i = 0; i < MODEL_NX; i++) {
+            const PairSeries *x = &l->x[i];
+            const int lane = k % PAIR;
+            const double size = fmax(fabs((*x)[0][lane]), fabs((*x)[1][lane]) * h);
+            const double last = fmax(fabs((*x)[l->order - 1][lane]), fabs((*x)[l->order][lane]) * h) * power;
+            if (!(last <= LOOSER * r->tolerances.step * size)) {
+                const double length = series_length(r, tangents, k, i);
+                shortest = length > 0.0 ? fmin(shortest, length) : shortest;
+            }
+        }
+    }
+    return shortest;
+}
+
+/* whether a force that is not analytic in time lets go at the end of the step */
+static int ends_at_root(const Run *r)
+{
+    int ends = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        ends |= model_contact_rooted[c] && r->at.state[c] == CONTACT_TOUCHING && r->falling[c][SLOT_NORMAL];
+    }
+    return ends;
+}
+
+RunStatus tangent_step(Run *r, Tangents *tangents)
+{
+    load_variations(tangents);
+    if (r->segment_rooted) {
+        vary_series(r, tangents, 0.0); /* there is no series in time */
+        return RUN_OK;
+    }
+    taylor_complete(r);
+    vary_series(r, tangents, 0.0);
+    const double length = shortest_length(r, tangents, r->segment_length);
+    if (!(length < r->segment_length) || !ends_at_root(r)) {
+        return taylor_shorten(r, length);
+    }
+    const double ending = variation_ending(r, taylor_order(r), tangents->rate);
+    vary_series(r, tangents, ending);
+    if (shortest_length(r, tangents, ending) < ending) {
+        vary_series(r, tangents, 0.0);
+        return taylor_shorten(r, length);
+    }
+    return RUN_OK;
+}
+
+double tangent_slope(const Run *r, Tangents *tangents, int i, double length)
+{
+    const Variation *l = variation_of(tangents, 0);
+    const double s = variation_variable(r, l, length);
+    double slope = 0.0;
+    if (l->ending > 0.0) {
+        /* series in time know the rates less well than the states, the more so the shorter they are */
+        return polynomial_value(tangents->rate[i], taylor_order(r) - 1, s);
+    }
+    for (int m = r->segment_order; m > 0; m--) {
+        slope = slope * s + m * r->jets.x[i][m];
+    }
+    return slope;
+}
+
+#include "../model/scalar_real.h"

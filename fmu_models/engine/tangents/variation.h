@@ -1,0 +1,52 @@
+/*
+ * Variations: the series of a step differentiated along directions, two at a time, side by side. Everything that the
+ * model computes is linear in them once the series of the motion are there, which all directions share.
+ */
+#ifndef STICKSLIP_VARIATION_H
+#define STICKSLIP_VARIATION_H
+
+#include "pair.h"
+
+/* derivatives of what Jets and Point have under the same names */
+typedef struct {
+    int moved;     /* a parameter has a derivative */
+    int order;     /* to which the series hold; 0: they do not */
+    double ending; /* the series run in this less the root of the time that is left, if it is not 0 */
+    Pair p[MODEL_ROOM(MODEL_NP)];
+    Pair d[MODEL_ROOM(MODEL_ND)];
+    Pair memory[MODEL_ROOM(MODEL_NC)];
+    Pair friction[MODEL_ROOM(MODEL_NC)]; /* coefficients of the friction of rigid contacts */
+    PairSeries t;
+    PairSeries u[MODEL_ROOM(MODEL_NU)];
+    PairSeries du[MODEL_ROOM(MODEL_NU)];
+    PairSeries x[MODEL_ROOM(MODEL_NX)];
+    PairSeries a[MODEL_ROOM(MODEL_NV)];
+    PairSeries zrate[MODEL_ROOM(MODEL_NZ)];
+    PairSeries slip[MODEL_ROOM(MODEL_NC)];
+    PairSeries slip_rate[MODEL_ROOM(MODEL_NC)];
+    PairSeries capacity[MODEL_ROOM(MODEL_NC)];
+    PairSeries depth[MODEL_ROOM(MODEL_NC)];
+    PairSeries release[MODEL_ROOM(MODEL_NC)];
+    PairSeries force[MODEL_ROOM(MODEL_NC)];
+    InertiaPairs W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
+    InertiaPairs G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
+    InertiaPairs M[MODEL_ROOM(MODEL_NM)];
+    PairSeries w[MODEL_ROOM(MODEL_NW)];
+    Pair here[MODEL_ROOM(MODEL_NX)];                          /* of the states, at the time evaluated at */
+    int bends;                                                /* inverse has derivatives */
+    Pair inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)]; /* of Sticking */
+} Variation;
+
+/* who knows the derivatives of the matrix of the held contacts (Sticking) at the start of a step */
+typedef void (*HeldVariation)(void *of, const Run *r, Variation *l);
+
+/* all series to an order, from the first orders of t, u and x, from memory and parameters, on top of those of the
+   motion, which must hold to that order */
+void variation_series(const Run *r, Variation *l, int order, HeldVariation held, void *of);
+/* the series of the motion over the step in use in s0 less the root of the time that is left, in r->scratch, where
+   variations with `ending` find them, and of its rates, to the order before; returns s0 */
+double variation_ending(Run *r, int order, double (*rate)[MODEL_TERMS + 1]);
+/* the variable of the series at a time since the start of the step */
+double variation_variable(const Run *r, const Variation *l, double length);
+
+#endif

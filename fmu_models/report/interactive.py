@@ -1,0 +1,174 @@
+"""Families of motions as one page that needs nothing but itself: zoom, and the parameters under the cursor."""
+
+from __future__ import annotations
+
+import html
+import importlib.util
+import os
+from collections.abc import Mapping, Sequence
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.basins import Basins
+from fmu_models.analyses.chart import Chart
+from fmu_models.analyses.diagram import Diagram
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import write_whole
+from fmu_models.base.shown import Pictured
+from fmu_models.report.views import SWEEPS, UNLABELLED, attractors_of, classes_of, colours_of
+
+PALE = "#FFFFFF"  # of what has no class
+DIGITS = ".10g"
+
+
+def check_page(path: str | os.PathLike[str]) -> Path:
+    """The path, if a page can be written there.
+
+    Raises:
+        StickslipError: another suffix than .html, or plotly is not installed.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".html":
+        raise StickslipError(f"'{target.name}' is a page; end it in .html.")
+    if importlib.util.find_spec("plotly") is None:
+        raise StickslipError("plotly is not installed. Install it: pip install 'stickslip[interactive]'")
+    return target
+
+
+def write_page(found: Pictured, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    """Write a family as a page.
+
+    Raises:
+        StickslipError: as ``check_page``; there is none of such a value; or the file exists or cannot be written.
+    """
+    target = check_page(path)
+    import plotly.graph_objects as graph
+
+    figure = graph.Figure(traces(found), _layout(found))
+    text = figure.to_html(full_html=True, include_plotlyjs=True, config={"displaylogo": False, "scrollZoom": True})
+    text = text.replace("<head>", f"<head><title>{_layout(found)['title']['text']}</title>", 1)
+    with write_whole(target, overwrite=overwrite) as temporary:
+        temporary.write_text(text, "utf-8")
+    return target
+
+
+def _layout(found: Any) -> dict[str, Any]:
+    names = (found.over, found.of) if isinstance(found, Diagram) else tuple(found.axes)
+    return {
+        "title": {"text": html.escape(found.model)},
+        "xaxis": {"title": {"text": names[0]}},
+        "yaxis": {"title": {"text": names[1]}},
+        "template": "simple_white",
+        "dragmode": "zoom",
+        "hovermode": "closest",
+    }
+
+
+@singledispatch
+def traces(found: Any) -> list[dict[str, Any]]:
+    """What is drawn of a family, as plotly has it."""
+    raise StickslipError(f"There is no page of {type(found).__name__}. Draw it by --figure.")
+
+
+@traces.register(Diagram)
+def _(diagram: Diagram) -> list[dict[str, Any]]:
+    """A dot per point, a trace per sweep."""
+    made = []
+    for d, way in enumerate(diagram.directions):
+        shown = diagram.shown[d]
+        m, r = np.nonzero(np.isfinite(shown))
+        words = np.array([diagram.word(d, i) or "none" for i in range(len(diagram.values))], dtype=object)
+        made.append(
+            {
+                "type": "scattergl",
+                "mode": "markers",
+                "name": way,
+                "x": diagram.values[m].tolist(),
+                "y": shown[m, r].tolist(),
+                "customdata": words[m].tolist(),
+                "marker": {"color": SWEEPS[way], "size": (4, 2)[d]},
+                "hovertemplate": f"{diagram.over} = %{{x:{DIGITS}}}<br>{diagram.of} = %{{y:{DIGITS}}}"
+                f"<br>motion %{{customdata}}<extra>{way}</extra>",
+            }
+        )
+    return made
+
+
+@traces.register(Basins)
+def _(basins: Basins) -> list[dict[str, Any]]:
+    """The grid, and the attractors on it."""
+    if len(basins.axes) != 2:
+        raise StickslipError(f"A page of basins is over two states, found {', '.join(basins.axes)}.")
+    said = attractors_of(basins)
+    made = _grid(basins.axes, basins.labels, said, colours_of(said), "steps", basins.steps)
+    limits = [(values.min(), values.max()) for values in basins.axes.values()]
+    for name, colour, one in zip(said, colours_of(said), basins.attractors, strict=True):
+        points = np.stack([one.points[:, basins.states.index(axis)] for axis in basins.axes], axis=1)
+        inside = np.all([(low <= p) & (p <= high) for (low, high), p in zip(limits, points.T, strict=True)], axis=0)
+        marker = {"color": colour, "size": 9 if one.period else 2, "line": {"color": "black", "width": 1.5}}
+        made.append(
+            {
+                "type": "scattergl",
+                "mode": "markers",
+                "name": f"attractor {name}",
+                "x": points[inside, 0].tolist(),
+                "y": points[inside, 1].tolist(),
+                "marker": marker,
+                "showlegend": False,
+            }
+        )
+    return made
+
+
+@traces.register(Chart)
+def _(chart: Chart) -> list[dict[str, Any]]:
+    said = [f"{chart.what} {name}" for name in classes_of(chart)]
+    return _grid(chart.axes, chart.labels, said, colours_of(chart.classes), "value", chart.values)
+
+
+def _grid(
+    axes: Mapping[str, NDArray[np.float64]],
+    labels: NDArray[np.int64],
+    said: Sequence[str],
+    colours: Sequence[str],
+    behind: str,
+    numbers: NDArray[Any],
+) -> list[dict[str, Any]]:
+    """Cells in the colours of their classes, what each is under the cursor, and a legend."""
+    (name, x), (other, y) = axes.items()
+    texts = {**dict(enumerate(said)), **{value: text for value, (text, _) in UNLABELLED.items()}}
+    shades = [PALE, *colours]
+    steps = [(k + edge) / len(shades) for k in range(len(shades)) for edge in (0, 1)]
+    cells = {
+        "type": "heatmap",
+        "x": x.tolist(),
+        "y": y.tolist(),
+        "z": np.maximum(labels, -1).T.tolist(),
+        "zmin": -1.5,
+        "zmax": len(colours) - 0.5,
+        "colorscale": [[step, shades[i // 2]] for i, step in enumerate(steps)],
+        "showscale": False,
+        "text": [[texts[int(label)] for label in row] for row in labels.T],
+        "customdata": [[None if np.isnan(one) else float(one) for one in row] for row in numbers.T],
+        "hovertemplate": f"{name} = %{{x:{DIGITS}}}<br>{other} = %{{y:{DIGITS}}}<br>%{{text}}"
+        f"<br>{behind} %{{customdata:{DIGITS}}}<extra></extra>",
+    }
+    legend = [
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "name": text,
+            "x": [None],
+            "y": [None],
+            "marker": {"color": colour, "size": 12, "symbol": "square", "line": {"color": "grey", "width": 1}},
+        }
+        for text, colour in [
+            *zip(said, colours, strict=True),
+            *((text, PALE) for value, (text, _) in UNLABELLED.items() if (labels == value).any()),
+        ]
+    ]
+    return [cells, *legend]

@@ -1,0 +1,148 @@
+"""What a scene computes, held against its kind and its model: keys, names, units, ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.toml_document import Document
+from fmu_models.scene.kinds import KINDS
+from fmu_models.scene.kinds.kind import PARAMETERS, Kind
+from fmu_models.scene.scene import Compute
+
+_KEYS = (
+    *("kind", "samples", "over", "values", "follow"),
+    *("period", "forcing", "periods", "autonomous", "level", "down", "impacts"),
+)
+
+
+@dataclass(frozen=True)
+class Names:
+    """What a computation may name.
+
+    Attributes:
+        varied: units of drives and free parameters.
+        parameters, states: units of all.
+        contacts: names.
+        stranger: the error for a name that is none: kind of it, name, known ones, place.
+    """
+
+    varied: Mapping[str, str]
+    parameters: Mapping[str, str]
+    states: Mapping[str, str]
+    contacts: tuple[str, ...]
+    stranger: Callable[..., StickslipError]
+
+
+def checked_compute(doc: Document, names: Names) -> Compute:
+    """What the table [compute] of a scene asks for.
+
+    Raises:
+        StickslipError: what is wrong, with its line.
+    """
+    name = doc.text("kind", "compute", default="trajectory")
+    try:
+        kind = KINDS.load(name, doc.path.parent)
+    except StickslipError as error:
+        raise doc.fault(str(error), "compute", "kind") from error
+    doc.check_keys((*_KEYS, *kind.settings, *(("axes",) if kind.axes else ())), "compute")
+    table = doc.table("compute")
+    over = _over(doc, names, table)
+    if kind.sweeps and over is None:
+        raise doc.fault(f"a {name} needs 'over' and 'values': what is varied, and which values it takes.", "compute")
+    return Compute(
+        kind=name,
+        samples=doc.count("samples", 2001, 2, "compute"),
+        over=over,
+        values=tuple(doc.values(table["values"], names.varied[over], "compute", "values")) if over else (),
+        follow=doc.flag("follow", "compute"),
+        periods=doc.count("periods", 1, 1, "compute"),
+        autonomous=doc.flag("autonomous", "compute"),
+        axes=_axes(doc, names, name, kind),
+        settings={key: _setting(doc, key, default) for key, default in kind.settings.items() if key in table},
+        **_section(doc, names, name, kind, table),
+    )
+
+
+def _over(doc: Document, names: Names, table: Mapping[str, Any]) -> str | None:
+    """What is varied."""
+    over = table.get("over")
+    if over is not None:
+        over = doc.text("over", "compute")
+        _check_varied(doc, names, over, "compute", "over")
+    if (over is None) != ("values" not in table):
+        raise doc.fault("'over' and 'values' go together: what is varied, and which values it takes.", "compute")
+    return over
+
+
+def _check_varied(doc: Document, names: Names, name: str, *place: str) -> None:
+    if name not in names.varied:
+        hint = " It is fixed: move it to [free]." if name in names.parameters else nearest(name, names.varied)
+        raise doc.fault(f"'{name}' is neither a drive nor free.{hint}", *place)
+
+
+def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple[float, ...]]:
+    """Values along each axis of a family."""
+    if not kind.axes:
+        return {}
+    given, place = doc.table("compute", "axes"), ("compute", "axes")
+    known = names.varied if kind.axes == PARAMETERS else names.states
+    if not given or (kind.axes == PARAMETERS and len(given) != 2):
+        needs = "two free parameters or drives" if kind.axes == PARAMETERS else "states"
+        raise doc.fault(
+            f"a {name} needs axes over {needs}: [compute.axes] with NAME = {{ from = ..., to = ..., count = ... }}.",
+            *(place if given else ("compute",)),
+        )
+    for axis in given:
+        if kind.axes == PARAMETERS:
+            _check_varied(doc, names, axis, *place, axis)
+        elif axis not in known:
+            raise names.stranger("state", axis, known, *place, axis)
+    return {axis: tuple(doc.values(raw, known[axis], *place, axis)) for axis, raw in given.items()}
+
+
+def _setting(doc: Document, key: str, default: int | str | None) -> int | str:
+    """A key that a kind of computation alone reads."""
+    if isinstance(default, int):
+        return doc.count(key, default, 0, "compute")
+    return doc.text(key, "compute")
+
+
+def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[str, Any]) -> dict[str, Any]:
+    """When a motion is looked at: once per period, at a level of a state, or where a contact begins."""
+    forcing, impacts = (doc.text(key, "compute") if key in table else None for key in ("forcing", "impacts"))
+    if forcing is not None and forcing not in names.parameters:
+        raise names.stranger("parameter", forcing, names.parameters, "compute", "forcing")
+    if impacts is not None and impacts not in names.contacts:
+        raise names.stranger("contact", impacts, names.contacts, "compute", "impacts")
+    period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
+    if period is not None and period <= 0.0:
+        raise doc.fault(f"the period must be positive, found {period:g} s.", "compute", "period")
+    level: dict[str, float] = {}
+    for state, raw in doc.table("compute", "level").items():
+        if state not in names.states:
+            raise names.stranger("state", state, names.states, "compute", "level", state)
+        level[state] = doc.value(raw, names.states[state], "compute", "level", state)
+    if len(level) > 1 or (level and impacts):
+        raise doc.fault("a section is a level of one state, or where a contact begins: name one of them.", "compute")
+    elsewhere = bool(level or impacts)
+    if elsewhere and not kind.anywhere:
+        raise doc.fault(f"a {name} is of a motion seen once per period; leave 'level' and 'impacts' out.", "compute")
+    timed = (period is None) != (forcing is None)
+    if kind.periodic and not timed and not (elsewhere and period is None):
+        others = ", or a section: 'level' or 'impacts'" if kind.anywhere else ""
+        raise doc.fault(
+            f"a {name} needs either 'period', s, or 'forcing', the parameter that is the frequency{others}.", "compute"
+        )
+    return {
+        "period": period,
+        "forcing": forcing,
+        "angular": forcing is not None and names.parameters[forcing] == "rad/s",
+        "level": {
+            state: doc.value(raw, names.states[state], "compute", "level", state) for state, raw in level.items()
+        },
+        "down": doc.flag("down", "compute"),
+        "impacts": impacts,
+    }

@@ -1,0 +1,38 @@
+"""Where motions stay at the section over ``over``, swept up or down; a row per value."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fmu_models.analyses.diagram import orbit_diagram
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.kinds.kind import Kind, Row, defaults, section_of
+from fmu_models.scene.scene import Scene
+
+
+def _diagram(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> tuple[Row, ...]:
+    how: Any = scene.compute
+    system = section_of(scene, fmu, run["parameters"], run["inputs"])
+    found = orbit_diagram(system, how.over, how.values, start=run["start"], **how.settings)
+    rows = []
+    for i, value in enumerate(found.values.tolist()):
+        values: dict[str, float] = {}
+        for d, way in enumerate(found.directions):
+            points = found.shown[d, i]
+            values[f"period_{way}"] = float(found.periods[d, i])
+            if np.isfinite(points).any():
+                extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
+                values |= {f"{found.of}_{what}_{way}": float(one) for what, one in extremes.items()}
+        rows.append(Row(value, values, family=found))
+    return tuple(rows)
+
+
+KIND = Kind(
+    _diagram,
+    periodic=True,
+    anywhere=True,
+    sweeps=True,
+    settings=defaults(orbit_diagram, "direction", "transient", "points", "of"),
+)

@@ -1,0 +1,83 @@
+"""What comes of many runs, row by row."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What came of m runs.
+
+    Attributes:
+        points: (m, rows, n) at the section; nan where a run has fewer.
+        times: (m, rows) since the row before.
+        held: (m, rows, contacts) time in contact or stick; began: how often that began.
+        growth: (m, rows, tangents) logarithms; derivatives: (m, rows, n, n).
+        filled, steps, outcomes, periods, orbits: (m,) rows that there are; steps made; how the run ended (an index of
+            ``jobs.OUTCOMES``); its period, 0 where none was found; the target that it came to, or -1.
+        messages: of the runs that ended in an error, by number.
+    """
+
+    points: Vector
+    times: Vector
+    held: Vector
+    began: NDArray[np.int32]
+    growth: Vector
+    derivatives: Vector
+    filled: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    outcomes: NDArray[np.int32]
+    periods: NDArray[np.int64]
+    orbits: NDArray[np.int64]
+    messages: dict[int, str]
+
+    @classmethod
+    def empty(
+        cls, runs: int, rows: int, width: int, contacts: int, *, growth: int = 0, derivatives: tuple[int, int] = (0, 0)
+    ) -> Rows:
+        """Room for what is to come; ``width`` numbers a point."""
+        return cls(
+            np.full((runs, rows, width), np.nan),
+            np.full((runs, rows), np.nan),
+            np.zeros((runs, rows, contacts)),
+            np.zeros((runs, rows, contacts), np.int32),
+            np.full((runs, rows, growth), np.nan),
+            np.full((runs, rows, *derivatives), np.nan),
+            np.zeros(runs, np.int64),
+            np.zeros(runs, np.int64),
+            np.zeros(runs, np.int32),
+            np.zeros(runs, np.int64),
+            np.full(runs, -1, np.int64),
+            {},
+        )
+
+    def arrays(self) -> dict[str, NDArray[np.generic]]:
+        """All but the messages, by name; the first direction of each is the runs."""
+        return {one.name: getattr(self, one.name) for one in dataclasses.fields(self) if one.name != "messages"}
+
+    def only(self, which: NDArray[np.int64]) -> Rows:
+        """Those of some runs."""
+        messages = {k: self.messages[int(i)] for k, i in enumerate(which) if int(i) in self.messages}
+        return Rows(**{name: part[which] for name, part in self.arrays().items()}, messages=messages)  # type: ignore[arg-type]
+
+    @property
+    def ends(self) -> Vector:
+        """(m, n) the last point of each run; nan where it has none."""
+        last = np.maximum(self.filled - 1, 0)
+        found = self.points[np.arange(len(last)), last] if self.points.shape[1] else self.points[:, :0].sum(axis=1)
+        return np.where(self.filled[:, None] > 0, found, np.nan)
+
+
+def joined(parts: Sequence[Rows], begins: Sequence[int]) -> Rows:
+    """The rows of all chunks, which begin at these runs."""
+    messages = {b + i: text for part, b in zip(parts, begins, strict=True) for i, text in part.messages.items()}
+    arrays = [part.arrays() for part in parts]
+    return Rows(**{name: np.concatenate([one[name] for one in arrays]) for name in arrays[0]}, messages=messages)  # type: ignore[arg-type]

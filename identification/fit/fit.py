@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
-from identification.estimators.base import Options
+from identification.estimators.base import Estimator, Options
 from identification.estimators.disturbances import terms_of
 from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
@@ -27,6 +27,7 @@ SENSORS = ("gain", "delay")  # nuisance parameters that an estimator takes up by
 DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
+WEAK = "weak-form"  # the estimator that runs no model
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
@@ -67,8 +68,10 @@ def fit_friction(
     bristles = find_law("LuGre").names if estimator == "lugre" else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
 
-    def fitted(options: Options, progress: Callable[[float], None] | None, wider: float = 1.0) -> FrictionFit:
-        made = chosen.estimate(ready, sought, options)
+    def fitted(
+        options: Options, progress: Callable[[float], None] | None, wider: float = 1.0, by: Estimator = chosen
+    ) -> FrictionFit:
+        made = by.estimate(ready, sought, options)
         solved = (ready, made.estimator, made.problem, made.solution, made.law)
         try:
             return conclude(*solved, inference, progress=progress, warnings=made.warnings, wider=wider)
@@ -87,11 +90,20 @@ def fit_friction(
         return fitted(options, progress)
     named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
     terms_of(ready, named)  # names are judged before the work
-    plain = fitted(options, share(0.0, 0.4))
-    if not named and not asks_for_causes(plain):
+    failed = None
+    try:
+        plain = fitted(options, share(0.0, 0.4))
+    except StickslipError as error:
+        # without a strong disturbance the model may not follow the logs at all; the weak form runs none
+        if len(ready.contacts) > 1 or estimator == WEAK:
+            raise
+        failed, plain = error, fitted(options, share(0.0, 0.4), by=ESTIMATORS.load(WEAK))
+    if failed is None and not named and not asks_for_causes(plain):
         return plain
     causes = find_causes(ready, sought, named=named)
     if not causes:
+        if failed is not None:
+            raise failed
         return plain
     terms = terms_of(ready, [cause.name for cause in causes])
     found = fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER)

@@ -17,7 +17,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
-from identification.measurement.motion import DiscMotion, EdgeEquations, SensorFit
+from identification.measurement.laser_drift import without_drift
+from identification.measurement.motion import SMOOTHING, DiscMotion, EdgeEquations, SensorFit
 from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
@@ -205,6 +206,12 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
     lines = len(np.unique(equations.line))
     if lines < LEAST_LINES:
         return list(motions), _as_stated(motions)
+    mended, said = without_drift(usable, equations, window / SMOOTHING)
+    steady = [new is old for old, new in zip(usable, mended, strict=True)]
+    if said:
+        moved = {id(old): new for old, new in zip(usable, mended, strict=True)}
+        motions, usable = [moved.get(id(motion), motion) for motion in motions], mended
+        equations = _edge_equations(usable, window)
     solution = np.linalg.lstsq(equations.design, equations.edge, rcond=None)[0]
     residual = equations.design @ solution - equations.edge
     gain, delay = float(solution[0]), float(solution[1])
@@ -217,7 +224,7 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
         )
     covariance = clustered_covariance(equations.design, residual, equations.line)[:2, :2]
     covariance[1, 1] += max(m.log.clock_deviation for m in usable) ** 2
-    warnings = delay_warnings(usable, equations, -residual)
+    warnings = (*said, *delay_warnings(usable, equations, -residual, steady))
     fit = SensorFit(gain, delay, covariance, float(np.sqrt(np.mean(residual**2))), lines, warnings)
     return [corrected(m, gain, delay) if _by_laser(m.log) else m for m in motions], fit
 

@@ -50,16 +50,19 @@ def _encoder_advice(ratio: float, encoder: EncoderCalibration) -> str:
     return f'it would agree with "pulses_per_revolution": {float(f"{encoder.pulses_per_revolution * ratio:.3g}"):g}'
 
 
-def delay_warnings(motions: Sequence[DiscMotion], equations: EdgeEquations, misfit: np.ndarray) -> tuple[str, ...]:
+def delay_warnings(
+    motions: Sequence[DiscMotion], equations: EdgeEquations, misfit: np.ndarray, steady: Sequence[bool]
+) -> tuple[str, ...]:
     """Delays between laser and encoder that differ between logs or drift within one.
 
-    equations: of all motions; misfit: (n,) rad, edge less laser, after the common gain and delay.
+    equations: of all motions; misfit: (n,) rad, edge less laser, after the common gain and delay; steady: by motion,
+    whether its laser stays where it is (what is left of a drift would be taken for a delay).
     """
     warnings = []
     for place, motion in enumerate(motions):
         mine = equations.motion == place
         time, speed = equations.time[mine], equations.design[mine, 1]
-        if len(time) < LEAST_ROWS or len(np.unique(equations.line[mine])) < LEAST_LINES:
+        if not steady[place] or len(time) < LEAST_ROWS or len(np.unique(equations.line[mine])) < LEAST_LINES:
             continue
         middle = 0.5 * (motion.time[0] + motion.time[-1])
         length = float(motion.time[-1] - motion.time[0])

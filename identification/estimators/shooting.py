@@ -19,16 +19,8 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import savitzky_golay, weak_form
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import Bend, bends_of, solve_straight
-from identification.estimators.shooting_segments import (
-    MARGIN,
-    ShootingProblem,
-    ShootingSegment,
-    Start,
-    drive_signals,
-    measured,
-    noise,
-    shooting_problem,
-)
+from identification.estimators.shooting_problem import MARGIN, drive_signals, measured, noise, shooting_problem
+from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment, Start
 from identification.estimators.two_discs import joint_rows, segments_at
 from identification.inference.problem import Solution
 from identification.laws.joint_law import JointLaw

@@ -22,7 +22,8 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import solve_straight
-from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment, measured, shooting_problem
+from identification.estimators.shooting_problem import measured, shooting_problem
+from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment
 from identification.inference.problem import Solution
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw

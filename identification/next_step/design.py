@@ -26,7 +26,8 @@ import numpy as np
 from fmu_models.base.digits import deviation
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown, Tabular
-from identification.estimators.shooting_segments import STARTS, ZERO_UNCERTAINTY
+from identification.estimators.shooting_problem import ZERO_UNCERTAINTY
+from identification.estimators.shooting_segments import STARTS
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.identifiability import HIGHEST

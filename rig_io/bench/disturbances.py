@@ -79,7 +79,7 @@ class Disturbances(Shown):
     def displacement(self, time: np.ndarray, noise: np.random.Generator) -> np.ndarray:
         """What the laser shows too much (n,), m, at times (n,) in s of a log."""
         offset = self.offset * noise.standard_normal()
-        periods = np.exp(noise.uniform(*np.log(PERIODS), SINES))
+        periods = np.exp(noise.uniform(np.log(PERIODS[0]), np.log(PERIODS[1]), SINES))
         phases = 2 * np.pi * noise.random(SINES)
         curve = np.sum(np.sin(2 * np.pi * time[:, None] / periods + phases), axis=1)
         curve = curve - curve.mean()

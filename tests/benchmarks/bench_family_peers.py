@@ -94,7 +94,7 @@ def runge_kutta(starts: np.ndarray) -> Callable[[], np.ndarray]:
 
     system = ContinuousDynamicalSystem(equations_of_motion=rates, system_dimension=2, number_of_parameters=3)
     # its steps of variable length end beyond the time asked for
-    system.integrator("rk4", time_step=PERIOD / 500)
+    system.integrator("rk4", time_step=np.float64(PERIOD / 500))
     parameters = [F0, OMEGA, C]
 
     def run() -> np.ndarray:

@@ -54,6 +54,7 @@ def support_strobe(x, v, periods, c, f0, ks, cs, g, omega):
                 if not touches and side > 0.0 and value > 0.0 and v > 0.0 > v1:
                     # the highest point on the way, by bisection of the speed
                     low, high = t, t1
+                    middle, xm, vm = t1, x1, v1
                     for _b in range(60):
                         middle = 0.5 * (low + high)
                         xm, vm = _on_support(c, f0, ks, cs, g, omega, touches, x0, v0, t0, middle)

@@ -152,7 +152,7 @@ def test_generated_series_are_the_taylor_coefficients(law: Any) -> None:
     rng = np.random.default_rng(3)
     paths: dict[sympy.Symbol, np.ndarray] = {x.v: 0.4 * rng.uniform(-1, 1, ORDER + 1) * 0.5 ** np.arange(ORDER + 1)}
     paths |= {state: state.nominal * rng.uniform(-1, 1, ORDER + 1) for state in law.states}
-    paths |= {state: [abs(first), *rest] for state, (first, *rest) in paths.items() if state is not x.v}
+    paths |= {state: np.array([abs(first), *rest]) for state, (first, *rest) in paths.items() if state is not x.v}
     paths[x.v][0] = 0.3
     for sign in (1.0, -1.0):
         path = paths | {x.v: sign * paths[x.v]}

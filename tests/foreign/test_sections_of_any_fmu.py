@@ -12,7 +12,8 @@ from scipy.linalg import expm
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.diagram import orbit_diagram
-from fmu_models.analyses.fmu_sections import Crossing, FmuSection, Impacts, Strobe
+from fmu_models.analyses.fmu_section import FmuSection
+from fmu_models.analyses.fmu_sections import Crossing, Impacts, Strobe
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.analyses.periodic import PeriodicMotion, find_cycles, motion_at

@@ -12,7 +12,7 @@ from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
 from identification.estimators.disturbances import ANGLE, CAUSES, FORCE, WEAR, terms_of
 from identification.estimators.shooting import slip_shooting
-from identification.estimators.shooting_segments import shooting_problem
+from identification.estimators.shooting_problem import shooting_problem
 from identification.fit.causes import find_causes
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit

@@ -13,7 +13,8 @@ from scipy.optimize import least_squares
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS, shooting
 from identification.estimators.base import Options
-from identification.estimators.shooting_segments import ShootingProblem, Start, noise
+from identification.estimators.shooting_problem import noise
+from identification.estimators.shooting_segments import ShootingProblem, Start
 from identification.fit.conclude import conclude
 from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference

@@ -19,8 +19,7 @@ static void indicators(Model *m, double *z)
 static int update(Model *m)
 {
     m->mode[0] = m->x[0] > 0.0 ? 1 : -1;
-    if (m->x[1] > 0.0)
-        return 0;
+    if (m->x[1] > 0.0) return 0;
     m->x[1] = 1e-13;
     m->mode[1]++;
     return 1;

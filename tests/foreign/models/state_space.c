@@ -41,7 +41,7 @@ static void fill(Model *m)
 
 static void rates(Model *m)
 {
-    double(*v)[MOST * MOST] = m->values;
+    double (*v)[MOST * MOST] = m->values;
     const size_t n = m->size[N], inputs = m->size[M];
     for (size_t i = 0; i < n; i++) {
         v[DX][i] = 0.0;
@@ -116,11 +116,9 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance c)
 fmi3Status fmi3SetUInt64(fmi3Instance c, const fmi3ValueReference *v, size_t n, const fmi3UInt64 *values, size_t count)
 {
     Model *m = c;
-    if (!m->configures)
-        return fail(m, "sizes are set in configuration mode");
+    if (!m->configures) return fail(m, "sizes are set in configuration mode");
     for (size_t i = 0; i < n; i++) {
-        if (v[i] < M || v[i] > R || values[i] > MOST)
-            return fail(m, "a size is 5 at most");
+        if (v[i] < M || v[i] > R || values[i] > MOST) return fail(m, "a size is 5 at most");
         m->size[v[i]] = values[i];
     }
     return fmi3OK;
@@ -152,8 +150,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n,
     rates(m);
     for (size_t i = 0; i < n; i++) {
         const size_t size = v[i] == TIME ? 1 : length(m, v[i]);
-        if (v[i] >= COUNT || values + size > end)
-            return fail(m, "an array has another size");
+        if (v[i] >= COUNT || values + size > end) return fail(m, "an array has another size");
         memcpy(values, v[i] == TIME ? &m->time : m->values[v[i]], size * sizeof *values);
         values += size;
     }
@@ -166,8 +163,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference *v, size_t n,
     const double *end = values + count;
     for (size_t i = 0; i < n; i++) {
         const size_t size = length(m, v[i]);
-        if (v[i] < A || v[i] > U || values + size > end)
-            return fail(m, "an array has another size");
+        if (v[i] < A || v[i] > U || values + size > end) return fail(m, "an array has another size");
         memcpy(m->values[v[i]], values, size * sizeof *values);
         values += size;
     }

@@ -1,0 +1,384 @@
+"""What sections of oscillators have in common: how points become runs of the engine, or of the importer, and back.
+
+A point is the states, the speeds of entry that stops remember (0 where they are free), and, unless the section is one
+of time, the phase of the forcing in turns. What nothing forces has no phase. Derivatives are exact, events on the way
+included; at a section that a neighbour meets earlier or later they are those on the section.
+
+FMUs of others are strobed, or seen at a level, through the importer (``importer_steps``).
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses import jobs as families
+from fmu_models.analyses import stepwise
+from fmu_models.analyses.importer_steps import Begin, ImporterSteps
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.analyses.section_system import SectionSystem, named_point
+from fmu_models.analyses.stepwise import Step
+from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.driver import simulate_any
+from fmu_models.importer.flow import constants_of
+from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.ensemble import Known, Runs, Where, make_runs
+from fmu_models.simulation.rows import Rows, joined
+from fmu_models.simulation.run import check_names, check_value, simulate
+from fmu_models.simulation.trajectory import Trajectory
+
+Vector = NDArray[np.float64]
+
+# periods, or seconds where nothing forces the motion, after which a section counts as one that is not met
+PATIENCE = 1000.0
+# of the size of a state: a start nearer to its level is on it, and does not cross it at once
+ON_LEVEL = 1e-9
+# relative error of a step: of our engine, which keeps it at little cost; of a method of integration, above its rounding
+TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
+
+
+class FmuSection(SectionSystem):
+    """What the sections of an FMU share.
+
+    Args:
+        fmu: of this suite, or of others and for Model Exchange.
+        forcing: the parameter that is the frequency of the forcing, in rad/s where its unit says so, else in cycles.
+        period: s, of the forcing, where no parameter says it.
+        parameters: parameters and constant inputs that are not at their default.
+        tolerance: relative local error of a step; 1e-14, and 1e-12 of FMUs of others.
+
+    Raises:
+        StickslipError: unknown names, values out of their range, a forcing without period, an FMU of others that has no
+            Model Exchange or states that cannot be set.
+    """
+
+    together = 1
+
+    def __init__(
+        self,
+        fmu: Fmu,
+        *,
+        forcing: str | None = None,
+        period: float | None = None,
+        parameters: Mapping[str, float] | None = None,
+        tolerance: float | None = None,
+    ) -> None:
+        self.fmu, self.forcing, self.period = fmu, forcing, period
+        self.tolerance = tolerance or (TOLERANCE if fmu.ours else TOLERANCE_OF_OTHERS)
+        self.values = _checked(fmu, self.parameters, parameters, forcing, period)
+        self._follow()
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return str(self.fmu.description.modelName)
+
+    @cached_property
+    def _columns(self) -> list[tuple[str, int]]:
+        """Each number of a point and its place in a row of the engine: states, memories of all contacts, time."""
+        n, contacts = len(self.fmu.states), self.contacts
+        memories = [(f"{name}_memory", n + i) for i, name in enumerate(contacts) if f"{name}_memory" in self._memories]
+        return [*zip(self.fmu.states, range(n), strict=True), *memories, *self._phase(n + len(contacts))]
+
+    def _phase(self, place: int) -> list[tuple[str, int]]:
+        return [("phase", place)] if self.forced else []
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self._columns)
+
+    @cached_property
+    def _contacts(self) -> tuple[str, ...]:
+        return tuple(self.fmu.contacts) if self.fmu.ours else ()
+
+    @cached_property
+    def _parameters(self) -> list[str]:
+        return [*self.fmu.parameters, *self.fmu.inputs] if self.fmu.ours else constants_of(self.fmu)
+
+    @cached_property
+    def _memories(self) -> list[str]:
+        return self.fmu.memories if self.fmu.ours else []
+
+    @property
+    def how(self) -> str:
+        """Where steps and derivatives come from, if not from the engine in the FMU."""
+        return self._importer.how if self._importer else ""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the numbers of a point."""
+        return self._names
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return self._contacts
+
+    @property
+    def forced(self) -> bool:
+        """Whether something forces the motion."""
+        return self.forcing is not None or self.period is not None
+
+    @property
+    def dimension(self) -> int:
+        """A level that nothing forces binds one of the states; memories follow from the way."""
+        return len(self.fmu.states)
+
+    @property
+    def parameters(self) -> Sequence[str]:
+        """Parameters and inputs."""
+        return self._parameters
+
+    def at(self, **values: float) -> Self:
+        """With other values of parameters or inputs."""
+        for name, value in values.items():
+            self.check(name, np.array([value], dtype=float))
+        other = copy.copy(self)
+        other.values = {**self.values, **{n: float(v) for n, v in values.items()}}
+        return other
+
+    def check(self, name: str, values: Vector) -> None:
+        """Raises StickslipError: no such parameter or input, or a value out of its range."""
+        if name not in self.parameters:
+            raise StickslipError(f"'{self.name}' has no parameter '{name}'.{nearest(name, self.parameters)}")
+        for value in (np.min(values), np.max(values)):
+            check_value(self.fmu, name, float(value))
+        if name == self.forcing and not (np.asarray(values) > 0).all():
+            raise StickslipError(
+                f"'{name}' is the frequency of the forcing and must be positive, found {min(values):g}."
+            )
+
+    def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+        """(n,) states by name, in SI units; what is not given has the default of the FMU."""
+        starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
+        point = named_point(self.name, self.states, np.array([float(one or 0.0) for one in starts]), given)
+        for name, value in zip(self.states, point.tolist(), strict=True):
+            if name in self.fmu.variables:
+                check_value(self.fmu, name, value)
+        return point
+
+    def sizes(self) -> Vector:
+        """(n,) nominal values."""
+        known = [self.fmu.variables.get(name) for name in self.states]
+        return np.array([float(getattr(one, "nominal", None) or 1.0) for one in known])
+
+    def wrapped(self, points: Vector) -> Vector:
+        """The phase between 0 and 1."""
+        if self.states[-1:] != ("phase",):
+            return points
+        return np.concatenate([points[..., :-1], np.mod(points[..., -1:], 1.0)], axis=-1)
+
+    def difference(self, points: Vector) -> Vector:
+        """The phase between -1/2 and 1/2."""
+        if self.states[-1:] != ("phase",):
+            return points
+        return np.concatenate([points[..., :-1], points[..., -1:] - np.round(points[..., -1:])], axis=-1)
+
+    def periods(self, varied: Mapping[str, Vector], m: int) -> Vector:
+        """(m,) periods of the forcing, s; 0 where nothing forces the motion."""
+        if self.forcing is None:
+            return np.full(m, self.period or 0.0)
+        variable = self.fmu.variables[self.forcing]
+        frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, float(variable.start or 0.0))))
+        return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
+
+    def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
+        """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
+        found = dict(zip(self.states, point.tolist(), strict=True))
+        given: dict[str, dict[str, float]] = {
+            kind: {name: value for name, value in self.values.items() if name in known}
+            for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
+        }
+        states = {name: value for name, value in found.items() if name in self.fmu.states}
+        return {**given, "start": states | {name: found[name] for name in self._memories if found[name] != 0.0}}
+
+    def resumed(self, start: Vector, end: Vector) -> Vector:
+        """In a chain that the engine makes in one call the phase is that of the start."""
+        phased = self._engine is not None and self.states[-1:] == ("phase",)
+        return np.concatenate([end[:-1], start[-1:]]) if phased else end
+
+    def identity(self) -> dict[str, Any]:
+        """With the FMU's token and hash."""
+        return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: one for name, one in vars(self).items() if name not in ("_engine", "_importer")}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        vars(self).update(state)
+        self._follow()
+
+    def trajectory(self, point: Vector, times: Vector) -> Trajectory:
+        """The motion from a point (n,), whose phase is left out, from 0 to the last of some times (m,), s."""
+        given: dict[str, Any] = {**self.as_run(point), "output_times": times, "tolerance": self.tolerance}
+        return (simulate if self.fmu.ours else simulate_any)(self.fmu, float(times[-1]), **given)
+
+    def _follow(self) -> None:
+        """Who makes the steps: the engine of an FMU of ours, or the importer."""
+        self._engine = engine_of(self.fmu) if self.fmu.ours else None
+        self._importer = None if self.fmu.ours else ImporterSteps(self.fmu, self.tolerance)
+
+    @abstractmethod
+    def _where(self) -> Where:
+        """The section, as the engine is asked for it."""
+
+    @abstractmethod
+    def _begin(self, point: Vector, values: Mapping[str, float], period: float) -> Begin:
+        """The motion to the next meeting from a point, as the importer is asked for it."""
+
+    def _placed(self, starts: Vector) -> Vector:
+        """Starts (m, n) brought onto the section where only rounding keeps them off it."""
+        return starts
+
+    def _repeats(self, periods: Vector) -> Vector:
+        """(m,) what the engine takes for the period: that of a step of a strobe, that of the forcing of the others."""
+        return periods
+
+    def step(self, points: Vector, varied: Mapping[str, Vector] | None = None, *, derivative: bool = True) -> Step:
+        """One step of points (m, n), all by one instance."""
+        if self._importer:
+            return self._imported(self._importer, points, varied or {}, derivative)
+        rows = self.run(Jobs(points, varied or {}, derivatives=derivative), np.zeros(1, np.int32))
+        lost = np.flatnonzero(rows.filled == 0)
+        said = {int(i): rows.messages.get(int(i), "the motion goes to infinity") for i in lost}
+        derivatives = rows.derivatives[:, 0] if derivative else rows.derivatives[:, :0]
+        return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], said)
+
+    def _imported(
+        self, importer: ImporterSteps, points: Vector, varied: Mapping[str, Vector], derivative: bool
+    ) -> Step:
+        """A step of points (m, n) through the importer, one after the other."""
+        (m, k), n = points.shape, len(self.fmu.states)
+        points, periods = self._placed(points), self.periods(varied, m)
+        ends, times = np.full((m, k), np.nan), np.full(m, np.nan)
+        derivatives = np.full((m, k, k) if derivative else (m, 0), np.nan)
+        why: dict[int, str] = {}
+        for i in range(m):
+            values = {**self.values, **{name: float(one[i]) for name, one in varied.items()}}
+            begin = self._begin(points[i], values, float(periods[i]))
+            try:
+                flow = importer.flow(points[i, :n], begin, derivative=derivative)
+                if begin.section is not None and not flow.crossed:
+                    why[i] = self._lost(float(periods[i]))
+                    continue
+                scale = np.append(np.ones(n), periods[i] or 1.0)
+                ends[i] = np.append(flow.states, flow.time)[:k] / scale[:k]
+                times[i] = flow.time - begin.time
+                if derivative:
+                    found = importer.derivative(points[i, :n], begin, flow, self.sizes()[:n])
+                    derivatives[i] = (found * scale / scale[:, None])[:k, :k]
+            except StickslipError as error:
+                ends[i], why[i] = np.nan, str(error)
+        return Step(self.wrapped(ends), derivatives, times, np.zeros((m, 0), np.int32), np.zeros((m, 0)), why)
+
+    def along(self, points: Vector, varied: Mapping[str, Vector] | None = None) -> Vector:
+        """(m, n) rates of the states at points (m, n)."""
+        assert self._importer is not None  # the engine follows the motion's direction by itself
+        periods = self.periods(varied or {}, len(points))
+        rates = np.zeros_like(points)
+        for i, (point, period) in enumerate(zip(points, periods.tolist(), strict=True)):
+            values = {**self.values, **{name: float(one[i]) for name, one in (varied or {}).items()}}
+            begin = self._begin(point, values, period)
+            flow = self._importer.flow(point, replace(begin, latest=begin.time), derivative=True)
+            rates[i] = flow.start_rates
+        return rates
+
+    def _lost(self, period: float) -> str:
+        """That the section is not met, and how long it was waited for."""
+        waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE:g} s"
+        return f"the section is not met within {waited}"
+
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows:
+        """The rows of some jobs, in one call of the engine per chain."""
+        if self._engine is None:
+            return stepwise.run(self, jobs, stop)
+        if jobs.chain > 1 and len(jobs) > jobs.chain:
+            begins = range(0, len(jobs), jobs.chain)
+            return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+        places = [place for _, place in self._columns]
+        periods = self.periods(jobs.varied, len(jobs))
+        sizes = (len(self.fmu.states), len(self.contacts))
+        made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
+        lost = np.flatnonzero(made.outcomes == families.LOST)
+        points, derivatives = made.points[..., places], made.derivatives
+        if jobs.derivatives:
+            derivatives = np.zeros((*points.shape, len(places)))
+            derivatives[..., [places.index(one) for one in self._along(jobs)]] = made.derivatives[:, :, places, :]
+        if self.states[-1:] == ("phase",):
+            points[..., -1] /= periods[:, None]
+            derivatives[:, :, -1:, :] /= periods[:, None, None, None]
+            derivatives[..., -1:] *= periods[:, None, None, None]
+        messages = {int(i): self._lost(float(periods[i])) for i in lost} | made.messages
+        return replace(made, points=points, derivatives=derivatives, messages=messages)
+
+    def _runs(self, jobs: Jobs) -> Runs:
+        m, n = len(jobs), len(self.fmu.states)
+        variables, phased = self.fmu.variables, self.states[-1:] == ("phase",)
+        constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)
+        given = self.states[: -1 if phased else None]
+        placed = self._placed(jobs.starts)
+        if jobs.resumed:
+            placed = np.concatenate([jobs.starts[:1], placed[1:]])
+        values = np.stack([*constants.values(), *placed.T[: len(given)]], axis=1)
+        periods = self.periods(jobs.varied, m)
+        weights = np.zeros(n + 1)
+        weights[:n] = 1.0 / self.sizes()[:n]
+        return Runs(
+            references=[variables[name].valueReference for name in (*constants, *given)],
+            values=values,
+            starts=jobs.starts[:, -1] * periods if phased else np.zeros(m),
+            periods=self._repeats(periods),
+            patience=PATIENCE * np.where(periods > 0, periods, 1.0),
+            transient=jobs.transient,
+            rows=jobs.rows,
+            weights=weights,
+            batch=jobs.batch,
+            follow=jobs.chain > 1,
+            longest=jobs.longest,
+            settled=jobs.settled,
+            known=self._known(jobs),
+            along=self._along(jobs) if jobs.derivatives else range(jobs.tangents),
+            flow=jobs.flow,
+            jacobians=jobs.derivatives,
+            tolerance=self.tolerance,
+        )
+
+    def _along(self, jobs: Jobs) -> list[int]:
+        """Places of the numbers of a point by which steps are differentiated: those that matter to a start."""
+        matters = [name not in self._memories or jobs.starts[:, i].any() for i, name in enumerate(self.states)]
+        return [place for (_, place), one in zip(self._columns, matters, strict=True) if one]
+
+    def _known(self, jobs: Jobs) -> Known | None:
+        """The targets by their states alone."""
+        if jobs.targets is None:
+            return None
+        t, n = jobs.targets, len(self.fmu.states)
+        return Known(t.points[:, :n], t.forms[:, :n, :n], t.after, t.orbits, t.passes)
+
+
+def _checked(
+    fmu: Fmu, known: Sequence[str], given: Mapping[str, float] | None, forcing: str | None, period: float | None
+) -> dict[str, float]:
+    values = dict(given or {})
+    check_names(fmu, "parameter", values, known)
+    for name, value in values.items():
+        check_value(fmu, name, float(value))
+    if forcing is not None:
+        check_names(fmu, "parameter", {forcing: None}, known)
+        frequency = values.get(forcing, float(fmu.variables[forcing].start or 0.0))
+        if not frequency > 0.0:
+            raise StickslipError(f"The forcing has no period: {forcing} = {frequency:g}. Choose a positive frequency.")
+    if period is not None and not (math.isfinite(period) and period > 0.0):
+        raise StickslipError(f"A period must be a positive number of seconds, found {period:g}.")
+    if forcing is not None and period is not None:
+        raise StickslipError(f"The period follows from '{forcing}'; leave out {period:g} s, or the name.")
+    return values

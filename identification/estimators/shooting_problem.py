@@ -1,0 +1,154 @@
+"""The problem of shooting segments, made of logs: what a sensor showed and how noisily, drives, models, unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.simulation.signal import Signal
+from identification.estimators.base import Options
+from identification.estimators.disturbances import disturbed_oscillator
+from identification.estimators.shooting_segments import Runs, ShootingProblem, ShootingSegment, Start, directions
+from identification.inference.problem import Prior, Unknown
+from identification.laws.law import FittableLaw, unknowns
+from identification.measurement.motion import DiscMotion, drive_angle
+from identification.measurement.pooling import Pool
+from rig_io.logs.arrangement import MODELS
+
+if TYPE_CHECKING:
+    pass
+
+MARGIN = 0.005  # s by which a segment begins before its first sample, so that the delay may move
+DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
+ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
+LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
+
+
+def shooting_problem(
+    ready: Pool,
+    law: FittableLaw,
+    segments: Sequence[ShootingSegment],
+    q: np.ndarray,
+    options: Options,
+    noise_known: bool,
+) -> ShootingProblem:
+    """The problem of these segments. q: (m,) first values of the law's parameters, and of disturbances where known.
+
+    Raises:
+        StickslipError: a nuisance parameter is unknown, or nothing is known of it.
+    """
+    from fmu_models.codegen.package import built
+    from fmu_models.fmu.fmu import Fmu
+
+    others = _nuisance(ready, options.nuisance, any(segment.laser for segment in segments))
+    terms = options.disturbances
+    every = options.given.bounded((*unknowns(law), *(term.unknown for term in terms), *others))
+    names = [unknown.name for unknown in every]
+    runs = {}
+    for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
+        laws = dict.fromkeys(contacts, law.reference)
+        model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
+        factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if term.parameter))
+        if factors:
+            reference = next((term.reference for term in terms if term.moves == "angle"), 0.0)
+            fmu = disturbed_oscillator(contacts[0], law.reference, factors, reference)
+        else:
+            fmu = Fmu.open(built(model, contacts=contacts, laws=laws))
+        runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
+    freed = {unknown.name for unknown in others}
+    return ShootingProblem(
+        ready=ready,
+        law=law,
+        segments=tuple(segments),
+        unknowns=every,
+        held=tuple(prior for prior in ready.priors if prior.name not in freed),
+        first=np.concatenate(
+            [
+                q,
+                np.zeros(len(law.parameters) + len(terms) - len(q)),
+                [unknown.prior.value for unknown in others if unknown.prior is not None],
+            ]
+        ),
+        noise_known=noise_known,
+        runs=runs,
+        starts=tuple(Start(segment.guess) for segment in segments),
+        residual_unit="m" if any(segment.laser for segment in segments) else "rad",
+        terms=terms,
+        turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
+    )
+
+
+def _turned(ready: Pool) -> dict[int, Signal]:
+    """Angle of the drive in each log, rad, for the model."""
+    signals = {}
+    for number, motion in enumerate(ready.motions):
+        (signal,) = drive_signals(motion)
+        angle = drive_angle(motion, int(motion.log.contacts[0][-1]))
+        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, angle))
+    return signals
+
+
+def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
+    """Gain and delay as the encoder gave them, and what was asked for."""
+    found = []
+    if laser and ready.sensors.lines:
+        deviations = np.sqrt(np.diag(ready.sensors.covariance))
+        pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
+        for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
+            if not deviation > 0:
+                continue
+            prior = Prior(name, value, unit, float(deviation), "laser against encoder")
+            reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
+            found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
+    stated = {prior.name: prior for prior in ready.priors}
+    stated["zero"] = Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
+    for name in dict.fromkeys(asked):
+        if name not in stated:
+            raise StickslipError(f"'{name}' cannot be estimated beside the law. Known are: {', '.join(stated)}.")
+        prior = stated[name]
+        if not prior.standard_uncertainty > 0:
+            raise StickslipError(
+                f"The rig constant {name} is stated without uncertainty, so it cannot be estimated beside the law: the "
+                'logs alone do not tell them apart. State its "standard_uncertainty" in datapackage.json.'
+            )
+        reach = REACH * prior.standard_uncertainty
+        low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
+        found.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
+    return tuple(found)
+
+
+def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
+    """The speed of each drive for the model, held at both ends for `MARGIN` and more."""
+    stride = max(round(DRIVE_STEP / motion.step), 1)
+    ends = motion.time[0] - 2 * MARGIN, motion.time[-1] + 2 * MARGIN
+    time = np.concatenate([ends[:1], motion.time[::stride], motion.time[-1:], ends[1:]])
+    keep = np.concatenate([[True], np.diff(time) > 0])
+    signals = []
+    for drive in motion.drives:
+        value = np.concatenate([drive[:1], drive[::stride], drive[-1:], drive[-1:]])
+        signals.append(Signal(time[keep], value[keep]))
+    return tuple(signals)
+
+
+def measured(motion: DiscMotion, R: float) -> tuple[np.ndarray, bool]:
+    """What the angle sensor showed (n,), and whether it was a laser: displacement in m, or the angle itself in rad."""
+    laser = motion.log.has("laser") and not motion.log.has("angle")
+    return (R * np.sin(motion.angle) if laser else motion.angle), laser
+
+
+def noise(motion: DiscMotion, R: float) -> tuple[float, bool]:
+    """Standard deviation of the angle sensor's noise in the unit of `measured`, and whether it is known: from the
+    calibration and the resolution that the readings show, otherwise from what the readings do within four samples."""
+    shown, laser = measured(motion, R)
+    calibration = motion.log.calibration.laser
+    if laser and calibration is not None and calibration.noise > 0:
+        volts = np.unique(np.round(motion.log.column("laser"), 9))
+        resolution = abs(calibration.gain) * float(np.min(np.diff(volts))) if len(volts) > 1 else 0.0
+        return float(np.hypot(calibration.noise, resolution / np.sqrt(12))), True
+    # third differences of white noise have 20 times its variance, those of a motion next to nothing
+    found = float(np.sqrt(np.mean(np.diff(shown, 3) ** 2) / 20))
+    return max(found, LEAST_NOISE * float(np.ptp(shown))), False

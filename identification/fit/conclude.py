@@ -124,6 +124,10 @@ def _held(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
     return tuple(f"{one.name} held at {one.value:g} {one.unit}" for one in parameters if one.held)
 
 
+def _finite(bound: float) -> float | None:
+    return bound if np.isfinite(bound) else None
+
+
 def _check_determined(problem: Problem, found: Solution, law: FittableLaw) -> None:
     if not determines(information(problem, found.evaluation)):
         names = [unknown.name for unknown in problem.unknowns if unknown.name in law.names]
@@ -151,8 +155,8 @@ def _parameters(
             standard_deviation=float(deviation[i]),
             plain_deviation=float(plain[i]),
             scale_deviation=float(scale[i]),
-            minimum=float(found.values[i]) if spec.name in found.fixed else spec.minimum,
-            maximum=float(found.values[i]) if spec.name in found.fixed else spec.maximum,
+            minimum=float(found.values[i]) if spec.name in found.fixed else _finite(spec.minimum),
+            maximum=float(found.values[i]) if spec.name in found.fixed else _finite(spec.maximum),
             at_bound=found.at_bound[i],
             description=spec.description,
             bound=None if bound is None else float(bound[i]),
@@ -271,7 +275,7 @@ def _warnings(
     if not found.converged:
         warnings.append(f"The search did not converge: {found.message}. The values are its last ones.")
     for parameter in parameters:
-        if parameter.at_bound:
+        if parameter.at_bound and parameter.minimum is not None and parameter.maximum is not None:
             warnings.append(
                 f"{parameter.name} = {parameter.value:g} {parameter.unit} lies on a bound of the search "
                 f"[{parameter.minimum:g}, {parameter.maximum:g}]: the data ask for a value beyond "

@@ -42,8 +42,9 @@ WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: 
 @dataclass(frozen=True)
 class FittedParameter(Shown):
     """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
-    white (for comparison); scale_deviation: from the rig's constants; bounds of the search; ``at_bound``: it ended on
-    one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not known.
+    white (for comparison); scale_deviation: from the rig's constants; bounds of the search, None where there is none;
+    ``at_bound``: it ended on one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not
+    known.
     """
 
     name: str
@@ -52,8 +53,8 @@ class FittedParameter(Shown):
     standard_deviation: float
     plain_deviation: float
     scale_deviation: float
-    minimum: float
-    maximum: float
+    minimum: float | None
+    maximum: float | None
     at_bound: bool
     description: str = ""
     bound: float | None = None
@@ -61,7 +62,7 @@ class FittedParameter(Shown):
     @property
     def held(self) -> bool:
         """Whether it was held at its value rather than found: its bounds are one."""
-        return self.minimum == self.maximum
+        return self.minimum is not None and self.minimum == self.maximum
 
     @property
     def efficiency(self) -> float | None:
@@ -247,7 +248,14 @@ class FrictionFit(Pictured):
     @property
     def given(self) -> Given:
         """Bounds of the search and values held, as they were given to the fit."""
-        bounds = {identifier(q.name): (q.minimum, q.maximum) for q in self.parameters if not q.held}
+        bounds = {
+            identifier(q.name): (
+                -np.inf if q.minimum is None else q.minimum,
+                np.inf if q.maximum is None else q.maximum,
+            )
+            for q in self.parameters
+            if not q.held
+        }
         return Given(bounds=bounds, held={identifier(q.name): q.value for q in self.parameters if q.held})
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:

@@ -369,6 +369,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NY": len(system.outputs),
         "ND": len(names.constants.derived),
         "NW": names.slots.used,
+        "NR": names.slots.reciprocals,
         "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),

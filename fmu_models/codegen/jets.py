@@ -35,7 +35,7 @@ _RECURRENCES = {
     "atan": ("jet_atan({0}, {1}, {y}, k)", "pair_atan({v0}, {1}, {vy}, k)"),
     "reciprocal": (
         "jet_reciprocal({0}, {1}, {2}, {y}, k)",
-        "pair_quotient(PAIR_ZERO, {0}, {c0}, {1}, {c1}, {2}, {v2}, {y}, {vy}, k)",
+        "pair_reciprocal({moved}, {c0}, {1}, {c1}, {2}, {v2}, {y}, {square}, k)",
     ),
     "quotient": (
         "jet_quotient({0}, {1}, {2}, {3}, {y}, k)",
@@ -74,11 +74,17 @@ class Slots:
     """Names of new series, ``j->w[0]``, ``j->w[1]``, ..., over all functions of one model."""
 
     used: int = 0
+    reciprocals: int = 0
 
     def new(self) -> str:
         """The next name."""
         self.used += 1
         return f"j->w[{self.used - 1}]"
+
+    def square(self) -> str:
+        """The name of the square of one more reciprocal, which only its variation reads."""
+        self.reciprocals += 1
+        return f"l->square[{self.reciprocals - 1}]"
 
 
 class Recurrences:
@@ -279,6 +285,9 @@ class Recurrences:
         self.lines.append(f"{y}[k] = {value.format(*operands, y=y)};")
         changes = {f"v{i}": varied(operand) for i, operand in enumerate(operands)}
         changes |= {f"c{i}": self._change(constant) for i, constant in enumerate(constants)}
+        if name == "reciprocal":
+            remembered = any(self._constants.by_memories(constant) for constant in constants)
+            changes |= {"square": self._slots.square(), "moved": "1" if remembered else "l->moved"}
         self.variations.add(varied(y), (shorter or variation).format(*operands, y=y, vy=varied(y), **changes))
 
     def _change(self, constant: Expr) -> str:

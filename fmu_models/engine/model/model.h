@@ -38,6 +38,7 @@
  * MODEL_NU   inputs                       MODEL_NY   outputs
  * MODEL_ND   constants derived from the parameters
  * MODEL_NW   intermediate results that need Taylor coefficients
+ * MODEL_NR   of them, reciprocals
  * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth

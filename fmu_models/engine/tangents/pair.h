@@ -4,8 +4,8 @@
 
 #include "../model/run_state.h"
 
-/* what every processor has a register for; aligned like its parts, as the room of a caller is */
-typedef double Pair __attribute__((vector_size(16), aligned(8)));
+/* what every processor has a register for */
+typedef double Pair __attribute__((vector_size(16)));
 enum { PAIR = 2 };
 #define PAIR_ZERO ((Pair){0.0, 0.0})
 

@@ -66,7 +66,53 @@ PAIR_JET Pair pair_phase(const double *a, const Pair *B, int k)
 
 static inline int pair_is_zero(Pair a) { return a[0] == 0.0 && a[1] == 0.0; }
 
-/* y = q/(b0 + b1 b), or 1 over that: (b0 + b1 b) y = q, of which Q is coefficient k */
+/* sum of a[i] b[k-i] over 0 <= i <= last, which all directions share */
+PAIR_JET double pair_shared(const double *a, const double *b, int k, int last)
+{
+    double one = 0.0;
+    double two = 0.0;
+    int i = 0;
+    for (; i + 1 <= last; i += 2) {
+        one += a[i] * b[k - i];
+        two += a[i + 1] * b[k - i - 1];
+    }
+    if (i <= last) {
+        one += a[i] * b[k - i];
+    }
+    return one + two;
+}
+
+/* y = 1/(b0 + b1 b): Y = -y^2 (B0 + b1 B + B1 b), B0 and B1 only where `moved`; y2: y^2 in every direction, of which
+   coefficient k is set */
+PAIR_JET Pair pair_reciprocal(int moved, Pair B0, double b1, Pair B1, const double *b, const Pair *B, const double *y,
+                              Pair *y2, int k)
+{
+    double square = 2.0 * pair_shared(y, y, k, ((k + 1) >> 1) - 1);
+    if (k % 2 == 0) {
+        square += y[k >> 1] * y[k >> 1];
+    }
+    y2[k] = (Pair){square, square};
+    Pair one = PAIR_ZERO;
+    Pair two = PAIR_ZERO;
+    int i = 0;
+    for (; i + 1 <= k; i += 2) {
+        one += y2[i] * B[k - i];
+        two += y2[i + 1] * B[k - i - 1];
+    }
+    if (i <= k) {
+        one += y2[i] * B[k - i];
+    }
+    Pair rest = b1 * (one + two);
+    if (moved) {
+        rest += B0 * y2[k];
+    }
+    if (moved && !pair_is_zero(B1)) {
+        rest += B1 * pair_product(b, y2, k);
+    }
+    return -rest;
+}
+
+/* y = q/(b0 + b1 b): (b0 + b1 b) y = q, of which Q is coefficient k */
 PAIR_JET Pair pair_quotient(Pair Q, double b0, Pair B0, double b1, Pair B1, const double *b, const Pair *B,
                             const double *y, const Pair *Y, int k)
 {
@@ -81,11 +127,7 @@ PAIR_JET Pair pair_quotient(Pair Q, double b0, Pair B0, double b1, Pair B1, cons
         rest -= B0 * y[k];
     }
     if (!pair_is_zero(B1)) {
-        double product = 0.0;
-        for (int i = 0; i <= k; i++) {
-            product += y[i] * b[k - i];
-        }
-        rest -= B1 * product;
+        rest -= B1 * pair_shared(y, b, k, k);
     }
     return rest / (b0 + b1 * b[0]);
 }

@@ -36,7 +36,7 @@ static int pairs(int n) { return (n + PAIR - 1) / PAIR; }
 
 size_t tangents_room(int n)
 {
-    return sizeof(Tangents) + (size_t)n * sizeof(Tangent) + (size_t)pairs(n) * sizeof(Variation);
+    return sizeof(Tangents) + (size_t)n * sizeof(Tangent) + sizeof(Pair) + (size_t)pairs(n) * sizeof(Variation);
 }
 
 Tangents *tangents_start(void *room, const Run *r, int n)

@@ -6,6 +6,8 @@
 #ifndef STICKSLIP_TANGENT_SERIES_H
 #define STICKSLIP_TANGENT_SERIES_H
 
+#include <stdint.h>
+
 #include "../model/model_kind.h"
 #include "../step/contact_forces.h"
 #include "../step/flow.h"
@@ -33,10 +35,11 @@ struct Tangents {
 /* so small that its square vanishes, so large that nothing underflows; a power of two, so that nothing is rounded */
 #define EPS 0x1p-332
 
-/* of the pair to which tangent k belongs */
+/* of the pair to which tangent k belongs: numbers side by side are aligned, what is before them need not be */
 static inline Variation *variation_of(Tangents *tangents, int k)
 {
-    return (Variation *)(void *)(tangents->list + tangents->count) + k / PAIR;
+    char *end = (char *)(tangents->list + tangents->count);
+    return (Variation *)(void *)(end + -(uintptr_t)end % sizeof(Pair)) + k / PAIR;
 }
 
 /* time since the start of the step, for a tangent, at a time that is the same for all */

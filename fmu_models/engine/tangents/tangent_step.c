@@ -101,9 +101,10 @@ static double series_length(const Run *r, Tangents *tangents, int k, int i)
 static double shortest_length(const Run *r, Tangents *tangents, double h)
 {
     double shortest = h;
+    double power = 1.0;
     for (int k = 0; k < tangents->count; k++) {
         const Variation *l = variation_of(tangents, k);
-        const double power = pow(h, l->order - 1);
+        power = k % PAIR == 0 ? pow(h, l->order - 1) : power;
         for (int i = 0; i < MODEL_NX; i++) {
             const PairSeries *x = &l->x[i];
             const int lane = k % PAIR;

@@ -135,7 +135,7 @@ static void variation_forces(const Run *r, const Jets *j, Variation *l, int k)
 }
 
 /* order k of the rate of state i */
-static Pair variation_rate(const Jets *j, const Variation *l, int i, int k)
+static Pair variation_rate(const Run *r, const Jets *j, const Variation *l, int i, int k)
 {
     if (i < MODEL_NQ) {
         return l->x[MODEL_NQ + i][k];
@@ -145,8 +145,11 @@ static Pair variation_rate(const Jets *j, const Variation *l, int i, int k)
         return l->zrate[v - MODEL_NV][k];
     }
     Pair sum = l->a[v][k];
-    for (int n = model_acting_first[v]; n < model_acting_first[v + 1]; n++) {
+    for (int n = model_acting_first[v]; (!MODEL_BOUNDED || l->pushed) && n < model_acting_first[v + 1]; n++) {
         const int c = model_acting[n];
+        if (MODEL_BOUNDED && r->at.state[c] == CONTACT_AWAY) {
+            continue;
+        }
         if (MODEL_CONSTANT_INERTIA) {
             sum += j->W[v][c][0] * l->force[c][k];
             if (l->moved) {
@@ -163,11 +166,12 @@ static Pair variation_rate(const Jets *j, const Variation *l, int i, int k)
 static void variation_extend(const Run *r, const Jets *j, Variation *l, int n)
 {
     const int k = n - time_power(r->segment_rooted);
-    const double f = (double)time_power(r->segment_rooted || l->ending > 0.0) / n;
+    const double ending = l->ending;
+    const double f = (double)time_power(r->segment_rooted || ending > 0.0) / n;
     for (int i = 0; i < MODEL_NX; i++) {
-        Pair rate = k < 0 ? PAIR_ZERO : variation_rate(j, l, i, k);
-        if (l->ending > 0.0) {
-            rate = l->ending * rate - (k < 1 ? PAIR_ZERO : variation_rate(j, l, i, k - 1));
+        Pair rate = k < 0 ? PAIR_ZERO : variation_rate(r, j, l, i, k);
+        if (ending > 0.0) {
+            rate = ending * rate - (k < 1 ? PAIR_ZERO : variation_rate(r, j, l, i, k - 1));
         }
         l->x[i][n] = f * rate;
     }
@@ -227,8 +231,10 @@ void variation_series(const Run *r, Variation *l, int order, HeldVariation held,
     const Jets *j = l->ending > 0.0 ? &r->scratch : &r->jets;
     const int rooted = r->segment_rooted;
     int any = 0;
+    l->pushed = 0;
     for (int c = 0; c < MODEL_NC; c++) {
         any |= contact_is_held(at->state, c);
+        l->pushed |= at->state[c] != CONTACT_AWAY;
     }
     if (rooted) {
         variation_extend(r, j, l, 1);

@@ -11,6 +11,7 @@
 typedef struct {
     int moved;     /* a parameter has a derivative */
     int order;     /* to which the series hold; 0: they do not */
+    int pushed;    /* some contact is not away */
     double ending; /* the series run in this less the root of the time that is left, if it is not 0 */
     Pair p[MODEL_ROOM(MODEL_NP)];
     Pair d[MODEL_ROOM(MODEL_ND)];
@@ -32,8 +33,9 @@ typedef struct {
     InertiaPairs G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
     InertiaPairs M[MODEL_ROOM(MODEL_NM)];
     PairSeries w[MODEL_ROOM(MODEL_NW)];
-    Pair here[MODEL_ROOM(MODEL_NX)];                          /* of the states, at the time evaluated at */
-    int bends;                                                /* inverse has derivatives */
+    PairSeries square[MODEL_ROOM(MODEL_NR)]; /* of reciprocals of the motion, the same in every direction */
+    Pair here[MODEL_ROOM(MODEL_NX)];         /* of the states, at the time evaluated at */
+    int bends;                               /* inverse has derivatives */
     Pair inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)]; /* of Sticking */
 } Variation;
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
 from fmu_models.analyses import jobs as families
-from fmu_models.analyses.jobs import Targets
 from fmu_models.analyses.periodic import PeriodicMotion, corrected_cycles, least_period, motions_at, solved_cycles
 from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import Rows
 
 Vector = NDArray[np.float64]

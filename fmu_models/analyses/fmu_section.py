@@ -31,7 +31,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.flow import constants_of
 from fmu_models.simulation.engine import engine_of
-from fmu_models.simulation.ensemble import Known, Runs, Where, make_runs
+from fmu_models.simulation.ensemble import Runs, Targets, Where, make_runs
 from fmu_models.simulation.rows import Rows, joined
 from fmu_models.simulation.run import check_names, check_value, simulate
 from fmu_models.simulation.trajectory import Trajectory
@@ -357,12 +357,12 @@ class FmuSection(SectionSystem):
         matters = [name not in self._memories or jobs.starts[:, i].any() for i, name in enumerate(self.states)]
         return [place for (_, place), one in zip(self._columns, matters, strict=True) if one]
 
-    def _known(self, jobs: Jobs) -> Known | None:
+    def _known(self, jobs: Jobs) -> Targets | None:
         """The targets by their states alone."""
         if jobs.targets is None:
             return None
         t, n = jobs.targets, len(self.fmu.states)
-        return Known(t.points[:, :n], t.forms[:, :n, :n], t.after, t.orbits, t.passes)
+        return replace(t, points=t.points[:, :n], forms=t.forms[:, :n, :n])
 
 
 def _checked(

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.cache import digest
+from fmu_models.simulation.ensemble import Targets
 
 Vector = NDArray[np.float64]
 
@@ -30,25 +31,6 @@ EARLY = 50
 # how a run ended
 FINISHED, SETTLED, ABSORBED, ESCAPED, LOST, BROKEN, STOPPED = range(7)
 OUTCOMES = ("finished", "settled", "absorbed", "to infinity", "section not met", "error", "stopped")
-
-
-@dataclass(frozen=True, eq=False)
-class Targets:
-    """Orbits at which a run may end.
-
-    Attributes:
-        points: (k, n) of all orbits, as a system has them.
-        forms: (k, n, n) quadratic forms, below 1 near a point.
-        after: (k,) the point that follows each.
-        orbits: (k,) which orbit it belongs to.
-        passes: (k,) how many points in a row a motion must come near to.
-    """
-
-    points: Vector
-    forms: Vector
-    after: NDArray[np.int64]
-    orbits: NDArray[np.int64]
-    passes: NDArray[np.int64]
 
 
 @dataclass(frozen=True)

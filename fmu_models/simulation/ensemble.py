@@ -34,9 +34,16 @@ class Where:
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
-    """Points of known orbits (k, n_states), a quadratic form about each (k, n_states, n_states), which is below 1 near
-    it, the point after each (k,), its orbit (k,), and how many points in a row a motion must meet (k,)."""
+class Targets:
+    """Orbits at which a run may end.
+
+    Attributes:
+        points: (k, n) of all orbits, as a system has them.
+        forms: (k, n, n) quadratic forms, below 1 near a point.
+        after: (k,) the point that follows each.
+        orbits: (k,) which orbit it belongs to.
+        passes: (k,) how many points in a row a motion must come near to.
+    """
 
     points: Vector
     forms: Vector
@@ -62,7 +69,7 @@ class Runs:
     longest: int = 0
     settled: float = 0.0
     bound: float = 1e9
-    known: Known | None = None
+    known: Targets | None = None
     along: Sequence[int] = ()
     flow: bool = False
     jacobians: bool = False
@@ -83,7 +90,7 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
     # the engine writes the time since the last row behind each point
     made = Rows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
     messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
-    known = runs.known or Known(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
+    known = runs.known or Targets(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
     references = np.array(runs.references, np.uint32)
     inputs = [
         np.ascontiguousarray(one, dtype=float)

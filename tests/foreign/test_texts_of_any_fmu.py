@@ -34,10 +34,13 @@ TWO = """<?xml version="1.0" encoding="UTF-8"?>
 </ScalarVariable>
 <ScalarVariable name="word" valueReference="503" causality="output" variability="discrete"><String/></ScalarVariable>
 <ScalarVariable name="raw" valueReference="504" causality="output" variability="discrete"><String/></ScalarVariable>
+<ScalarVariable name="updates" valueReference="401" causality="output" variability="discrete"><Integer/>
+</ScalarVariable>
 </ModelVariables>
-<ModelStructure><Outputs><Unknown index="1"/><Unknown index="5"/><Unknown index="6"/></Outputs>
+<ModelStructure><Outputs><Unknown index="1"/><Unknown index="5"/><Unknown index="6"/><Unknown index="7"/></Outputs>
 <Derivatives><Unknown index="2"/></Derivatives>
-<InitialUnknowns><Unknown index="2"/><Unknown index="5"/><Unknown index="6"/></InitialUnknowns></ModelStructure>
+<InitialUnknowns><Unknown index="2"/><Unknown index="5"/><Unknown index="6"/><Unknown index="7"/></InitialUnknowns>
+</ModelStructure>
 </fmiModelDescription>
 """
 THREE = """<?xml version="1.0" encoding="UTF-8"?>
@@ -55,13 +58,15 @@ THREE = """<?xml version="1.0" encoding="UTF-8"?>
 <Binary name="told" valueReference="506" causality="output"/>
 <String name="names" valueReference="507" causality="parameter" variability="fixed"><Dimension start="2"/>
 <Start value="Ada"/><Start value="Bob"/></String>
+<Int32 name="updates" valueReference="401" causality="output" variability="discrete"/>
 <String name="greetings" valueReference="508" causality="output"><Dimension start="2"/></String>
 </ModelVariables>
 <ModelStructure>
-<Output valueReference="1"/><Output valueReference="503"/><Output valueReference="504"/><Output valueReference="506"/>
+<Output valueReference="1"/><Output valueReference="401"/>
+<Output valueReference="503"/><Output valueReference="504"/><Output valueReference="506"/>
 <Output valueReference="508"/><ContinuousStateDerivative valueReference="101"/><InitialUnknown valueReference="101"/>
 <InitialUnknown valueReference="503"/><InitialUnknown valueReference="504"/><InitialUnknown valueReference="506"/>
-<InitialUnknown valueReference="508"/>
+<InitialUnknown valueReference="508"/><InitialUnknown valueReference="401"/>
 </ModelStructure>
 </fmiModelDescription>
 """
@@ -80,15 +85,17 @@ def fmu(fmi: int, tmp_path_factory: pytest.TempPathFactory) -> Fmu:
 def test_texts_are_set_and_told_at_both_ends(fmu: Fmu, method: str) -> None:
     with Driver(fmu, method=method) as driver:
         run = driver.run(1.0, parameters={"label": "Größe"}, inputs={"said": "go"}, output_times=[0.0, 1.0])
+        other = driver.run(1.0, inputs={"said": ""}, output_times=[0.0, 1.0])
         again = driver.run(1.0, output_times=[0.0, 1.0])
-        third = driver.run(1.0, inputs={"said": ""}, output_times=[0.0, 1.0])
     assert run.texts["word"] == ("Größe, go", "Größe, go, später")
     assert run.texts["raw"] == RAW
     # every run begins from the FMU's own values
+    assert other.texts["word"] == ("pump, ", "pump, , später")
     assert again.texts["word"] == ("pump, nothing", "pump, nothing, später")
-    assert third.texts["word"] == ("pump, ", "pump, , später")
     assert run["x"] == pytest.approx(np.exp([0.0, -1.0]), abs=1e-7)
-    assert set(run.values) == {"x", "der(x)"}
+    assert set(run.values) == {"x", "der(x)", "updates"}
+    # a look at the texts is no second beginning
+    assert run["updates"][-1] == (0 if (fmu.fmi, method) == (2, "co-simulation") else 1)
     if fmu.fmi == 3:
         assert run.texts["told"] == (b"\1\0\2", b"\xfe\xff\xfd")
         assert [run.texts[f"greetings[{i}]"][0] for i in (1, 2)] == ["Bob", "Ada"]

@@ -1,5 +1,6 @@
 /* x' = -x, and texts: an output echoes a parameter and says later that time went on; bytes are complemented then (FMI 3),
-   a pair of texts is swapped (FMI 3). One instance at a time. */
+   a pair of texts is swapped (FMI 3). Counts its updates.
+   One instance at a time. */
 #define NX 1
 #define NZ 0
 #define NP 0
@@ -27,7 +28,11 @@ static void forget(void)
 }
 static void derivatives(Model *m, double *dx) { dx[0] = -m->x[0]; }
 static void indicators(Model *m, double *z) {}
-static int update(Model *m) { return 0; }
+static int update(Model *m)
+{
+    m->mode[0]++;
+    return 0;
+}
 static void after_step(Model *m) {}
 static int do_step(Model *m, double end)
 {

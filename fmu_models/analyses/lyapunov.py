@@ -211,7 +211,7 @@ def _identity(execution: Execution, system: SectionSystem, start: Vector, tangen
         return None
     made = execution.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
     growth, volumes = made.growth[0, 1:].sum(), system.log_volumes(made.points[0, :-1])
-    if volumes is None or not np.isfinite(growth) or not volumes.sum():
+    if volumes is None or not np.isfinite(growth) or not np.isfinite(volumes).all() or not volumes.sum():
         return None
     return float(abs(growth / volumes.sum() - 1.0))
 

@@ -87,6 +87,12 @@ def test_shooting_has_exact_derivatives_by_every_disturbance_and_finds_them() ->
         assert off < 0.02 * np.linalg.norm(slope) + 1e-9, term.name
 
 
+def test_shooting_follows_wear_within_a_slip() -> None:
+    fit = fit_friction(bench(Disturbances(per_log=0.08, within=0.08)), estimator="shooting", disturbances=[WEAR])
+    # three standard deviations; with the friction of each slip held at its mean p is off by -6 %
+    assert (np.abs(fit.law_values / TRUTH - 1) < [0.008, 0.008, 0.025]).all()
+
+
 def test_sizes_of_the_emulated_disturbances() -> None:
     one = Disturbances(once=0.03, twice=0.01, per_log=0.02, within=0.04, angle=0.05, drift=3e-4)
     time, angle = np.linspace(0, 20, 4001), np.linspace(0, 40 * np.pi, 4001)

@@ -174,7 +174,8 @@ def lyapunov(
     sizes = np.where(np.isfinite(system.sizes()) & (begin != 0.0), system.sizes(), 0.0)
     sizes = np.where(sizes.any(), sizes, system.sizes())
     starts = begin + SPREAD * sizes * np.random.default_rng(seed).uniform(-1.0, 1.0, (motions, len(begin)))
-    batch = -(-steps // BATCHES)
+    # a power of two: a mean over whole periods of what has doubled its period is exact
+    batch = 1 << (-(-steps // BATCHES) - 1).bit_length()
     rows = steps // batch
     k = system.dimension
     jobs = Jobs(starts, transient=transient, rows=rows, batch=batch, tangents=k, flow=system.autonomous)
@@ -210,7 +211,7 @@ def _identity(execution: Execution, system: SectionSystem, start: Vector, tangen
         return None
     made = execution.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
     growth, volumes = made.growth[0, 1:].sum(), system.log_volumes(made.points[0, :-1])
-    if volumes is None or not np.isfinite(growth) or not volumes.sum():
+    if volumes is None or not np.isfinite(growth) or not np.isfinite(volumes).all() or not volumes.sum():
         return None
     return float(abs(growth / volumes.sum() - 1.0))
 

@@ -146,7 +146,8 @@ class SectionSystem(Shown, ABC):
         """(m,) logarithm of what a step makes of a small volume, by itself and not by the growth of differences; None
         where it is not known."""
         volumes = self.volume(points)
-        return None if volumes is None else np.log(np.abs(volumes))
+        with np.errstate(divide="ignore"):  # where a step flattens volumes, -inf is right
+            return None if volumes is None else np.log(np.abs(volumes))
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.name, "states": self.states, **self.values}

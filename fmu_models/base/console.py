@@ -173,17 +173,24 @@ def output_of_libraries() -> Iterator[None]:
 
 
 def assignments(given: Sequence[str] | None, what: str) -> dict[str, float]:
-    """Numbers from arguments ``NAME=VALUE``.
+    """Numbers from arguments ``NAME=VALUE``; errors as for ``settings``."""
+    return {name: float(value) for name, value in settings(given, what).items()}
+
+
+def settings(
+    given: Sequence[str] | None, what: str, is_text: Callable[[str], bool] = lambda _: False
+) -> dict[str, float | str]:
+    """Numbers from arguments ``NAME=VALUE``, and texts for the names of which ``is_text`` says so.
 
     Raises:
         StickslipError: not of that form, not a number, or a name twice.
     """
-    values: dict[str, float] = {}
+    values: dict[str, float | str] = {}
     for text in given or ():
         name, equals, value = text.partition("=")
         name = name.strip()
         try:
-            number = float(value)
+            number = value if is_text(name) else float(value)
         except ValueError:
             equals = ""
             number = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -97,11 +98,7 @@ def simulate(
     if plot and not figure:
         raise StickslipError("--plot says what is drawn; say also where: --figure FILE.png")
     limits = _limits(isolate, time_limit, memory_limit)
-    changed = {
-        "parameters": console.assignments(settings, "parameter"),
-        "start": console.assignments(start, "start value"),
-        "inputs": console.assignments(inputs, "input"),
-    }
+    changed = {"parameters": (settings, "parameter"), "start": (start, "start value"), "inputs": (inputs, "input")}
     fmu, given = _to_run(model, contacts, until, changed)
     experiment = _experiment(
         fmu, given.pop("stop_time"), samples, **given, tolerance=tolerance, method=method, step=step, on_zeno=on_zeno
@@ -119,6 +116,8 @@ def simulate(
         drawn = trajectory_figure(recording.trajectory, fmu, plot or ())
     if output:
         recording.write(output, overwrite=overwrite)
+        if recording.trajectory.texts and output.suffix.lower() == ".csv":
+            console.warn(f"CSV takes numbers; {', '.join(recording.trajectory.texts)} are kept by -o run.h5 alone.")
     if figure and drawn:
         save_figure(drawn, figure, overwrite=overwrite)
     content = run_summary.summary(fmu, recording, estimate)
@@ -129,18 +128,22 @@ def simulate(
 
 
 def _to_run(
-    model: str, contacts: str | None, until: float | None, changed: dict[str, dict[str, float]]
+    model: str, contacts: str | None, until: float | None, changed: dict[str, tuple[list[str] | None, str]]
 ) -> tuple[Fmu, dict[str, Any]]:
     """The FMU of a model, file or scene, and what is asked of the run."""
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.importer.texts import is_text
 
     if is_scene(model):
         from fmu_models.scene.compute import arguments
         from fmu_models.scene.reduce import built_scene
 
+        numbers = {name: console.assignments(*given) for name, given in changed.items()}
         scene = scene_of(model, contacts)
-        return Fmu.open(built_scene(scene)), arguments(scene, until, **changed)
-    return _opened(model, contacts), {"stop_time": until, **changed}
+        return Fmu.open(built_scene(scene)), arguments(scene, until, **numbers)
+    fmu = _opened(model, contacts)
+    values = {name: console.settings(*given, partial(is_text, fmu)) for name, given in changed.items()}
+    return fmu, {"stop_time": until, **values}
 
 
 def _opened(model: str, contacts: str | None) -> Fmu:

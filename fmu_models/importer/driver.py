@@ -18,7 +18,7 @@ from fmu_models.base.shown import Shown
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import instance, request, structure
+from fmu_models.importer import instance, request, structure, text_calls, texts
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.importer.sweep import Sweep, columns_of
@@ -44,7 +44,7 @@ def simulate_any(
     tolerance: float = 1e-8,
     record: Sequence[str] | None = None,
     on_zeno: str = "stop",
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float | str | bytes] | None = None,
     **options: Any,
 ) -> Trajectory:
     """Run an FMU once; ``options`` are those of ``Driver.run``, ``parameters`` may be structural ones too.
@@ -69,7 +69,8 @@ class Driver(Shown):
             the steps) for Model Exchange; "co-simulation"; "scheduled" (execution). By "auto" an FMU without Model
             Exchange is co-simulated, and one without either is scheduled.
         tolerance: relative error of a step; the absolute one is this times the nominal value of the state.
-        record: names of variables to record beside the states; None: inputs, derivatives of states, outputs.
+        record: names of variables to record beside the states; None: inputs, derivatives of states, outputs. Texts and
+            bytes among them are read at both ends of a run.
         structural_parameters: values of those on which sizes of arrays depend (FMI 3).
         on_zeno: where infinitely many events accumulate: "stop" (an error with the limit time), "hold" (the states stay
             as they are there, if nothing else moves), "continue" (whatever the FMU does then).
@@ -119,6 +120,10 @@ class Driver(Shown):
                 raise
         self._states = self._instance.states if integrates else []
         names = list(record) if record is not None else request.recordable(self.fmu)
+        self._texts = (
+            [n for n in names if texts.is_text(self.fmu, n)] if record is not None else texts.outputs(self.fmu)
+        )
+        names = [name for name in names if name not in self._texts]
         if not integrates:
             owners = dict.fromkeys(owner(name, self.fmu.variables) for name in self._instance.states)
             names = [*(name for name in owners if name in self.fmu.variables and name not in names), *names]
@@ -148,8 +153,6 @@ class Driver(Shown):
         self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
-        unrecordable = ", ".join(request.unrecordable(self.fmu))
-        self._missing = f"; not recorded, for they are no numbers: {unrecordable}" if unrecordable else ""
         self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
         # what all runs have in common
         self._blank = instance.Run(
@@ -188,9 +191,9 @@ class Driver(Shown):
         stop_time: float,
         *,
         start_time: float = 0.0,
-        parameters: Mapping[str, float] | None = None,
-        start: Mapping[str, float] | None = None,
-        inputs: Mapping[str, float | Signal] | None = None,
+        parameters: Mapping[str, float | str | bytes] | None = None,
+        start: Mapping[str, float | str | bytes] | None = None,
+        inputs: Mapping[str, float | str | bytes | Signal] | None = None,
         output_times: ArrayLike | None = None,
         communication_step: float | None = None,
         first_step: float | None = None,
@@ -201,7 +204,8 @@ class Driver(Shown):
 
         Args:
             parameters, start: values of parameters, and of other variables that have a start value, in the FMU's units.
-            inputs: constant or Signal per input; its jumps are events, its bends end steps.
+                A String takes text, a Binary bytes, hex text ``0x00ff`` or a file ``@path``.
+            inputs: constant or Signal per input; its jumps are events, its bends end steps. Texts are constant.
             output_times: (n,) s, ascending, within the run; default 1001 equally spaced, or the communication points.
             communication_step: s, of a co-simulation; default: what the FMU recommends, or a thousandth of the run.
             first_step, longest_step: s, of a method of integration; chosen by error control alone where not given.
@@ -215,8 +219,9 @@ class Driver(Shown):
             StickslipError: unknown name, value out of range, times out of order.
         """
         times = request.output_times(output_times, start_time, stop_time)
-        initial = request.start_values(self.fmu, parameters or {}, start or {})
-        ticking, others = self.clocks.split(inputs or {}, start_time)
+        words, (parameters, start, inputs) = texts.settings(self.fmu, parameters or {}, start or {}, inputs or {})
+        initial = request.start_values(self.fmu, parameters, start)
+        ticking, others = self.clocks.split(inputs, start_time)
         table = request.table(self.fmu, others, start_time, stop_time)
         between = table
         if self.method == CO_SIMULATION:
@@ -231,17 +236,24 @@ class Driver(Shown):
         prepared.c.shown_values, prepared.c.shown_rates = map(request.address, (between.values, between.slopes))
         prepared.c.first_step = _length("first", first_step)
         prepared.c.longest_step = _length("longest", longest_step)
+        if words:
+            self._check_open()
+            text_calls.write(self._instance, words)
         events: list[ForeignEvent] = []
+        first: dict[str, str | bytes] = {}
+        prepared.c.allowance = 0 if self._texts else ALLOWANCE
         status = RUN.MORE
         while status == RUN.MORE:
             status = self._call(prepared)
+            if not prepared.c.allowance and status in (RUN.MORE, RUN.DONE, RUN.TERMINATED):
+                first, prepared.c.allowance = text_calls.read(self._instance, self._texts), ALLOWANCE
             events += self._take_events(prepared)
             prepared.c.n_events = prepared.c.n_ticks = 0
             if progress:
                 progress(prepared.c.next_time / max(1, times.size))
         if status not in (RUN.DONE, RUN.TERMINATED):
             raise self._error(status, prepared.c)
-        return self._trajectory(prepared, times, tuple(events), status)
+        return self._trajectory(prepared, times, tuple(events), status, first)
 
     def sweep(
         self,
@@ -331,9 +343,12 @@ class Driver(Shown):
         used = starts, table, times, ticking, kept, shown
         return _Prepared(c, start_values, states, values, clocked, clocks, ticks, used)
 
-    def _call(self, prepared: _Prepared) -> int:
+    def _check_open(self) -> None:
         if not self._finalizer.alive:
             raise StickslipError("The driver is closed. Make a new one.")
+
+    def _call(self, prepared: _Prepared) -> int:
+        self._check_open()
         if not prepared.c.begun:
             self._instance.log.count = 0
             self._instance.log.message = b""
@@ -365,7 +380,12 @@ class Driver(Shown):
         return f"the FMU ended the run at t = {c.report_time:.9g} s" + (f": {message}" if message else "")
 
     def _trajectory(
-        self, prepared: _Prepared, times: NDArray[np.float64], events: tuple[ForeignEvent, ...], status: int
+        self,
+        prepared: _Prepared,
+        times: NDArray[np.float64],
+        events: tuple[ForeignEvent, ...],
+        status: int,
+        first: Mapping[str, str | bytes],
     ) -> Trajectory:
         n = prepared.c.next_time
         variables = self.fmu.variables
@@ -392,9 +412,13 @@ class Driver(Shown):
             said += f"; {silent}"
         if status == RUN.TERMINATED:
             said += f"; {self._end(prepared.c)}"
-        said += self._missing
+        last = text_calls.read(self._instance, self._texts)
+        said += texts.untold(self.fmu, self._texts, {*first} & {*last})
+        both = {name: (first[name], value) for name, value in last.items() if name in first}
         steps, evaluations = prepared.c.steps, prepared.c.evaluations
-        return Trajectory(times[:n], values, self._units, events, steps, evaluations, said, arrays=self._arrays)
+        return Trajectory(
+            times[:n], values, self._units, events, steps, evaluations, said, arrays=self._arrays, texts=both
+        )
 
 
 @dataclass(frozen=True, eq=False)

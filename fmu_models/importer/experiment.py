@@ -7,7 +7,7 @@ every other              ->  the master, with the method named or the one that f
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import IsolatedFailure, Limits, isolated
 from fmu_models.fmu import library
-from fmu_models.simulation.results import Provenance, Recording
+from fmu_models.importer import texts
+from fmu_models.simulation.results import SETTINGS, Provenance, Recording
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 
@@ -36,7 +37,8 @@ class Experiment:
 
     Attributes:
         stop_time, start_time: s.
-        parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals.
+        parameters, start, inputs: values by name, in the units of the FMU; inputs may be Signals, a String or Binary is
+            set as ``Driver.run`` takes it.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
             communication points.
         tolerance: relative; None takes the default of the method.
@@ -47,9 +49,9 @@ class Experiment:
 
     stop_time: float
     start_time: float = 0.0
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    start: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, float | Signal] = field(default_factory=dict)
+    parameters: Mapping[str, float | str | bytes] = field(default_factory=dict)
+    start: Mapping[str, float | str | bytes] = field(default_factory=dict)
+    inputs: Mapping[str, float | str | bytes | Signal] = field(default_factory=dict)
     output_times: ArrayLike | None = None
     tolerance: float | None = None
     method: str | None = None
@@ -105,6 +107,10 @@ def perform(
             f"'{fmu.path}' runs by its own engine, whose contacts come to rest; '{experiment.on_zeno}' where events "
             "accumulate belongs to the master. Leave it out, or choose a method."
         )
+    words, _ = texts.settings(fmu, experiment.parameters, experiment.start, experiment.inputs)
+    # the bytes that were set, rather than the name of their file
+    given = {n: {k: words.get(k, v) for k, v in getattr(experiment, n).items()} for n in SETTINGS} if words else {}
+    experiment = replace(experiment, **given)
     function = _native if experiment.is_native(fmu) else _master
     _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
@@ -199,7 +205,11 @@ def _descriptions(fmu: Fmu, trajectory: Trajectory) -> dict[str, str]:
 
 def _provenance(fmu: Fmu, experiment: Experiment, trajectory: Trajectory) -> Provenance:
     # an input that varies is in the trajectory itself
-    inputs = {name: float(value) for name, value in experiment.inputs.items() if not isinstance(value, Signal)}
+    inputs = {
+        name: value if isinstance(value, (str, bytes)) else float(value)
+        for name, value in experiment.inputs.items()
+        if not isinstance(value, Signal)
+    }
     return Provenance.of(
         fmu,
         NATIVE if experiment.is_native(fmu) else experiment.method or "auto",

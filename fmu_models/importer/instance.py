@@ -169,7 +169,7 @@ class Instance:
         if not pointer:
             raise StickslipError(f"'{fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
         self.calls.instance = pointer
-        free = self._function("FreeInstance")
+        free = self.function("FreeInstance")
         free.restype, free.argtypes = None, (c_void_p,)
         self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
         self._configure(structure)
@@ -183,7 +183,12 @@ class Instance:
         """What the FMU said last, or nothing."""
         return self.log.message.decode("utf-8", "replace").strip()
 
-    def _function(self, name: str) -> Any:
+    def function(self, name: str) -> Any:
+        """One of the library by its name without ``fmi2``.
+
+        Raises:
+            StickslipError: the library has none.
+        """
         try:
             return self.dll[f"fmi{self.fmu.fmi}{name}"]
         except AttributeError:
@@ -207,7 +212,7 @@ class Instance:
         if any(v.type == "Clock" for v in self.fmu.variables.values()):
             needed += ["GetClock", "GetIntervalDecimal", "GetShiftDecimal", "SetClock"]
         for name in (*COMMON, *needed):
-            self._function(name)
+            self.function(name)
         self._early = self._shows = False
         if self.scheduled:
             return
@@ -234,7 +239,7 @@ class Instance:
                 None,
                 environment,
             )
-            make = self._function("Instantiate")
+            make = self.function("Instantiate")
             make.restype = c_void_p
             make.argtypes = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
             where = resources.as_uri().encode()
@@ -244,15 +249,15 @@ class Instance:
         boolean = ctypes.c_bool
         common = (c_char_p, c_char_p, c_char_p, boolean, boolean)
         if self.scheduled:
-            make = self._function("InstantiateScheduledExecution")
+            make = self.function("InstantiateScheduledExecution")
             make.restype, make.argtypes = c_void_p, (*common, *[c_void_p] * 5)
             told, lock = (ctypes.cast(f, c_void_p) for f in (library.master_told, library.master_no_lock))
             return make(name, token, where, False, True, environment, logger, told, lock, lock)
         if not self.co_simulation:
-            make = self._function("InstantiateModelExchange")
+            make = self.function("InstantiateModelExchange")
             make.restype, make.argtypes = c_void_p, (*common, c_void_p, c_void_p)
             return make(name, token, where, False, True, environment, logger)
-        make = self._function("InstantiateCoSimulation")
+        make = self.function("InstantiateCoSimulation")
         make.restype = c_void_p
         make.argtypes = (*common, boolean, boolean, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)
         events = bool(self.calls.event_mode)
@@ -279,7 +284,7 @@ class Instance:
         if not names:
             return
         for function in ("EnterConfigurationMode", "ExitConfigurationMode"):
-            self._function(function)
+            self.function(function)
         variables = [self.fmu.variables[name] for name in names]
         values = np.array([float(str(v.start)) for v in variables])
         types = np.array([TYPES3[str(v.type)] for v in variables], dtype=np.int32)
@@ -308,7 +313,7 @@ class Instance:
         if self.fmu.fmi == 3:
             for name, field in (("ContinuousStates", "n_states"), ("EventIndicators", "n_indicators")):
                 count = c_size_t()
-                function = self._function(f"GetNumberOf{name}")
+                function = self.function(f"GetNumberOf{name}")
                 function.restype, function.argtypes = c_int, (c_void_p, c_void_p)
                 if function(calls.instance, byref(count)) < 2:
                     setattr(calls, field, count.value)

@@ -6,6 +6,7 @@ import copy
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.description import MAX_ELEMENTS
@@ -13,7 +14,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import check_value
 
 
-def split(fmu: Fmu, parameters: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+def split(fmu: Fmu, parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The structural ones of some parameters, and the rest."""
     known = {name for name, v in fmu.variables.items() if v.causality == "structuralParameter"}
     return {n: v for n, v in parameters.items() if n in known}, {n: v for n, v in parameters.items() if n not in known}

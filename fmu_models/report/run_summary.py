@@ -15,6 +15,7 @@ from fmu_models.base.table import Cell, number, table
 from fmu_models.base.terminal_table import terminal
 from fmu_models.codegen.contact_states import CONTACT_STATES, RIGID_STATES
 from fmu_models.fmu.elements import owner
+from fmu_models.importer.texts import shown
 from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 
@@ -34,14 +35,14 @@ def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = Non
     trajectory, origin = recording.trajectory, recording.provenance
     rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
     ours, unshown = (*fmu.states, *fmu.outputs), {*rates, *fmu.inputs}
-    shown = [n for n in trajectory.values if (n in ours if fmu.ours else owner(n, fmu.variables) not in unshown)]
+    listed = [n for n in trajectory.values if (n in ours if fmu.ours else owner(n, fmu.variables) not in unshown)]
     # the engine inside our FMUs tells of contacts, the master of event indicators
     contacts = fmu.contacts if fmu.ours and not trajectory.method else []
     content = {
         "model": fmu.description.modelName,
         "until": float(trajectory.time[-1]) if trajectory.time.size else None,
         "method": trajectory.method or (origin.method if origin else ""),
-        "ranges": {name: _range(trajectory, name) for name in shown},
+        "ranges": {name: _range(trajectory, name) for name in listed},
         "not_finite": _not_finite(trajectory),
         "contacts": {name: _contact(trajectory, name, rigid=name in fmu.impacts) for name in contacts},
         "events": dict(Counter(_kind(event) for event in trajectory.events)),
@@ -49,6 +50,10 @@ def summary(fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = Non
         "steps": trajectory.steps,
         "seconds": trajectory.seconds,
     }
+    if trajectory.texts:
+        content["texts"] = {
+            name: dict(zip(("start", "end"), map(shown, both), strict=True)) for name, both in trajectory.texts.items()
+        }
     if estimate:
         content["error"] = dataclasses.asdict(estimate) | {"companions": COMPANIONS}
     if contacts and fmu.impacts:
@@ -138,6 +143,9 @@ def print_summary(content: dict[str, Any], out: Console) -> None:
         out.print(f"contact {name}: {row['events']} events; of the time {shares}")
     if content["clocks"]:
         out.print(plain(f"clocks: {', '.join(f'{name} {count}' for name, count in content['clocks'].items())} ticks"))
+    for name, row in content.get("texts", {}).items():
+        change = "" if row["start"] == row["end"] else f", at the end '{row['end']}'"
+        out.print(plain(f"{name}: '{row['start']}'{change}"))
     if "impacts" in content:
         _print_impacts(content["impacts"], out)
     if "error" in content:

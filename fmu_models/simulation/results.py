@@ -4,17 +4,18 @@
       time                      (n,), unit "s"
       values/<variable>         (n,), attributes name, unit, description
       events/<field>            (k,), one column per field, of states (k, n_states); attribute kind
+      texts/<variable>          (2,), texts or bytes after initialization and at the end; attribute name
       provenance                attributes: which FMU by name, token and hash, which tool, method, tolerance, interval
-        parameters, start, inputs   what was set: one number per name, in the unit of the FMU
+        parameters, start, inputs   what was set: one number, text or bytes per name, in the unit of the FMU
 
-CSV has the variables and their units alone. The file is written whole or not at all.
+CSV has the variables that are numbers and their units alone. The file is written whole or not at all.
 """
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -71,9 +72,9 @@ class Provenance(Shown):
     tolerance: float = float("nan")
     step: float = float("nan")
     tool: str = field(default_factory=lambda: f"stickslip {version()}")
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    start: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float | str | bytes] = field(default_factory=dict)
+    start: Mapping[str, float | str | bytes] = field(default_factory=dict)
+    inputs: Mapping[str, float | str | bytes] = field(default_factory=dict)
 
     @classmethod
     def of(cls, fmu: Fmu, method: str, start_time: float, stop_time: float, **others: Any) -> Provenance:
@@ -174,6 +175,10 @@ def _write(
     events.attrs["kind"] = kind.__name__
     for name in (f.name for f in fields(kind)):
         _column(events, name, _array([getattr(event, name) for event in trajectory.events]))
+    if trajectory.texts:
+        group = file.create_group("texts", track_order=True)
+        for name, both in trajectory.texts.items():
+            _texts(group, _key(name), both).attrs["name"] = name
     if provenance:
         _write_provenance(file.create_group("provenance"), provenance)
 
@@ -195,10 +200,30 @@ def _write_provenance(group: h5py.Group, provenance: Provenance) -> None:
         value = getattr(provenance, name)
         if name in SETTINGS:
             part = group.create_group(name, track_order=True)
-            for key, number in value.items():
-                part.create_dataset(_key(key), data=float(number)).attrs["name"] = key
+            for key, given in value.items():
+                texts = isinstance(given, (str, bytes))
+                made = _texts(part, _key(key), [given]) if texts else part.create_dataset(_key(key), data=float(given))
+                made.attrs["name"] = key
         else:
             group.attrs[name] = value[:LONGEST] if isinstance(value, str) else value
+
+
+def _texts(group: h5py.Group, name: str, values: Sequence[Any]) -> h5py.Dataset:
+    """Texts, or bytes as numbers: a text of HDF5 ends at its first zero."""
+    import h5py
+
+    if isinstance(values[0], str):
+        return group.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
+    made = group.create_dataset(name, (len(values),), dtype=h5py.vlen_dtype(np.uint8))
+    for place, value in enumerate(values):
+        made[place] = np.frombuffer(value, dtype=np.uint8)
+    return made
+
+
+def _read_texts(data: Any) -> list[str] | list[bytes]:
+    import h5py
+
+    return data.asstr()[()].tolist() if h5py.check_string_dtype(data.dtype) else [row.tobytes() for row in data[()]]
 
 
 def _column(group: h5py.Group, name: str, data: np.ndarray) -> h5py.Dataset:
@@ -269,7 +294,9 @@ def _read(file: Any) -> Recording:
         column.shape != time.shape or column.dtype.kind not in "fiub" for column in values.values()
     ):
         raise ValueError("every variable needs a number at each time")
-    trajectory = Trajectory(time, values, units, events, steps, evaluations, method, arrays=arrays)
+    both = {str(data.attrs["name"]): _read_texts(data) for _, data in _datasets(file.get("texts", {}))}
+    texts = {name: (first, last) for name, (first, last) in both.items()}
+    trajectory = Trajectory(time, values, units, events, steps, evaluations, method, arrays=arrays, texts=texts)
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
 
 
@@ -277,7 +304,10 @@ def _read_provenance(group: Any) -> Provenance:
     found: dict[str, Any] = {}
     for name in (f.name for f in fields(Provenance)):
         if name in SETTINGS:
-            found[name] = {str(data.attrs["name"]): float(data[()]) for _, data in _datasets(group[name])}
+            found[name] = {
+                str(data.attrs["name"]): _read_texts(data)[0] if data.shape else float(data[()])
+                for _, data in _datasets(group[name])
+            }
         else:
             value = group.attrs[name]
             found[name] = value if isinstance(value, str) else float(value)

@@ -199,6 +199,7 @@ class Trajectory(Tabular):
         method: what made it, in words; empty for the FMU's own engine.
         seconds: wall time that it took, s.
         arrays: shape per array variable, whose elements ``A[2,1]`` are in ``values``, the last index fastest.
+        texts: per String or Binary of an FMU, by element, its value after initialization and at the end of the run.
     """
 
     time: NDArray[np.float64]
@@ -210,6 +211,7 @@ class Trajectory(Tabular):
     method: str = ""
     seconds: float = 0.0
     arrays: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    texts: Mapping[str, tuple[str | bytes, str | bytes]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> NDArray:
         if name == "time":

@@ -77,8 +77,8 @@ class Term:
 
     @property
     def parameter(self) -> str:
-        """Of the disturbed oscillator; that of ``time`` is the normal force."""
-        return "" if self.moves == "time" else f"{self.moves}{self.order}"
+        """Of the disturbed oscillator."""
+        return f"{self.moves}{self.order}"
 
     @property
     def unknown(self) -> Unknown:
@@ -141,14 +141,15 @@ def _product(factors: Sequence[np.ndarray]) -> np.ndarray:
 @cache
 def disturbed_oscillator(disc: str, law: str, parameters: tuple[tuple[str, int], ...], reference: float) -> Fmu:
     """The rig with one disc ("disc0") whose normal force has these factors (what, order): parameters cos1, sin1, cos2,
-    sin2, angle1, angle2, angle3, and an input ``turned``, rad, the drive's angle."""
+    sin2, angle1, angle2, angle3, time0, time1, an input ``turned``, rad, the drive's angle, and with time1 ``middle``
+    and ``duration`` of the log, s."""
     import sympy
 
     from fmu_models.codegen.package import built_of, variant
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.language.contacts import Friction
     from fmu_models.language.laws.conti import Conti
-    from fmu_models.language.quantities import Input, Parameter
+    from fmu_models.language.quantities import TIME, Input, Parameter
     from fmu_models.lowering.lower import lower
 
     rig = variant("disc_rig", [disc])
@@ -156,16 +157,20 @@ def disturbed_oscillator(disc: str, law: str, parameters: tuple[tuple[str, int],
     assert isinstance(contact, Friction) and isinstance(contact.law, Conti)
     turned = Input("turned", 0.0, "rad", "angle of the drive")
     of = {"cos": sympy.cos, "sin": sympy.sin}
-    turn, bend = sympy.Integer(1), sympy.Integer(1)
+    middle = Parameter("middle", 0.0, "s", "middle of the log")
+    share = (TIME - middle) / Parameter("duration", 1.0, "s", "duration of the log", positive=True)
+    turn, bend, wear = sympy.Integer(1), sympy.Integer(1), sympy.Integer(1)
     for what, order in parameters:
         if what == "angle":
             unit = "1/rad" if order == 1 else f"1/rad{order}"
             bend += (
                 Parameter(f"angle{order}", 0.0, unit, f"of power {order} of the angle") * (theta - reference) ** order
             )
+        elif what == "time":
+            wear += Parameter(f"time{order}", 0.0, "1", f"of power {order} of the share of the log") * share**order
         else:
             amplitude = Parameter(f"{what}{order}", 0.0, "1", f"of the {what} of {order} turns of the drive")
             turn += amplitude * of[what](order * turned)
     named = "_".join(["disturbed", *(f"{what}{order}" for what, order in parameters)])
-    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend)}), name=named)
+    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend * wear)}), name=named)
     return Fmu.open(built_of(lower(variant(own, laws={disc: law}))))

@@ -218,25 +218,18 @@ class ShootingProblem(FrictionProblem):
         if segment.log in self.turned:
             inputs["turned"] = self.turned[segment.log]
         count = len(self.law.parameters)
-        for value, moves in zip(x[count:], self.moved(segment, rig.N).values(), strict=False):
+        for value, moves in zip(x[count:], self.moved(segment).values(), strict=False):
             values |= {name: values.get(name, 0.0) + by * float(value) for name, by in moves.items()}
+        if any(term.moves == "time" and term.order for term in self.terms):
+            log = self.ready.motions[segment.log].time
+            values |= {"middle": float(log[0] + log[-1]) / 2, "duration": float(log[-1] - log[0])}
         return self.runs[contacts].run.run(
             time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs
         )
 
-    def moved(self, segment: ShootingSegment, N: float) -> dict[str, dict[str, float]]:
-        """Derivatives of the FMU's parameters by each disturbance in a segment. N: N, normal force. Of wear the change
-        within a segment, which lasts some hundredth of a log, is left out."""
-        if not self.terms:
-            return {}
-        log = self.ready.motions[segment.log].time
-        share = float((segment.time[0] + segment.time[-1] - 2 * log[0]) / (2 * (log[-1] - log[0])) - 0.5)
-        force = f"N{self.contacts(segment)[0][-1]}"
-        found = {}
-        for term in self.terms:
-            here = float(term.log in (None, segment.log))
-            found[term.name] = {term.parameter: here} if term.parameter else {force: here * N * share**term.order}
-        return found
+    def moved(self, segment: ShootingSegment) -> dict[str, dict[str, float]]:
+        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log."""
+        return {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
 
     def follows(self, number: int, x: np.ndarray) -> bool:
         """Whether the start of segment ``number`` can be found at x."""
@@ -314,8 +307,8 @@ class ShootingProblem(FrictionProblem):
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        moved = self.moved(segment, known.get("N", 1.0))
-        columns = by[:, :inner] @ chain(self.law, known, names, motion.by[:inner], self.contacts(segment), moved)
+        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment))
+        columns = by[:, :inner] @ across
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
@@ -340,7 +333,7 @@ def directions(
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
-    moved |= {term.name: (term.parameter or f"N{contacts[0][-1]}",) for term in terms}
+    moved |= {term.name: (term.parameter,) for term in terms}
     # what the laser alone has, or the disc that is away, moves nothing
     return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
 

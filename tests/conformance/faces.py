@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -11,6 +12,8 @@ import numpy as np
 from fmpy import fmi2, fmi3
 
 from fmu_models.fmu.fmu import Fmu
+
+LOADING = threading.Lock()  # fmpy goes to the folder of a library while it loads it, with the whole process
 
 
 class Face:
@@ -30,12 +33,14 @@ class Face:
             "instanceName": "face",
         }
         if self.two:
-            self.api: Any = (fmi2.FMU2Slave if co_simulation else fmi2.FMU2Model)(**arguments)
+            with LOADING:
+                self.api: Any = (fmi2.FMU2Slave if co_simulation else fmi2.FMU2Model)(**arguments)
             callbacks = fmi2.fmi2CallbackFunctions()
             callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda _e, _n, _s, c, m: self._hear(c, m))
             self.api.instantiate(callbacks=callbacks, loggingOn=True, **options)
         else:
-            self.api = (fmi3.FMU3Slave if co_simulation else fmi3.FMU3Model)(**arguments)
+            with LOADING:
+                self.api = (fmi3.FMU3Slave if co_simulation else fmi3.FMU3Model)(**arguments)
             logger = lambda _e, _s, c, m: self._hear(c, m)  # noqa: E731  (ctypes needs a callable)
             self.api.instantiate(loggingOn=True, logMessage=logger, **options)
 

@@ -20,7 +20,7 @@ from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
-from rig_io.bench.emulator import Emulation, emulate, standard_set
+from rig_io.bench.emulator import Emulation, MicroSlip, emulate, standard_set
 from rig_io.sensors.motion import integrated
 
 TRUTH = np.array([0.65, 0.35, 15.0])
@@ -85,6 +85,21 @@ def test_shooting_has_exact_derivatives_by_every_disturbance_and_finds_them() ->
         # the projection on start states moves with x: to the order of the residual (1) over the slope
         off = np.linalg.norm(slope - here.gradient[:, place])
         assert off < 0.02 * np.linalg.norm(slope) + 1e-9, term.name
+
+
+def test_shooting_follows_wear_within_a_slip() -> None:
+    fit = fit_friction(bench(Disturbances(per_log=0.08, within=0.08)), estimator="shooting", disturbances=[WEAR])
+    # three standard deviations; with the friction of each slip held at its mean p is off by -6 %
+    assert (np.abs(fit.law_values / TRUTH - 1) < [0.008, 0.008, 0.025]).all()
+
+
+def test_bristles_wear_too() -> None:
+    wear = Disturbances(per_log=0.04, within=0.04)
+    settings = standard_set(micro_slip=MicroSlip(5e4), duration=4.0, disturbances=wear)
+    ready = pool([emulate(one, 11, number) for number, one in enumerate(settings)])
+    fit = fit_friction(ready, estimator="lugre", disturbances=[WEAR])
+    assert fit.estimator == "lugre"
+    assert (np.abs(fit.law_values[:4] / [*TRUTH, 5e4] - 1) < [0.005, 0.005, 0.03, 0.02]).all()
 
 
 def test_sizes_of_the_emulated_disturbances() -> None:

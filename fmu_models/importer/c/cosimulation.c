@@ -124,11 +124,11 @@ static double next_point(const Master *m)
     return m->knot + 1 < r->n_knots ? r->knot_times[m->knot + 1] : r->stop;
 }
 
-RunStatus cosimulation_run(Master *m)
+RunStatus cosimulation_run(Master *m, int begins)
 {
     Run *r = m->run;
     RunStatus status = RUN_DONE;
-    if (r->steps == 0) {
+    if (begins) {
         zeno_reset(m);
         m->shown = 0;
         status = m->fmu->event_mode ? event_mode(m, 0, 0) : RUN_DONE;

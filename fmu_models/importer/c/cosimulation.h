@@ -4,6 +4,6 @@
 
 #include "master_state.h"
 
-RunStatus cosimulation_run(Master *m);
+RunStatus cosimulation_run(Master *m, int begins);
 
 #endif

@@ -200,9 +200,10 @@ EXPORT int32_t master_run(Master *m, Run *r)
     if (m->fmu->log) {
         m->fmu->log->master = m;
     }
-    Outcome outcome = r->begun ? FINE : begin_run(m);
+    const int begins = !r->begun;
+    Outcome outcome = begins ? begin_run(m) : FINE;
     if (r->method == METHOD_CO_SIMULATION) {
-        return outcome == FINE ? (int32_t)cosimulation_run(m) : (int32_t)m->ended;
+        return outcome == FINE ? (int32_t)cosimulation_run(m, begins) : (int32_t)m->ended;
     }
     if (r->method == METHOD_SCHEDULED) {
         return outcome == FINE ? (int32_t)scheduled_run(m) : (int32_t)m->ended;

@@ -22,7 +22,7 @@ from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction, parts_around
 from fmu_models.language.law_parameter import declared
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState
+from fmu_models.language.quantities import InternalState, Parameter
 
 
 @final
@@ -69,9 +69,10 @@ class LuGre:
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Those of the steady law, and a steady force that the bristles can lean against."""
-        factors = " or ".join(map(str, sympy.Mul.make_args(self.capacity)))
-        sentence = f"{factors} is zero: LuGre's law divides by the steady friction force"
-        return (*self.steady.requirements, Requirement(self.capacity, sentence, strict=True))
+        # a factor that changes along the motion cannot be judged before it
+        held = [one for one in sympy.Mul.make_args(self.capacity) if one.atoms(Parameter) == one.free_symbols]
+        sentence = f"{' or '.join(map(str, held))} is zero: LuGre's law divides by the steady friction force"
+        return (*self.steady.requirements, Requirement(sympy.Mul(*held), sentence, strict=True))
 
 
 def _bristle(name: str) -> InternalState:

@@ -10,6 +10,7 @@
  *     READABLE(m, v)     (if need be, FMI 3) whether a value may be asked for now
  *     CLOCKS             (if need be, FMI 3) number of clocks, whose functions are in the C file
  *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
+ *     TEXTS              (if need be) texts, whose functions are in the C file
  *     and the functions declared below
  *
  * Value references: 0 time, 1.. states, 101.. derivatives, 201.. parameters, 301.. indicators (FMI 3), 401.. whole
@@ -83,6 +84,11 @@ static void after_step(Model *m);
 static void begin(Model *m);
 #endif
 
+#ifdef TEXTS
+/* back to its start values */
+static void forget(void);
+#endif
+
 #ifdef CO_SIMULATION
 /* to end, or to an earlier event: 1 */
 static int do_step(Model *m, double end);
@@ -101,6 +107,9 @@ static void put_back(Model *m)
     memset(m->active, 0, sizeof m->active);
     memset(m->qualifier, 0, sizeof m->qualifier);
     m->initializes = 1;
+#endif
+#ifdef TEXTS
+    forget();
 #endif
 }
 
@@ -298,7 +307,9 @@ fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference *v, size_t n
         return n ? fmi2Error : fmi2OK;                                                                                 \
     }
 NONE(Boolean, fmi2Boolean)
+#ifndef TEXTS
 NONE(String, fmi2String)
+#endif
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) { return fmi2Error; }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) { return fmi2Error; }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) { return fmi2Error; }

@@ -66,7 +66,7 @@ def test_derivatives_of_chaos_end_in_words() -> None:
         run: dict[str, Any] = {"start": {"x": 0.0, "v": 0.03}, "parameters": {"f": 0.37}}
         found = kept.run([200.0, 400.0, 600.0], **run)
         assert np.isfinite(found.derivative).all() and np.isfinite(found.event_derivative).all()
-        assert np.abs(found.derivative[-1]).max() > 1e60
+        assert np.abs(found.derivative[-1]).max() > 1e50
         with pytest.raises(StickslipError, match=r"derivatives of the motion grow beyond 1e\+80 at t = \d\d\d\."):
             kept.run([1500.0], **run)
 

@@ -179,6 +179,10 @@ class _Known:
 
     def __init__(self, fmu: Fmu) -> None:
         def reference(name: str) -> int:
+            if name not in fmu.variables:
+                raise StickslipError(
+                    f"'{fmu.path}' is damaged: its description has no variable '{name}'. Export it again."
+                )
             return fmu.variables[name].valueReference
 
         def settable(names: Iterable[str]) -> _Settable:
@@ -221,7 +225,12 @@ def _bounds(variable: ScalarVariable) -> tuple[float, float]:
     """Between which values a finite number passes ``check_value``."""
     low, high = variable.min, variable.max
     largest = sys.float_info.max
-    return -largest if low is None else float(low), largest if high is None else float(high)
+    try:
+        return -largest if low is None else float(low), largest if high is None else float(high)
+    except ValueError as error:
+        raise StickslipError(
+            f"The bounds of '{variable.name}' are no numbers ({error}). Export its FMU again."
+        ) from error
 
 
 def check_tolerance(tolerance: float) -> None:

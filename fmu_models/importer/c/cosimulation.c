@@ -99,9 +99,11 @@ static RunStatus step_towards(Master *m, double point, int *event)
         return m->ended;
     }
     *event = stepped.event;
+    /* where it says it is: not before it began, nor beyond what was asked for; of no number, where it began */
+    const double told = stepped.reached >= m->t ? fmin(stepped.reached, point) : m->t;
     if (status == FMI_DISCARD && stepped.terminate) {
         m->terminate = 1;
-        m->t = stepped.reached;
+        m->t = told;
         return RUN_DONE;
     }
     if (status == FMI_DISCARD) {
@@ -111,7 +113,7 @@ static RunStatus step_towards(Master *m, double point, int *event)
         return REPORT(RUN_FMI_ERROR, F_DO_STEP, status);
     }
     m->terminate |= stepped.terminate;
-    const double reached = stepped.early || stepped.terminate ? stepped.reached : point;
+    const double reached = stepped.early || stepped.terminate ? told : point;
     m->stalled = reached > m->t ? 0 : m->stalled + 1;
     /* the FMU adds up steps of its own: its end and the point differ by rounding */
     m->t = fabs(reached - point) <= 1e-12 * fmax(fabs(point), fabs(point - m->t)) ? point : reached;

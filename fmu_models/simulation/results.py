@@ -17,6 +17,7 @@ import io
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import existing, write_whole
+from fmu_models.base.processes import IsolatedFailure, isolated
 from fmu_models.base.shown import Shown
 from fmu_models.base.version import version
 from fmu_models.fmu.elements import element_names
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 FORMAT = "stickslip trajectory"
 VERSION = 1
 SUFFIXES = (".csv", ".h5", ".hdf5")
+SEAL = b"\nstickslip sha256 "  # and the hash of all before it, at the end of the file, where HDF5 looks at nothing
 EVENT_KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in (Event, ForeignEvent)}
 LONGEST = 8192  # characters of a text: an attribute of HDF5 has room for 64 kB
 SETTINGS = ("parameters", "start", "inputs")
@@ -144,7 +147,7 @@ def write_trajectory(
         with h5py.File(made, "w") as file:
             _write(file, trajectory, provenance, descriptions or {})
         with write_whole(path, overwrite=overwrite) as temporary:
-            temporary.write_bytes(made.getbuffer())
+            temporary.write_bytes(made.getvalue() + SEAL + sha256(made.getbuffer()).hexdigest().encode())
     except OSError as error:
         reason = error.strerror or error
         raise WriteError(f"'{path}' cannot be written: {reason}. Is the disk full?") from error
@@ -254,10 +257,34 @@ def read_trajectory(path: str | os.PathLike[str]) -> Recording:
     Raises:
         StickslipError: no such file, or not a trajectory.
     """
-    import h5py
-
     if existing(path).suffix.lower() == ".csv":
         raise StickslipError(f"'{path}': CSV holds neither events nor origin; write the run as .h5 to read it again.")
+    if _is_sealed(Path(path)):
+        return _recording(path)
+    try:
+        # the library of HDF5 crashes on some damaged files
+        return isolated(_recording, os.fspath(path))
+    except IsolatedFailure as error:
+        raise StickslipError(f"'{path}' cannot be read as a trajectory: {error} Run the simulation again.") from error
+
+
+def _is_sealed(path: Path) -> bool:
+    """Whether the file is, to the last bit, as it was written."""
+    length = path.stat().st_size - len(SEAL) - 64
+    found = sha256()
+    try:
+        with path.open("rb") as file:
+            while length > 0 and (block := file.read(min(length, 1 << 20))):
+                found.update(block)
+                length -= len(block)
+            return length == 0 and file.read() == SEAL + found.hexdigest().encode()
+    except OSError:
+        return False
+
+
+def _recording(path: str | os.PathLike[str]) -> Recording:
+    import h5py
+
     try:
         with h5py.File(path, "r") as file:
             if file.attrs.get("format") != FORMAT:

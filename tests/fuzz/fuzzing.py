@@ -25,7 +25,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import IsolatedFailure, Limits, in_processes, isolated
 from rig_io.logs.log import StickslipWarning
 
-PATIENCE = 60.0  # s for one case on a machine that has other work
+PATIENCE = 180.0  # s for one case on a machine that has other work
 MEMORY = 3000.0  # MB, of cases without sanitizers, which reserve more than any machine has
 LINES, WIDE = 9, 240  # of a traceback that is shown
 MOST = 2_000_000  # cases of a target in one hunt

@@ -287,7 +287,7 @@ def test_period_chart_of_the_support():
     # there the reference, which takes points 1e-7 apart for different, sees twice the period: the multiplier of the
     # stable motion is -0.9901, and 3000 periods leave more of the way to it than that
     assert (12, 18) in differ
-    # the way from rest to the motion at (3, 10) leads through chaos: last digits of a processor decide when it ends there
+    # from rest to the motion at (3, 10) leads a way through chaos: last digits of a processor decide when it ends
     assert len(differ) <= 3 and periods[3, 10] in (0, 1)
     motion = settled(support(**TABLE_2, omega=0.92, f0=0.66), 3000, **REST)
     assert (motion.period, motion.stability.stable) == (2, True)

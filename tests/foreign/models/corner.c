@@ -4,22 +4,10 @@
 #define NP 0
 #define PARAMETERS 0.0
 #define STARTS 1.0, 2.0
-#include "model.h"
+#include "signs.h"
 
 static void derivatives(Model *m, double *dx)
 {
     dx[0] = -m->mode[0];
     dx[1] = -m->mode[1];
 }
-static void indicators(Model *m, double *z)
-{
-    z[0] = m->x[0];
-    z[1] = m->x[1];
-}
-static int update(Model *m)
-{
-    m->mode[0] = m->x[0] > 0.0 ? 1 : -1;
-    m->mode[1] = m->x[1] > 0.0 ? 1 : -1;
-    return 0;
-}
-static void after_step(Model *m) {}

@@ -99,13 +99,14 @@ class Regression:
 @dataclass(frozen=True, eq=False)
 class RegressionProblem(FrictionProblem):
     """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
-    gain; delay in s); None where nothing is taken as given."""
+    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`."""
 
     law: FittableLaw
     regression: Regression
     held: tuple[Prior, ...] = ()
     again: Callable[[Mapping[str, float]], Regression] | None = None
     terms: tuple[Term, ...] = ()
+    drawn: int = 0
     noise_known = False
     residual_unit = "1"
 
@@ -136,6 +137,10 @@ class RegressionProblem(FrictionProblem):
             log=these.log,
             slip=these.speed,
         )
+
+    def tested(self, found: Solution) -> bool:
+        """Not where the angle is interpolated between edges."""
+        return not self.drawn
 
     def _model(self, equations: Regression, x: np.ndarray) -> np.ndarray:
         return equations.disturbed(self.law, self.terms, x)[0] if self.terms else equations.model(self.law, x)
@@ -177,7 +182,12 @@ class RegressionProblem(FrictionProblem):
             moved = self._model(other, x) - other.measured - raw
             slopes[name] = self.regression.whitened(moved) / step
         for prior in self.held:
-            slopes[prior.name] = slopes[prior.name] / prior.value
+            if prior.name != "zero":
+                slopes[prior.name] = slopes[prior.name] / prior.value
+        if self.drawn:
+            others = [self.again({"lines": draw}) for draw in range(self.drawn)]
+            moved = [self._model(other, x) - other.measured - raw for other in others]
+            slopes["lines"] = self.regression.whitened(np.stack(moved, axis=1)) / np.sqrt(self.drawn)
         return slopes
 
 
@@ -217,7 +227,7 @@ def regress(
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances)
+    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn)
     _check_sign(problem.regression)
     given = options.given
     found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)

@@ -26,7 +26,7 @@ from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.disturbances import Term, disturbed
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
-from identification.inference.problem import Evaluation, Prior, Unknown
+from identification.inference.problem import Evaluation, Prior, Solution, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
 from identification.measurement.pooling import Pool, rig_values
@@ -38,8 +38,10 @@ if TYPE_CHECKING:
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
+SILENT = 0.5  # of the deviation, rms residuals below which say nothing where it is but assumed
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
 STARTS = ("theta", "omega")
+LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,8 @@ class ShootingSegment:
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
-    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip.
+    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip;
+    lines: (n,) numbers of the encoder's lines where samples are its edges.
     """
 
     start_time: float
@@ -63,6 +66,7 @@ class ShootingSegment:
     laser: bool
     guess: np.ndarray
     bristles: float = 0.0
+    lines: np.ndarray | None = None
 
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -73,7 +77,8 @@ class ShootingSegment:
             return None
         order = np.argsort(self.time[chosen], kind="stable")
         chosen = chosen[order]
-        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
+        lines = None if self.lines is None else self.lines[chosen]
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order], lines=lines)
 
 
 @dataclass(eq=False)
@@ -184,6 +189,11 @@ class ShootingProblem(FrictionProblem):
             log=samples.log,
             place=np.zeros(len(samples.log), dtype=int),
         )
+
+    def tested(self, found: Solution) -> bool:
+        """Not where edges lie nearer to the model than anything is known to come."""
+        counted = any(segment.lines is not None for segment in self.segments)
+        return not counted or float(np.mean(found.evaluation.residual**2)) > SILENT**2
 
     def rms(self, x: np.ndarray) -> float:
         """Of the measured displacement."""
@@ -316,10 +326,14 @@ class ShootingProblem(FrictionProblem):
                 columns[:, place] -= slope * omega
             elif name == "zero":
                 columns[:, place] += 1.0
+            elif segment.lines is not None and name.startswith(LINE):
+                columns[:, place] += segment.lines == int(name.removeprefix(LINE))
             elif name == "R" and segment.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
         every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
+        if segment.lines is not None:
+            shown = shown + np.array([known[f"{LINE}{line}"] for line in segment.lines])
         return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
 

@@ -336,4 +336,6 @@ def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> Joi
         return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
     these = again({})
-    return JointProblem(law, these, ready.priors, again, guess=first_guess(these, law) if guess is None else guess)
+    return JointProblem(
+        law, these, ready.priors, again, drawn=ready.drawn, guess=first_guess(these, law) if guess is None else guess
+    )

@@ -16,6 +16,7 @@ from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
+from identification.estimators.shooting_segments import LINE
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, infer
 from identification.inference.lmfit_exchange import Solved
@@ -63,9 +64,20 @@ def conclude(
     if "gain" in shifts:
         by_sensor = np.stack([shifts["gain"][free], shifts["delay"][free]], axis=1)
         instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
+    if "lines" in shifts:
+        instruments = instruments + shifts["lines"][free] @ shifts["lines"][free].T
     names = [motion.log.name for motion in ready.motions]
     of_law = int(np.count_nonzero(free[:count]))
-    known = infer(rest, seen, asked, count=of_law, logs=names, instruments=instruments, progress=progress)
+    known = infer(
+        rest,
+        seen,
+        asked,
+        count=of_law,
+        logs=names,
+        instruments=instruments,
+        tested=problem.tested(found),
+        progress=progress,
+    )
     white = among(white_covariance(rest, seen), free)
     covariance = wider**2 * among(known.covariance, free)
     elastic = None
@@ -74,7 +86,8 @@ def conclude(
     constants, scale = _constants(problem, shifts, law, found.values)
     bound = None if known.bound is None else among(known.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
-    parameters, nuisance = every[:count], every[count:]
+    parameters = every[:count]
+    nuisance = tuple(one for one in every[count:] if not one.name.startswith(LINE))
     rows = problem.rows(found.values)
     segments = len(np.unique(found.evaluation.cluster))
     return FrictionFit(
@@ -179,15 +192,16 @@ def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
 def _shifts(
     problem: FrictionProblem, found: Solution, rest: Problem, seen: Solution, free: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """First-order shifts of the estimate (m,) by what is taken as given, per its unit; rest, seen: what was searched of
-    it, the unknowns that are ``free`` (m,)."""
+    """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; rest, seen: what was
+    searched of it, the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
     roots = np.sqrt(prior_precision(rest))
     stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
     for name, slope in problem.by_held(found.values).items():
-        shift = np.zeros(len(free))
-        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
+        shift = np.zeros((len(free), *slope.shape[1:]))
+        known = np.zeros((len(roots), *slope.shape[1:]))
+        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, known]), rcond=None)[0]
         shifts[name] = shift
     return shifts
 

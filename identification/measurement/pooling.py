@@ -16,9 +16,9 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
+from identification.measurement.disc_motion import at_rest, by_encoder, corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
-from identification.measurement.motion import SMOOTHING, DiscMotion, SensorFit
+from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
 from rig_io.logs.arrangement import Arrangement
@@ -30,6 +30,8 @@ _ASSUMED: dict[Arrangement, str] = {
     "sequential": "one disc touches at a time: disc 0 below the angle theta_s, disc 1 from there on",
     "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
 }
+SENSED = frozenset({"gain", "delay", "zero", "lines"})  # what moves the angle
+DRAWS = 24
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
 
 Part = TypeVar("Part")
@@ -88,18 +90,35 @@ class Pool(Shown):
 
     def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
-        moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s)."""
+        moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s), the zero of an
+        encoder by "zero" (rad), its lines as draw number "lines" has them."""
         known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
-        if "gain" in moved or "delay" in moved:
-            segments = self.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
+        if not SENSED.isdisjoint(moved):
+            segments = self.with_sensors(moved)
         kept = long_enough(segments, window)
         return kept, [self.log_number(segment) for segment in kept], rig_values(known)
 
-    def with_sensors(self, gain: float, delay: float) -> tuple[SlipSegment, ...]:
-        """The same segments with the angle's scale and date moved further by gain (relative) and delay (s)."""
-        moved = {id(m): corrected(m, gain, delay) for m in self.motions}
-        return tuple(replace(segment, motion=moved[id(segment.motion)]) for segment in self.segments)
+    def with_sensors(self, moved: Mapping[str, float]) -> tuple[SlipSegment, ...]:
+        """The same segments with the angle moved, see `moved`."""
+        motions = {id(motion): self._sensed(motion, moved) for motion in self.motions}
+        return tuple(replace(segment, motion=motions[id(segment.motion)]) for segment in self.segments)
+
+    def _sensed(self, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
+        if "gain" in moved or "delay" in moved:
+            motion = corrected(motion, moved.get("gain", 0.0), moved.get("delay", 0.0))
+        if "zero" in moved:
+            motion = zeroed(motion, moved["zero"])
+        if "lines" in moved and motion.passes is not None:
+            ruling = np.random.default_rng(int(moved["lines"])).standard_normal(int(motion.passes.line.max()) + 1)
+            passes = motion.passes.turned(self.sensors.rms * ruling[motion.passes.line])
+            motion = replace(motion, passes=passes, angle=passes.between(motion.time))
+        return motion
+
+    @property
+    def drawn(self) -> int:
+        """How many draws of the misplacement of an encoder's lines stand for it; 0 where it does not show the angle."""
+        return DRAWS if any(motion.passes is not None for motion in self.motions) else 0
 
     def log_number(self, segment: SlipSegment) -> int:
         """Place of the segment's log among ``motions``, whose sensors may have been moved."""
@@ -151,7 +170,8 @@ def pool(
     raw, split, unfit = motions_in_pieces(sliding)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
-        raw = [zeroed(motion, free_decay.rest) for motion in raw]
+        raw = at_rest(raw, free_decay)
+    priors = (*priors, *_zero(raw, free_decay))
     fused, sensors = fuse(raw, SMOOTHING * period)
 
     def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
@@ -343,6 +363,18 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
     return (*stated, *ratios)
 
 
+def _zero(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> tuple[Prior, ...]:
+    """What is known of the zero of an encoder that alone shows the angle."""
+    counted = [motion.log for motion in motions if motion.passes is not None]
+    if not counted:
+        return ()
+    if decay is not None and decay.sensor == "encoder":
+        return (Prior("zero", 0.0, "rad", decay.rest_deviation, f"free decay '{decay.log}'"),)
+    # even over the pitch
+    deviation = counted[0].calibration.need("encoder").pitch / np.sqrt(12)
+    return (Prior("zero", 0.0, "rad", deviation, "counter set to 0 at rest"),)
+
+
 def _warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
@@ -358,6 +390,17 @@ def _warnings(
         found.append(
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
             "of it passes to the friction coefficients one to one and is not in their standard deviations."
+        )
+    if any(by_encoder(log) for log in logs):
+        known = next(prior for prior in priors if prior.name == "zero")
+        zero = (
+            "its zero is that of the free decay"
+            if known.source.startswith("free decay")
+            else "its zero is known within half a pitch, for a counter set to 0 at rest (a free decay would show it)"
+        )
+        found.append(
+            f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
+            f"{LINE_ERROR:.0%} of the pitch, and micro-slip in stick cannot be seen. A laser beside it would tell more."
         )
     if len(logs) == 1 and len(logs[0].contacts) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")

@@ -81,6 +81,8 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
 
     coefficient: of friction, at breakaway (mu_s).
     """
+    if ready.drawn:  # edges of an encoder lie further apart than bristles give way
+        return None
     rows = [part for motion in ready.motions for part in _sticks(ready, motion, coefficient * ready.values.N)]
     if len(rows) < FEWEST:
         return None

@@ -17,7 +17,6 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
-from identification.measurement.free_decay import FreeDecay
 from identification.measurement.laser_drift import without_drift
 from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, EdgeEquations, Passes, SensorFit
 from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
@@ -274,11 +273,6 @@ def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:
 
 def _by_laser(log: RigLog) -> bool:
     return log.has("laser") and not log.has("angle")
-
-
-def at_rest(motions: Sequence[DiscMotion], decay: FreeDecay) -> list[DiscMotion]:
-    """The motions with the zero of the sensor that showed a free decay put where it came to rest."""
-    return [zeroed(m, decay.rest) if angle_sensor(m.log) == decay.sensor else m for m in motions]
 
 
 def zeroed(motion: DiscMotion, rest: float) -> DiscMotion:

@@ -16,7 +16,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import at_rest, by_encoder, corrected, disc_motion, fuse, zeroed
+from identification.measurement.disc_motion import angle_sensor, by_encoder, corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
@@ -361,6 +361,11 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
         source = "log" if known is not None else "log, uncertainty unknown"
         stated.append(Prior(name, quantity.value, quantity.unit, known or 0.0, source, known is not None))
     return (*stated, *ratios)
+
+
+def at_rest(motions: Sequence[DiscMotion], decay: FreeDecay) -> list[DiscMotion]:
+    """The motions with the zero of the sensor that showed a free decay put where it came to rest."""
+    return [zeroed(m, decay.rest) if angle_sensor(m.log) == decay.sensor else m for m in motions]
 
 
 def _zero(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> tuple[Prior, ...]:

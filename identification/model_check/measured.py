@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import at_rest, fuse
+from identification.measurement.disc_motion import fuse
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion
-from identification.measurement.pooling import check_same_rig, motions_in_pieces
+from identification.measurement.pooling import at_rest, check_same_rig, motions_in_pieces
 from rig_io.logs.log import RigLog
 
 CYCLES = 5  # natural periods: a shorter piece of a log with gaps shows no portrait

@@ -15,7 +15,7 @@ from identification.estimators.shooting_segments import LINE, Runs, ShootingProb
 from identification.inference.problem import Prior, Unknown
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import DiscMotion, drive_angle
-from identification.measurement.pooling import Pool
+from identification.measurement.pooling import SPEED, Pool
 from rig_io.logs.arrangement import MODELS
 
 MARGIN = 0.005  # s by which a segment begins before its first sample, so that the delay may move
@@ -94,17 +94,19 @@ def _turned(ready: Pool) -> dict[int, Signal]:
 def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
     """Gain and delay as the encoder gave them, and what was asked for."""
     found = []
-    if laser and ready.sensors.lines:
+    if laser:
         deviations = np.sqrt(np.diag(ready.sensors.covariance))
+        source = "laser against encoder" if ready.sensors.lines else "clocks of the recorders"
         pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
         for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
             if not deviation > 0:
                 continue
-            prior = Prior(name, value, unit, float(deviation), "laser against encoder")
+            prior = Prior(name, value, unit, float(deviation), source)
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
             found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
     stated = {prior.name: prior for prior in ready.priors}
-    taken = [name for name in stated if name == "zero"]
+    taken = [one.name for one in ready.priors if one.name.startswith(("zero", "laser", SPEED)) and one.stated]
+    taken = [name for name in taken if stated[name].standard_uncertainty > 0]
     stated.setdefault("zero", Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed"))
     for name in dict.fromkeys([*taken, *asked]):
         if name not in stated:

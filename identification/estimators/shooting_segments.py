@@ -29,7 +29,7 @@ from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
-from identification.measurement.pooling import Pool, rig_values
+from identification.measurement.pooling import SPEED, Pool, rig_values, speed_name
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -42,6 +42,9 @@ SILENT = 0.5  # of the deviation, rms residuals below which say nothing where it
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
 STARTS = ("theta", "omega")
 LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
+
+Moves = dict[str, dict[str, float]]
+"""What moves parameters of the FMU -> derivatives of these by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +218,9 @@ class ShootingProblem(FrictionProblem):
         segment = self.segments[number]
         rig, contacts = rig_values(self.known(x)), self.contacts(segment)
         theta, omega = self.starts[number].at(x)
-        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
+        # the model turns its drives at r w: so much faster ones are discs so much larger
+        over = self.known(x).get(speed_name(segment.log), 1.0)
+        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r * over}
         start = {"theta": float(theta), "omega": float(omega)}
         for one in laws_of(self.law, contacts):
             law = {f"{name}{one.disc}": float(value) for name, value in zip(one.law.names, x[one.place], strict=True)}
@@ -228,7 +233,8 @@ class ShootingProblem(FrictionProblem):
         if segment.log in self.turned:
             inputs["turned"] = self.turned[segment.log]
         count = len(self.law.parameters)
-        for value, moves in zip(x[count:], self.moved(segment).values(), strict=False):
+        for value, term in zip(x[count:], self.terms, strict=False):
+            moves = self.moved(segment)[term.name]
             values |= {name: values.get(name, 0.0) + by * float(value) for name, by in moves.items()}
         if any(term.moves == "time" and term.order for term in self.terms):
             log = self.ready.motions[segment.log].time
@@ -237,9 +243,14 @@ class ShootingProblem(FrictionProblem):
             time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs
         )
 
-    def moved(self, segment: ShootingSegment) -> dict[str, dict[str, float]]:
-        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log."""
-        return {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
+    def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
+        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; with
+        what is known, by r and by the speeds of drives too."""
+        moves: Moves = {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
+        mine = speed_name(segment.log)
+        if mine in known:
+            moves |= {"r": {"r": known[mine]}, mine: {"r": known["r"]}}
+        return moves
 
     def follows(self, number: int, x: np.ndarray) -> bool:
         """Whether the start of segment ``number`` can be found at x."""
@@ -257,7 +268,7 @@ class ShootingProblem(FrictionProblem):
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
         known = self.known(x)
         drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
-        slip = known["r"] * drives - known["R"] * motion["omega"]
+        slip = known["r"] * known.get(speed_name(segment.log), 1.0) * drives - known["R"] * motion["omega"]
         return slip, self.touch(segment, x, motion["theta"])
 
     def touch(self, segment: ShootingSegment, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
@@ -312,16 +323,18 @@ class ShootingProblem(FrictionProblem):
         theta, omega = motion["theta"], motion["omega"]
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
-        scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
+        scale = (1 + sensors.gain) / (1 + known["gain"]) / known.get("laser", 1.0) * lever
         shown = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment))
+        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment, known))
         columns = by[:, :inner] @ across
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
+            elif name == "laser":
+                columns[:, place] -= shown / known["laser"]
             elif name == "delay":
                 columns[:, place] -= slope * omega
             elif name == "zero":
@@ -343,6 +356,7 @@ def directions(
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
     moved |= {one: (one,) for one in ("k", "c", "R", "r")}
+    moved |= {name: ("r",) for name in names if name.startswith(SPEED)}
     for one in laws_of(law, contacts):
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:

@@ -128,7 +128,7 @@ def disc_motion(log: RigLog) -> DiscMotion:
     filled = (apart > HOLE * (time[1] - time[0])) & ~known
     filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
     angle = np.interp(time, stamps[good], angle[good])
-    drives = np.stack([smooth_drive(log, time, int(contact[-1])) for contact in log.contacts])
+    drives = np.stack([smooth_drive(log, time, contact) for contact in log.contacts])
     return DiscMotion(log, time, angle, drives, filled, (*warnings, *said), passes)
 
 
@@ -187,9 +187,16 @@ def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, .
     return time, tuple(warnings)
 
 
-def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
+def nominal_drives(log: RigLog) -> tuple[str, ...]:
+    """Discs in contact of which the log does not record how they turned."""
+    shown = ("count", "speed")
+    return tuple(on for on in log.contacts if not any(log.has(f"drive{on[-1]}_{what}") for what in shown))
+
+
+def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.ndarray:
     """Speed (n,) in rad/s of a driving disc at the times (n,): a cubic spline fitted to the edges of its encoder,
-    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness.
+    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness. Where
+    nothing records it, its nominal speed.
 
     Source: Craven & Wahba (1979), Numer. Math. 31, 377.
 
@@ -198,6 +205,10 @@ def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
     """
     from scipy.interpolate import make_lsq_spline
 
+    disc = int(contact[-1])
+    nominal = dict(zip(log.contacts, log.experiment.drive_speed, strict=False)).get(contact)
+    if contact in nominal_drives(log) and nominal:
+        return np.full(len(time), nominal)
     if log.has(f"drive{disc}_speed") or not log.has(f"drive{disc}_count"):
         known, speed = drive_speed(log, disc)
         return np.interp(time, known, speed)
@@ -263,12 +274,11 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
 
 
 def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:
-    """Without an encoder gain and delay are as sure as the calibration and the clocks of the recorders."""
-    gains = [m.log.calibration.need("laser").gain_deviation or 0.0 for m in motions if _by_laser(m.log)]
+    """Without an encoder the gain is that of the calibration, and the delay is as sure as the recorders' clocks."""
     clock = max((m.log.clock_deviation for m in motions), default=0.0)
     pitches = [m.log.calibration.need("encoder").pitch for m in motions if m.passes is not None]
     rms = LINE_ERROR * max(pitches, default=0.0) / np.sqrt(3)
-    return SensorFit(covariance=np.diag([max(gains, default=0.0) ** 2, clock**2]), rms=rms)
+    return SensorFit(covariance=np.diag([0.0, clock**2]), rms=rms)
 
 
 def _by_laser(log: RigLog) -> bool:

@@ -16,7 +16,15 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import angle_sensor, by_encoder, corrected, disc_motion, fuse, zeroed
+from identification.measurement.disc_motion import (
+    angle_sensor,
+    by_encoder,
+    corrected,
+    disc_motion,
+    fuse,
+    nominal_drives,
+    zeroed,
+)
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
@@ -30,7 +38,9 @@ _ASSUMED: dict[Arrangement, str] = {
     "sequential": "one disc touches at a time: disc 0 below the angle theta_s, disc 1 from there on",
     "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
 }
-SENSED = frozenset({"gain", "delay", "zero", "lines"})  # what moves the angle
+LASER = frozenset({"gain", "laser", "delay"})
+SENSED = LASER | {"zero", "lines"}  # what moves the angle
+SPEED = "w_"  # before the number of a log: speed of its drives over the nominal one
 DRAWS = 24
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
 
@@ -94,19 +104,22 @@ class Pool(Shown):
         encoder by "zero" (rad), its lines as draw number "lines" has them."""
         known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
-        if not SENSED.isdisjoint(moved):
+        if any(name in SENSED or name.startswith(SPEED) for name in moved):
             segments = self.with_sensors(moved)
         kept = long_enough(segments, window)
         return kept, [self.log_number(segment) for segment in kept], rig_values(known)
 
     def with_sensors(self, moved: Mapping[str, float]) -> tuple[SlipSegment, ...]:
         """The same segments with the angle moved, see `moved`."""
-        motions = {id(motion): self._sensed(motion, moved) for motion in self.motions}
+        motions = {id(motion): self._sensed(place, motion, moved) for place, motion in enumerate(self.motions)}
         return tuple(replace(segment, motion=motions[id(segment.motion)]) for segment in self.segments)
 
-    def _sensed(self, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
-        if "gain" in moved or "delay" in moved:
-            motion = corrected(motion, moved.get("gain", 0.0), moved.get("delay", 0.0))
+    def _sensed(self, place: int, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
+        if not LASER.isdisjoint(moved):
+            gain = sum(moved.get(name, 0.0) for name in ("gain", "laser"))
+            motion = corrected(motion, gain, moved.get("delay", 0.0))
+        if speed_name(place) in moved:
+            motion = replace(motion, drives=motion.drives * (1 + moved[speed_name(place)]))
         if "zero" in moved:
             motion = zeroed(motion, moved["zero"])
         if "lines" in moved and motion.passes is not None:
@@ -123,6 +136,11 @@ class Pool(Shown):
     def log_number(self, segment: SlipSegment) -> int:
         """Place of the segment's log among ``motions``, whose sensors may have been moved."""
         return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
+
+
+def speed_name(place: int) -> str:
+    """Of the speed of the drives over the nominal one in a log, by its place."""
+    return f"{SPEED}{place + 1}"
 
 
 def rig_values(known: dict[str, float]) -> RigValues:
@@ -180,6 +198,7 @@ def pool(
 
     found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
     motions = tuple(motion for motion, _ in found)
+    priors = (*priors, *_nominal_speeds(motions), *_laser_gain(motions, sensors))
     warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     return Pool(
@@ -380,6 +399,29 @@ def _zero(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> tuple[Prior
     return (Prior("zero", 0.0, "rad", deviation, "counter set to 0 at rest"),)
 
 
+def _nominal_speeds(motions: Sequence[DiscMotion]) -> tuple[Prior, ...]:
+    """Speed of the drives over the nominal one, of each log that does not record it."""
+    found = []
+    for place, motion in enumerate(motions):
+        done = motion.log.experiment
+        if not nominal_drives(motion.log):
+            continue
+        known = [sd / abs(speed) for sd, speed in zip(done.drive_speed_uncertainty, done.drive_speed, strict=False)]
+        source = f"nominal speed of '{motion.log.name}'" + ("" if known else ", uncertainty unknown")
+        found.append(Prior(speed_name(place), 1.0, "1", max(known, default=0.0), source, bool(known)))
+    return tuple(found)
+
+
+def _laser_gain(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prior, ...]:
+    """The laser's gain over the stated one, where no encoder shows it."""
+    calibrations = [m.log.calibration.need("laser") for m in motions if angle_sensor(m.log) == "laser"]
+    if sensors.lines or not calibrations:
+        return ()
+    known = calibrations[0].gain_deviation  # the logs of a pool share it
+    source = "calibration of the laser" + (", uncertainty unknown" if known is None else "")
+    return (Prior("laser", 1.0, "1", known or 0.0, source, known is not None),)
+
+
 def _warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
@@ -406,6 +448,13 @@ def _warnings(
         found.append(
             f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
             f"{LINE_ERROR:.0%} of the pitch, and micro-slip in stick cannot be seen. A laser beside it would tell more."
+        )
+    nominal = [log.name for log in logs if nominal_drives(log)]
+    if nominal:
+        found.append(
+            f"How the drives turned is not recorded in {' and '.join(nominal)}: the nominal speeds were taken. Their "
+            "unevenness passes to the law as noise, their uncertainty is added, and micro-slip in stick cannot be "
+            "seen. An encoder on each drive would tell more."
         )
     if len(logs) == 1 and len(logs[0].contacts) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")

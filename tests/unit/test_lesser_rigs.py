@@ -102,3 +102,67 @@ def test_a_disc_that_no_sensor_sees_or_that_hardly_moves_is_refused(counted: lis
     still = {name: np.full_like(column, column[0]) for name, column in log.columns.items() if name not in drive}
     with pytest.raises(StickslipError, match="the disc hardly moved"):
         disc_motion(replace(log, columns={**drive, **still}))
+
+
+def bench(**instruments: object) -> list[RigLog]:
+    settings = standard_set(speeds=(0.83, 1.4), duration=8.0, **instruments)
+    return [emulate(one, 6, number) for number, one in enumerate(settings)]
+
+
+def derivative(fit: FrictionFit, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """By difference, and as the problem has it."""
+    assert fit.solved is not None
+    problem, x = fit.solved.problem, fit.solved.solution.values
+    place = [unknown.name for unknown in problem.unknowns].index(name)
+    step = np.where(np.arange(len(x)) == place, 1e-5, 0.0)
+    ahead, behind = (problem.evaluate(x + sign * step).residual for sign in (1, -1))
+    return (ahead - behind) / 2e-5, problem.evaluate(x).gradient[:, place]
+
+
+def test_a_laser_alone_has_its_gain_found_with_the_law() -> None:
+    logs = bench(encoder=None)
+    fit = fit_friction(logs)
+    assert all(held(fit))
+    (gain,) = fit.nuisance
+    assert gain.name == "laser" and gain.standard_deviation < 0.002
+    slope, column = derivative(fit, "laser")
+    assert slope == pytest.approx(column, abs=1e-3 * np.abs(slope).max())
+    # R theta' grows by 1 % with the gain as with R, the torque grows with the gain and falls with R (give or take the
+    # sine of the angle)
+    regressed = fit_friction(logs, estimator="weak-form")
+    gain, R = (regressed.constant(name).sensitivity["mu_s"] or 0.0 for name in ("laser", "R"))
+    assert gain - R == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_laser_of_unknown_gain_leaves_the_interval_at_least_so_wide() -> None:
+    logs = bench(encoder=None)
+    laser = logs[0].calibration.laser
+    assert laser is not None
+    loose = replace(logs[0].calibration, laser=replace(laser, gain_deviation=None))
+    fit = fit_friction([replace(log, calibration=loose) for log in logs], estimator="weak-form")
+    assert fit.unstated("mu_s") == ("laser",)
+    assert fit.at_least("p")
+
+
+def test_nominal_speeds_are_found_with_the_law() -> None:
+    logs = bench(drive_encoder=None, speed_deviation=0.005)
+    fit, regressed = (fit_friction(logs, estimator=name) for name in ("shooting", "weak-form"))
+    assert all(held(fit))
+    assert all(abs(one.value - TRUTH[one.name]) < 3 * one.total_deviation for one in regressed.parameters)
+    speeds = {one.name: one for one in fit.nuisance if one.name.startswith("w_")}
+    assert list(speeds) == ["w_1", "w_2"] and speeds["w_2"].standard_deviation < 0.004
+    slope, column = derivative(fit, "w_2")
+    assert slope == pytest.approx(column, abs=1e-3 * np.abs(slope).max())
+    # drives faster by 1 % are driving discs larger by 1 %
+    both = sum(regressed.constant(f"w_{number}").sensitivity["p"] or 0.0 for number in (1, 2))
+    assert both == pytest.approx(regressed.constant("r").sensitivity["p"], rel=0.02)
+    assert fit.presliding is None
+    assert any("How the drives turned is not recorded" in warning for warning in fit.warnings)
+
+
+def test_a_drive_of_which_nothing_is_known_is_refused() -> None:
+    log = bench(drive_encoder=None)[0]
+    with pytest.raises(StickslipError, match='or a nominal speed: "drive_speed"'):
+        disc_motion(replace(log, experiment=replace(log.experiment, drive_speed=())))
+    unsure = fit_friction([log], estimator="weak-form")
+    assert "w_1" in unsure.unstated("p")

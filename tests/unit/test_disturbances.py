@@ -114,6 +114,16 @@ def test_sizes_of_the_emulated_disturbances() -> None:
     assert np.max(np.abs(shown)) == pytest.approx(3e-4) and np.max(np.abs(np.diff(shown))) < 1e-6
 
 
+def test_disturbances_are_said_with_their_units() -> None:
+    said = Disturbances.said(["once=5%", "per_log=-.02", "drift=0.3 mm", "zero=2mrad"])
+    assert said == Disturbances(once=0.05, per_log=-0.02, drift=3e-4, zero=2e-3)
+    for text, why in {"once": "NAME=SIZE", "once=much": "NAME=SIZE", "zero=5mm": "Its unit is rad"}.items():
+        with pytest.raises(StickslipError, match=why):
+            Disturbances.said([text])
+    with pytest.raises(StickslipError, match="given twice"):
+        Disturbances.said(["once=1%", "once=2%"])
+
+
 def test_disturbances_of_no_size_change_nothing_but_the_counter_of_the_drive() -> None:
     plain = Emulation("a", duration=2.0)
     still, bare = emulate(replace(plain, disturbances=Disturbances()), 3, 1), emulate(plain, 3, 1)

@@ -183,7 +183,8 @@ class RegressionProblem(FrictionProblem):
 
 def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int]) -> list[Place]:
     """Where drive and body stood at the samples of each segment, (m,) each."""
-    turned = {id(s.motion): drive_angle(s.motion, int(s.motion.log.contacts[0][-1])) for s in segments}
+    motions = {id(segment.motion): segment.motion for segment in segments}
+    turned = {key: drive_angle(motion, int(motion.log.contacts[0][-1])) for key, motion in motions.items()}
     places = []
     for segment, log in zip(segments, logs, strict=True):
         inside, time = slice(segment.first, segment.last), segment.motion.time

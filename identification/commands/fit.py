@@ -10,6 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
+from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import RATIOS, FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
 
@@ -48,6 +49,7 @@ def fit(
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,
     figure: FigurePath = None,
+    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -63,7 +65,7 @@ def fit(
     # share of the work that is the fit itself; it costs as much as some ten draws of a bootstrap
     fitted = 10 / (10 + bootstrap) if covariance == "bootstrap" else 0.2 if profile else 0.95
     begun = 0.1 * fitted
-    with console.progress("fitting") as advance:
+    with one_blas_thread(), console.progress("fitting") as advance:
 
         def searching(count: int, _: float) -> None:
             advance(begun + (fitted - begun) * count / (count + 10))
@@ -77,7 +79,7 @@ def fit(
             decay,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), progress=searching),
+            options=Options(tuple(free or ()), progress=searching, workers=workers),
             disturbances=_disturbances(disturbances),
             inference=inference,
             progress=lambda done: advance(fitted + (0.98 - fitted) * done),

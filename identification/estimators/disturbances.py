@@ -45,7 +45,7 @@ class Place:
     share: np.ndarray
     log: np.ndarray
 
-    def of(self, rows: np.ndarray) -> Place:
+    def of(self, rows: np.ndarray | slice) -> Place:
         """Rows (k,) of the first axis."""
         return Place(*(getattr(self, name)[rows] for name in ("turned", "angle", "share", "log")))
 

@@ -78,6 +78,7 @@ def shooting_problem(
         starts=tuple(Start(segment.guess) for segment in segments),
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
+        workers=options.workers,
         turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
     )
 

@@ -61,8 +61,8 @@ class _Fit:
 class _Search:
     """Fits of one law with sets of causes, each made once."""
 
-    def __init__(self, ready: Pool, law: FittableLaw) -> None:
-        first = weak_form.estimate(ready, law, Options())
+    def __init__(self, ready: Pool, law: FittableLaw, workers: int | None = None) -> None:
+        first = weak_form.estimate(ready, law, Options(workers=workers))
         assert isinstance(first.problem, RegressionProblem)
         self.ready = ready
         self.bare = replace(first.problem, regression=first.problem.regression.thinned(THIN), again=None)
@@ -109,14 +109,16 @@ class _Search:
         return gain, float(fdtrc(terms, freedom, fall / terms / (more.sum / freedom)))
 
 
-def find_causes(ready: Pool, law: FittableLaw, *, named: Sequence[str] = ()) -> tuple[Cause, ...]:
+def find_causes(
+    ready: Pool, law: FittableLaw, *, named: Sequence[str] = (), workers: int | None = None
+) -> tuple[Cause, ...]:
     """The disturbances that pooled logs of one driving disc show under a law; the strongest first. named: those that
-    are taken without asking the logs, and then no others.
+    are taken without asking the logs, and then no others; workers: threads.
 
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
     """
-    search = _Search(ready, law)
+    search = _Search(ready, law, workers)
     now, chosen = search.fit(()), list[str]()
     if named:
         now = search.anew(search.fit(named, now))

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimator, Options
 from identification.estimators.disturbances import terms_of
@@ -31,6 +32,7 @@ WEAK = "weak-form"  # the estimator that runs no model
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
+@one_blas_thread()
 def fit_friction(
     logs: Sequence[RigLog] | Pool,
     *,
@@ -100,7 +102,7 @@ def fit_friction(
         failed, plain = error, fitted(options, share(0.0, 0.4), by=ESTIMATORS.load(WEAK))
     if failed is None and not named and not asks_for_causes(plain):
         return plain
-    causes = find_causes(ready, sought, named=named)
+    causes = find_causes(ready, sought, named=named, workers=options.workers)
     if not causes:
         if failed is not None:
             raise failed

@@ -80,13 +80,14 @@ class Options(Shown):
 
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, and whether it
-    takes the contact as rigid."""
+    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, whether it
+    takes the contact as rigid, and roughly which shares of the time its searches take, one after the other."""
 
     name: str
     structure: tuple[str, ...]
     estimate: Callable[[Pool, FittableLaw, Options], Estimate]
     rigid: bool = True
+    searches: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,4 +215,4 @@ def _span(problem: ShootingProblem, number: int, x: np.ndarray) -> tuple[float, 
     return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
 
 
-ESTIMATOR = Estimator("shooting", STRUCTURE, estimate)
+ESTIMATOR = Estimator("shooting", STRUCTURE, estimate, searches=(0.15, 0.35, 0.5))

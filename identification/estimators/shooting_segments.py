@@ -26,7 +26,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.disturbances import Term, disturbed
+from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Unknown
@@ -261,6 +261,8 @@ class ShootingProblem(FrictionProblem):
         if any(term.moves == "time" and term.order for term in self.terms):
             log = self.ready.motions[segment.log].time
             values |= {"middle": float(log[0] + log[-1]) / 2, "duration": float(log[-1] - log[0])}
+        bent = next((term for term in self.terms if term.moves == "angle"), None)
+        values |= {} if bent is None else {MIDDLE_ANGLE: bent.reference}
         with self.runs[contacts].taken() as run:
             return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
 

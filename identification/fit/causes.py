@@ -13,7 +13,7 @@ Sources: Holm (1979), Scand. J. Statist. 6, 65; Kass & Raftery (1995), J. Am. St
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,10 +110,15 @@ class _Search:
 
 
 def find_causes(
-    ready: Pool, law: FittableLaw, *, named: Sequence[str] = (), workers: int | None = None
+    ready: Pool,
+    law: FittableLaw,
+    *,
+    named: Sequence[str] = (),
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> tuple[Cause, ...]:
     """The disturbances that pooled logs of one driving disc show under a law; the strongest first. named: those that
-    are taken without asking the logs, and then no others; workers: threads.
+    are taken without asking the logs, and then no others; workers: threads; progress: told the fraction done.
 
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
@@ -124,6 +129,7 @@ def find_causes(
         now = search.anew(search.fit(named, now))
         return tuple(_cause(search, now, one) for one in now.causes)
     while True:
+        progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
         open_ = [one for one in CAUSES if one not in chosen and not {one, *chosen} >= {FORCE, FORCE_EACH}]
         if len(ready.motions) < 2:
             open_ = [one for one in open_ if one != FORCE_EACH]

@@ -265,7 +265,7 @@ class Search:
             found = least_squares(
                 lambda free: self.at(whole(free))[0],
                 begin[self.free],
-                jac=lambda free: self.at(whole(free))[1],
+                jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
                 bounds=(low[self.free], high[self.free]),
                 x_scale="jac",
                 ftol=tolerance,

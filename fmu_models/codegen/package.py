@@ -222,11 +222,13 @@ def built(
         *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
         fmi_version,
     )
-    kept = kept_folder(*options) / f"{model}.fmu"
-    if not is_sealed(kept):
-        export(variant(str(model), contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
-        seal(kept)
-    return kept
+
+    def made() -> HybridSystem:
+        from fmu_models.lowering.lower import lower
+
+        return lower(variant(str(model), contacts, laws))
+
+    return kept_as(str(model), options, made, fmi_version)
 
 
 def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
@@ -237,10 +239,17 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
     """
     checked("model.fmu", fmi_version, overwrite=True)
     texts = _texts(system, fmi_version, Rights())
-    kept = kept_folder("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
-    file = kept / f"{system.name}.fmu"
+    options = ("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
+    return kept_as(system.name, options, lambda: system, fmi_version)
+
+
+def kept_as(
+    name: str, options: Sequence[str | bytes], made: Callable[[], HybridSystem], fmi_version: str = "3.0"
+) -> Path:
+    """The FMU that these options lead to, from the user's cache if it was built before; ``made`` lowers it if not."""
+    file = kept_folder(*options) / f"{name}.fmu"
     if not is_sealed(file):
-        write(system, file, fmi_version=fmi_version, overwrite=True)
+        write(made(), file, fmi_version=fmi_version, overwrite=True)
         seal(file)
     return file
 

@@ -53,8 +53,8 @@ TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 class FmuSection(SectionSystem):
     """What the sections of an FMU share.
 
-    Strobes of a system whose every mode is linear with constant coefficients are made by its exact flow, many motions at
-    once (fmu_models/lanes); ``how`` says so.
+    Strobes of a system whose every mode is linear with constant coefficients are made by its exact flow, many motions
+    at once (fmu_models/lanes); ``how`` says so.
 
     Args:
         fmu: of this suite, or of others and for Model Exchange.

@@ -15,6 +15,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.base.threads import one_blas_thread
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import (
     angle_sensor,
@@ -129,6 +130,12 @@ class Pool(Shown):
         return motion
 
     @property
+    def seen_well(self) -> bool:
+        """Whether residuals can tell disturbances of friction from what sensors leave open: from misplaced lines of an
+        encoder that alone shows the angle, and from drives whose unevenness is not recorded."""
+        return not any(motion.passes is not None or nominal_drives(motion.log) for motion in self.motions)
+
+    @property
     def drawn(self) -> int:
         """How many draws of the misplacement of an encoder's lines stand for it; 0 where it does not show the angle."""
         return DRAWS if any(motion.passes is not None for motion in self.motions) else 0
@@ -152,6 +159,7 @@ def rig_values(known: dict[str, float]) -> RigValues:
     return RigValues(J, k, c, known["R"], known["r"], forces)
 
 
+@one_blas_thread()
 def pool(
     logs: Sequence[RigLog],
     *,
@@ -447,14 +455,16 @@ def _warnings(
         )
         found.append(
             f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
-            f"{LINE_ERROR:.0%} of the pitch, and micro-slip in stick cannot be seen. A laser beside it would tell more."
+            f"{LINE_ERROR:.0%} of the pitch, micro-slip in stick cannot be seen, and disturbances are not sought, only "
+            "estimated where they are named. A laser beside it would tell more."
         )
     nominal = [log.name for log in logs if nominal_drives(log)]
     if nominal:
         found.append(
             f"How the drives turned is not recorded in {' and '.join(nominal)}: the nominal speeds were taken. Their "
-            "unevenness passes to the law as noise, their uncertainty is added, and micro-slip in stick cannot be "
-            "seen. An encoder on each drive would tell more."
+            "unevenness passes to the law as noise, their uncertainty is added, micro-slip in stick cannot be seen, "
+            "and disturbances are not sought, only estimated where they are named. An encoder on each drive would tell "
+            "more."
         )
     if len(logs) == 1 and len(logs[0].contacts) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")

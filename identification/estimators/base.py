@@ -55,6 +55,10 @@ class FrictionProblem(Problem):
         ``delay`` (s) of the laser, if these are not among the unknowns."""
 
     @abstractmethod
+    def with_held(self, held: tuple[Prior, ...]) -> FrictionProblem:
+        """The same problem with its constants at other values."""
+
+    @abstractmethod
     def rms(self, x: np.ndarray) -> float:
         """Root mean square of the residual that a user reads, in ``residual_unit``."""
 

@@ -29,7 +29,7 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood.
+    where: where (n, w) drive and body stood; noise: deviation of a row for unit noise of the angle.
     """
 
     slip: np.ndarray
@@ -39,6 +39,7 @@ class Regression:
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
+    noise: float = field(default=1.0, kw_only=True)
 
     @property
     def speed(self) -> np.ndarray:
@@ -93,6 +94,7 @@ class Regression:
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
+            noise=self.noise,
         )
 
 
@@ -165,8 +167,22 @@ class RegressionProblem(FrictionProblem):
         left = self._model(self.regression, x) - self.regression.measured
         return float(np.sqrt(np.mean(left**2)))
 
+    def with_held(self, held: tuple[Prior, ...]) -> RegressionProblem:
+        """By equations built anew."""
+        again = self.again
+        if again is None:
+            return replace(self, held=held)
+        base = {new.name: new.value / old.value - 1 for new, old in zip(held, self.held, strict=True)}
+
+        def moved(by: Mapping[str, float]) -> Regression:
+            return again({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
+
+        return replace(self, held=held, regression=moved({}), again=moved)
+
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """By difference of the equations with moved constants, whitened as these."""
+        """By difference of the equations with moved constants, whitened as these. Constants that scale the rows scale
+        their noise: of a smaller J smaller residuals say nothing."""
+        constants = {prior.name for prior in self.held}
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
         raw = self._model(self.regression, x) - self.regression.measured
         if self.again is None:
@@ -174,8 +190,9 @@ class RegressionProblem(FrictionProblem):
         slopes = {}
         for name, step in steps.items():
             other = self.again({name: step})
-            moved = self._model(other, x) - other.measured - raw
-            slopes[name] = self.regression.whitened(moved) / step
+            moved = self._model(other, x) - other.measured
+            louder = other.noise / self.regression.noise if name in constants else 1.0
+            slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
         return slopes

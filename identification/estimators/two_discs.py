@@ -165,6 +165,7 @@ def joint_equations(
         cluster=cluster,
         log=np.asarray(logs)[cluster],
         whiten=tuple(whiten),
+        noise=float(np.linalg.norm(weights)),
         **made,
     )
 

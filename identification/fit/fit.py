@@ -10,6 +10,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimator, Options
 from identification.estimators.disturbances import terms_of
+from identification.fit.adjust import adjust
 from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
 from identification.fit.result import Cause, FrictionFit
@@ -71,16 +72,15 @@ def fit_friction(
     def fitted(
         options: Options, progress: Callable[[float], None] | None, wider: float = 1.0, by: Estimator = chosen
     ) -> FrictionFit:
-        made = by.estimate(ready, sought, options)
-        solved = (ready, made.estimator, made.problem, made.solution, made.law)
+        solved = adjust(ready, by.estimate(ready, sought, options), options)
         try:
-            return conclude(*solved, inference, progress=progress, warnings=made.warnings, wider=wider)
+            return conclude(ready, solved, inference, progress=progress, wider=wider)
         except KeyboardInterrupt:
             said = (
                 f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the "
                 "jackknife's."
             )
-            return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said), wider=wider)
+            return conclude(ready, solved, DEFAULT_INFERENCE, warnings=(said,), wider=wider)
 
     def share(begin: float, end: float) -> Callable[[float], None] | None:
         told = progress

@@ -15,6 +15,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from identification.inference.adjustment import Reading
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
@@ -58,7 +59,7 @@ class RigValues:
 class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
-    time."""
+    time; readings: what else is known of the constants in ``priors``."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
@@ -69,6 +70,7 @@ class Pool(Shown):
     arrangement: Arrangement
     threshold: float
     warnings: tuple[str, ...]
+    readings: tuple[Reading, ...] = ()
 
     @property
     def values(self) -> RigValues:
@@ -86,13 +88,25 @@ class Pool(Shown):
         values = self.values
         return float(2 * np.pi * np.sqrt(values.J / values.k))
 
+    def with_constants(self, values: Mapping[str, float]) -> Pool:
+        """The same logs of a rig with other constants, by name; those that are not named stay."""
+        return replace(self, priors=tuple(replace(one, value=values.get(one.name, one.value)) for one in self.priors))
+
     def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
         moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s)."""
         known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
-        if "gain" in moved or "delay" in moved:
-            segments = self.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
+        gain, delay = moved.get("gain", 0.0), moved.get("delay", 0.0)
+        if (
+            self.sensors.lines == 0
+            and "R" in moved
+            and any(m.log.has("laser") and not m.log.has("angle") for m in self.motions)
+        ):
+            # a laser alone measures R sin(angle)
+            gain = (1 + gain) / (1 + moved["R"]) - 1
+        if gain or delay:
+            segments = self.with_sensors(gain, delay)
         kept = long_enough(segments, window)
         return kept, [self.log_number(segment) for segment in kept], rig_values(known)
 
@@ -172,6 +186,7 @@ def pool(
         arrangement,
         threshold,
         (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, priors, free_decay)),
+        _readings(sliding) if free_decay is not None else (),
     )
 
 
@@ -343,6 +358,16 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
     return (*stated, *ratios)
 
 
+def _readings(logs: Sequence[RigLog]) -> tuple[Reading, ...]:
+    """k and c as stated, where a free decay gives k/J and c/J: with these, two more readings of J."""
+    stated = [(name, getattr(logs[0].rig, name)) for name in ("k", "c")]
+    return tuple(
+        Reading(name, {"J": 1, f"{name}/J": 1}, one.value, one.standard_uncertainty / one.value)
+        for name, one in stated
+        if one is not None and one.value > 0 and one.standard_uncertainty
+    )
+
+
 def _warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
@@ -373,9 +398,10 @@ def _warnings(
                 f"In the free decay the disc comes to rest at {free_decay.rest:.2g} rad: the sensor's zero is off. All "
                 "angles were shifted by it."
             )
-        k = logs[0].rig.k
-        if k is not None and logs[0].rig.J is not None:
-            stated = k.value / logs[0].rig.J.value
+        k, J = logs[0].rig.k, logs[0].rig.J
+        # where both are known to something, they are adjusted to the decay with the fit
+        if k is not None and J is not None and not (k.standard_uncertainty and J.standard_uncertainty):
+            stated = k.value / J.value
             if abs(free_decay.stiffness_ratio / stated - 1) > 0.02:
                 found.append(
                     f"The free decay gives k/J = {free_decay.stiffness_ratio:.5g} 1/s^2, the log's constants "

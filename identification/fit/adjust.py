@@ -58,6 +58,10 @@ class Adjusted:
     conflicts: tuple[Conflict, ...] = ()
 
 
+class ContradictedRadii(StickslipError):
+    """R or r is not what the logs show."""
+
+
 def as_stated(made: Estimate) -> Adjusted:
     """A fit with its constants as they are stated."""
     held = made.problem.held
@@ -68,7 +72,7 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
     """The same fit with adjusted constants.
 
     Raises:
-        StickslipError: R or r contradicts the logs.
+        ContradictedRadii: R or r contradicts the logs.
     """
     try:
         found = _adjusted(ready, made, options, slips=True)
@@ -210,7 +214,7 @@ def _check_lengths(found: Contradiction, stated: Sequence[Prior]) -> None:
         return
     values = {one.name: one.value for one in stated}
     shown = " or ".join(f"{name} = {other:.4g} m instead of {value:.4g}" for name, value, other in off)
-    raise StickslipError(
+    raise ContradictedRadii(
         f"The radii R = {values['R']:.4g} m and r = {values['r']:.4g} m contradict the logs by "
         f"{found.deviations:.3g} standard deviations: the motion asks for {shown}. Measure both again, and check the "
         "calibration of the laser and of the encoders."

@@ -30,8 +30,8 @@ CONSTANTS = ("J", "k", "c", "R", "r", "N0", "N1")
 
 @dataclass(frozen=True)
 class Bench:
-    """One fit: by parameter (m,) error over truth, combined deviation over truth, whether the interval holds it; whether
-    constants contradicted each other."""
+    """One fit: by parameter (m,) error over truth, combined deviation over truth, whether the interval holds it;
+    contradicted: whether constants contradict each other."""
 
     error: np.ndarray
     deviation: np.ndarray

@@ -34,7 +34,7 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood; workers: threads.
+    where: where (n, w) drive and body stood; noise: deviation of a row for unit noise of the angle; workers: threads.
     """
 
     slip: np.ndarray
@@ -44,6 +44,7 @@ class Regression:
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
+    noise: float = field(default=1.0, kw_only=True)
     workers: int | None = field(default=1, kw_only=True)
 
     @property
@@ -110,6 +111,7 @@ class Regression:
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
+            noise=self.noise,
             workers=self.workers,
         )
 
@@ -117,7 +119,8 @@ class Regression:
 @dataclass(frozen=True, eq=False)
 class RegressionProblem(FrictionProblem):
     """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
-    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`."""
+    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
+    deviation of the zero of an encoder."""
 
     law: FittableLaw
     regression: Regression
@@ -125,6 +128,7 @@ class RegressionProblem(FrictionProblem):
     again: Callable[[Mapping[str, float]], Regression] | None = None
     terms: tuple[Term, ...] = ()
     drawn: int = 0
+    zero: float = 0.0
     noise_known = False
     residual_unit = "1"
 
@@ -190,8 +194,22 @@ class RegressionProblem(FrictionProblem):
         left = self._model(self.regression, x) - self.regression.measured
         return float(np.sqrt(np.mean(left**2)))
 
+    def with_held(self, held: tuple[Prior, ...]) -> RegressionProblem:
+        """By equations built anew."""
+        again = self.again
+        if again is None:
+            return replace(self, held=held)
+        base = {new.name: new.value / old.value - 1 for new, old in zip(held, self.held, strict=True)}
+
+        def moved(by: Mapping[str, float]) -> Regression:
+            return again({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
+
+        return replace(self, held=held, regression=moved({}), again=moved)
+
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """By difference of the equations with moved constants, whitened as these."""
+        """By difference of the equations with moved constants, whitened as these. Constants that scale the rows scale
+        their noise: of a smaller J smaller residuals say nothing."""
+        constants = {prior.name for prior in self.held}
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
         raw = self._model(self.regression, x) - self.regression.measured
         if self.again is None:
@@ -199,15 +217,16 @@ class RegressionProblem(FrictionProblem):
         slopes = {}
         for name, step in steps.items():
             other = self.again({name: step})
-            moved = self._model(other, x) - other.measured - raw
-            slopes[name] = self.regression.whitened(moved) / step
+            moved = self._model(other, x) - other.measured
+            louder = other.noise / self.regression.noise if name in constants else 1.0
+            slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
-            if prior.name != "zero":
-                slopes[prior.name] = slopes[prior.name] / prior.value
+            slopes[prior.name] = slopes[prior.name] / prior.value
         if self.drawn:
-            others = [self.again({"lines": draw}) for draw in range(self.drawn)]
-            moved = [self._model(other, x) - other.measured - raw for other in others]
-            slopes["lines"] = self.regression.whitened(np.stack(moved, axis=1)) / np.sqrt(self.drawn)
+            others = [self.again({"lines": draw}) for draw in range(self.drawn)] + [self.again({"zero": self.zero})]
+            moved = np.stack([self._model(other, x) - other.measured - raw for other in others], axis=1)
+            moved[:, : self.drawn] /= np.sqrt(self.drawn)
+            slopes["lines"] = self.regression.whitened(moved)
         return slopes
 
 
@@ -248,11 +267,21 @@ def regress(
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn)
+    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
     given = options.given
     found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
     return problem, found
+
+
+def _loose(ready: Pool) -> float:
+    """How far the zero of an encoder alone may be off, rad."""
+    return 0.0 if ready.zero is None else ready.zero.standard_uncertainty
+
+
+def loose(ready: Pool) -> float:
+    """How far the zero of an encoder that alone shows the angle may be off, rad: its deviation."""
+    return 0.0 if ready.zero is None else ready.zero.standard_uncertainty
 
 
 def _check_sign(regression: Regression) -> None:

@@ -105,9 +105,9 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
             found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
     stated = {prior.name: prior for prior in ready.priors}
-    taken = [one.name for one in ready.priors if one.name.startswith(("zero", "laser", SPEED)) and one.stated]
-    taken = [name for name in taken if stated[name].standard_uncertainty > 0]
-    stated.setdefault("zero", Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed"))
+    taken = [one.name for one in ready.priors if one.name.startswith(("laser", SPEED)) and one.standard_uncertainty > 0]
+    taken += [] if ready.zero is None else ["zero"]
+    stated["zero"] = ready.zero or Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
     for name in dict.fromkeys([*taken, *asked]):
         if name not in stated:
             raise StickslipError(f"'{name}' cannot be estimated beside the law. Known are: {', '.join(stated)}.")

@@ -212,9 +212,10 @@ class ShootingProblem(FrictionProblem):
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction by inverse dynamics on the slip segments, for the eye: segments measure none."""
+        ready = self.ready.with_constants(self.known(x))
         if isinstance(self.law, JointLaw):
-            return joint_rows(self.ready, self.law, x[: len(self.law.parameters)])
-        samples = friction_samples(self.ready)
+            return joint_rows(ready, self.law, x[: len(self.law.parameters)])
+        samples = friction_samples(ready)
         count = len(self.law.parameters)
         fitted, off = self.law.value(np.abs(samples.slip), x[:count]), np.zeros(1)
         if self.terms:
@@ -250,6 +251,10 @@ class ShootingProblem(FrictionProblem):
         runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
         full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
         return dict(zip(names, full._all(x, names)[1].T, strict=True))
+
+    def with_held(self, held: tuple[Prior, ...]) -> ShootingProblem:
+        """On the same samples."""
+        return replace(self, held=held, starts=tuple(replace(start) for start in self.starts))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
         """The motion of segment ``number`` at x, from its best start states, at times (n,) of the model's clock."""
@@ -317,7 +322,7 @@ class ShootingProblem(FrictionProblem):
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
         given = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
-        given |= {prior.name: prior.value for prior in self.ready.priors}
+        given |= {prior.name: prior.value for prior in self.held}
         count = len(self.law.parameters)
         return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
 

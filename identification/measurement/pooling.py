@@ -16,6 +16,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.base.threads import one_blas_thread
+from identification.inference.adjustment import Reading
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import (
     angle_sensor,
@@ -71,7 +72,8 @@ class RigValues:
 class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
-    time."""
+    time; readings: what else is known of the constants in ``priors``; zero: what is known of that of an
+    encoder, where nothing else shows the angle."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
@@ -82,6 +84,8 @@ class Pool(Shown):
     arrangement: Arrangement
     threshold: float
     warnings: tuple[str, ...]
+    readings: tuple[Reading, ...] = ()
+    zero: Prior | None = None
 
     @property
     def values(self) -> RigValues:
@@ -99,12 +103,19 @@ class Pool(Shown):
         values = self.values
         return float(2 * np.pi * np.sqrt(values.J / values.k))
 
+    def with_constants(self, values: Mapping[str, float]) -> Pool:
+        """The same logs of a rig with other constants, by name; those that are not named stay."""
+        return replace(self, priors=tuple(replace(one, value=values.get(one.name, one.value)) for one in self.priors))
+
     def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
         moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s), the zero of an
         encoder by "zero" (rad), its lines as draw number "lines" has them."""
         known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
+        if "R" in moved and self.sensors.lines == 0 and any(angle_sensor(m.log) == "laser" for m in self.motions):
+            # a laser alone measures R sin(angle)
+            moved = {**moved, "gain": (1 + moved.get("gain", 0.0)) / (1 + moved["R"]) - 1}
         if any(name in SENSED or name.startswith(SPEED) for name in moved):
             segments = self.with_sensors(moved)
         kept = long_enough(segments, window)
@@ -117,7 +128,7 @@ class Pool(Shown):
 
     def _sensed(self, place: int, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
         if not LASER.isdisjoint(moved):
-            gain = sum(moved.get(name, 0.0) for name in ("gain", "laser"))
+            gain = (1 + moved.get("gain", 0.0)) * (1 + moved.get("laser", 0.0)) - 1
             motion = corrected(motion, gain, moved.get("delay", 0.0))
         if speed_name(place) in moved:
             motion = replace(motion, drives=motion.drives * (1 + moved[speed_name(place)]))
@@ -197,7 +208,6 @@ def pool(
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = at_rest(raw, free_decay)
-    priors = (*priors, *_zero(raw, free_decay))
     fused, sensors = fuse(raw, SMOOTHING * period)
 
     def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
@@ -207,6 +217,7 @@ def pool(
     found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
     motions = tuple(motion for motion, _ in found)
     priors = (*priors, *_nominal_speeds(motions), *_laser_gain(motions, sensors))
+    zero = _zero(raw, free_decay)
     warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     return Pool(
@@ -219,6 +230,8 @@ def pool(
         arrangement,
         threshold,
         (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, priors, free_decay)),
+        _readings(sliding) if free_decay is not None else (),
+        zero,
     )
 
 
@@ -395,16 +408,16 @@ def at_rest(motions: Sequence[DiscMotion], decay: FreeDecay) -> list[DiscMotion]
     return [zeroed(m, decay.rest) if angle_sensor(m.log) == decay.sensor else m for m in motions]
 
 
-def _zero(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> tuple[Prior, ...]:
+def _zero(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> Prior | None:
     """What is known of the zero of an encoder that alone shows the angle."""
     counted = [motion.log for motion in motions if motion.passes is not None]
     if not counted:
-        return ()
+        return None
     if decay is not None and decay.sensor == "encoder":
-        return (Prior("zero", 0.0, "rad", decay.rest_deviation, f"free decay '{decay.log}'"),)
+        return Prior("zero", 0.0, "rad", decay.rest_deviation, f"free decay '{decay.log}'")
     # even over the pitch
-    deviation = counted[0].calibration.need("encoder").pitch / np.sqrt(12)
-    return (Prior("zero", 0.0, "rad", deviation, "counter set to 0 at rest"),)
+    deviation = float(counted[0].calibration.need("encoder").pitch / np.sqrt(12))
+    return Prior("zero", 0.0, "rad", deviation, "counter set to 0 at rest")
 
 
 def _nominal_speeds(motions: Sequence[DiscMotion]) -> tuple[Prior, ...]:
@@ -430,6 +443,16 @@ def _laser_gain(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prio
     return (Prior("laser", 1.0, "1", known or 0.0, source, known is not None),)
 
 
+def _readings(logs: Sequence[RigLog]) -> tuple[Reading, ...]:
+    """k and c as stated, where a free decay gives k/J and c/J: with these, two more readings of J."""
+    stated = [(name, getattr(logs[0].rig, name)) for name in ("k", "c")]
+    return tuple(
+        Reading(name, {"J": 1, f"{name}/J": 1}, one.value, one.standard_uncertainty / one.value)
+        for name, one in stated
+        if one is not None and one.value > 0 and one.standard_uncertainty
+    )
+
+
 def _warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
@@ -447,10 +470,9 @@ def _warnings(
             "of it passes to the friction coefficients one to one and is not in their standard deviations."
         )
     if any(by_encoder(log) for log in logs):
-        known = next(prior for prior in priors if prior.name == "zero")
         zero = (
             "its zero is that of the free decay"
-            if known.source.startswith("free decay")
+            if free_decay is not None and free_decay.sensor == "encoder"
             else "its zero is known within half a pitch, for a counter set to 0 at rest (a free decay would show it)"
         )
         found.append(
@@ -480,9 +502,10 @@ def _warnings(
                 f"In the free decay the disc comes to rest at {free_decay.rest:.2g} rad: the sensor's zero is off. All "
                 "angles were shifted by it."
             )
-        k = logs[0].rig.k
-        if k is not None and logs[0].rig.J is not None:
-            stated = k.value / logs[0].rig.J.value
+        k, J = logs[0].rig.k, logs[0].rig.J
+        # where both are known to something, they are adjusted to the decay with the fit
+        if k is not None and J is not None and not (k.standard_uncertainty and J.standard_uncertainty):
+            stated = k.value / J.value
             if abs(free_decay.stiffness_ratio / stated - 1) > 0.02:
                 found.append(
                     f"The free decay gives k/J = {free_decay.stiffness_ratio:.5g} 1/s^2, the log's constants "

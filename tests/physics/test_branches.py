@@ -9,9 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_models.analyses.continuation.branch import branch, branches
-from fmu_models.analyses.fmu_sections import Strobe
-from fmu_models.fmu.load import load
+from fmu_models import Strobe, branch, branches, load
 
 POINTS = [
     one
@@ -113,7 +111,7 @@ def test_the_support_of_table_2(support):
 @pytest.fixture(scope="module")
 def stick_slip():
     first = branch(Strobe(load("forced_stick_slip"), forcing="omega", every=2), "omega", (1.4, 2.0))
-    return branches(first, longest=8)
+    return branches(first, longest=8).branches
 
 
 def test_stick_slip_is_a_closed_loop(stick_slip):

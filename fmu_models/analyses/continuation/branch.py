@@ -14,6 +14,8 @@ Semantics.
                  "chatter"     impacts are added without end
                  "equilibrium" a cycle has shrunk to nothing
                  "points"      as many as were asked for
+                 "infinity"    the states grow beyond all bounds
+                 "interrupted" by the keyboard
                  "unresolved"  says why
 
     begin   correct the start by Newton's method; move the strobe into a free arc
@@ -41,9 +43,11 @@ from fmu_models.analyses.continuation.follow import Follower, Way, passes
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import FlowProblem, Problem, Vector, Word, problem_of
 from fmu_models.analyses.continuation.special import Special, beside, other_direction, special_of, state_at
+from fmu_models.analyses.cycles import last_cycle
 from fmu_models.analyses.section_system import SectionSystem
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+from fmu_models.simulation.run import simulate
 
 # how far from a special a branch begins that is switched to, in u
 BESIDE = (1e-3, 3e-3, 1e-2)
@@ -167,7 +171,7 @@ def branch(
 
     forward = Follower(begin, (low, high), points, tell).follow()
     backward = None
-    if forward.end[0] != "closed":
+    if forward.end[0] not in ("closed", "interrupted"):
         backward = Follower(begin.turned(), (low, high), points, tell).follow()
     return made(problem, forward, backward, (low, high), time.process_time() - clock)
 
@@ -181,15 +185,13 @@ def _begin(system: SectionSystem, problem: Problem, between: tuple[float, float]
             "to a value in that range."
         )
     point = system.start(start)
-    if settle:
-        for _ in range(SETTLE):
-            made_step = system.step(point[None], derivative=False)
-            if made_step.why:
-                raise StickslipError(f"The start does not settle: {next(iter(made_step.why.values()))}")
-            point = made_step.points[0]
-    n = len(problem.states)
-    length = [float(problem.strobe.period or 0.0)] if isinstance(problem, FlowProblem) and problem.autonomous else []
-    z = np.array([*point[:n], *length, value])
+    if settle and isinstance(problem, FlowProblem) and problem.autonomous:
+        z = _last_cycle(problem, point, value)
+    else:
+        z = (_settled(system, point) if settle else point)[: len(problem.states)]
+        if isinstance(problem, FlowProblem) and problem.autonomous:
+            z = np.append(z, problem.strobe.period or 0.0)
+        z = np.append(z, value)
     scales = problem.scales(z, between)
     try:
         node = solved(problem, scales, z / scales, parameter(value), reach=2.0)
@@ -207,6 +209,33 @@ def _begin(system: SectionSystem, problem: Problem, between: tuple[float, float]
     return node
 
 
+def _settled(system: SectionSystem, point: Vector) -> Vector:
+    """Where a run from a point has come to, after many steps."""
+    for _ in range(SETTLE):
+        made_step = system.step(point[None], derivative=False)
+        if made_step.why:
+            raise StickslipError(f"The start does not settle: {next(iter(made_step.why.values()))}")
+        point = made_step.points[0]
+    return point
+
+
+def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
+    """z of the cycle that a run from a point ends in, in the middle of its longest pause between events."""
+    strobe = problem.strobe.at(**{problem.over: value})
+    run = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
+    cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
+    if cycle is None:
+        raise StickslipError(
+            f"'{strobe.name}' does not settle to a cycle with events in {SETTLE} times {strobe.period:g} s. Start on "
+            "the cycle, or choose other values."
+        )
+    marks = np.array([*(one.time for one in cycle.events), cycle.events[0].time + cycle.period])
+    longest = int(np.diff(marks).argmax())
+    middle = float(marks[longest] + marks[longest + 1]) / 2
+    moved = simulate(strobe.fmu, middle, output_times=[middle], **run)
+    return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
+
+
 def _value(system: Any, over: str) -> float:
     known = system.values.get(over)
     return float(system.fmu.variables[over].start or 0.0) if known is None else float(known)
@@ -215,7 +244,8 @@ def _value(system: Any, over: str) -> float:
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
     nodes, found = list(forward.nodes), list(forward.found)
-    ends = [("closed", forward.end[1]) if forward.end[0] == "closed" else ("start", ""), forward.end]
+    both = forward.end[0] in ("closed", "interrupted")
+    ends = [forward.end if both else ("start", "where it leaves another branch"), forward.end]
     if backward is not None:
         ends[0] = backward.end
         k = len(backward.nodes)
@@ -309,9 +339,64 @@ def _aside(node: Node, direction: Vector) -> Node | None:
     return None
 
 
-def branches(first: Branch, longest: int = 8, points: int = 2000) -> tuple[Branch, ...]:
-    """A branch and all that leave it and one another, up to a period of so many of the forcing."""
-    known, done = [first], 0
+@dataclass(frozen=True, eq=False)
+class Branches(Pictured):
+    """A branch and those that leave it.
+
+    Attributes:
+        of: the state that a picture shows.
+        branches: the first, and the others in the order in which they were found.
+    """
+
+    of: str
+    branches: tuple[Branch, ...]
+
+    @property
+    def model(self) -> str:
+        """Name of the model."""
+        return self.branches[0].model
+
+    @property
+    def over(self) -> str:
+        """Name of the parameter."""
+        return self.branches[0].over
+
+    @property
+    def frame(self) -> Any:
+        """One row per point; ``branch`` is the number of its branch."""
+        import pandas
+
+        return pandas.concat([one.frame.assign(branch=i) for i, one in enumerate(self.branches)], ignore_index=True)
+
+    @property
+    def special(self) -> tuple[Special, ...]:
+        """Of all branches."""
+        return tuple(special for one in self.branches for special in one.special)
+
+    def _heading(self) -> str:
+        return f"{len(self.branches)} branches of {self.model} over {self.over}"
+
+    def _contents(self) -> Mapping[str, Any]:
+        return {f"branch {i}": f"{len(one.values)} motions" for i, one in enumerate(self.branches)}
+
+
+def branches(
+    first: Branch, *, longest: int = 8, points: int = 2000, of: str | None = None, switch: bool = True
+) -> Branches:
+    """A branch and all that leave it and one another, up to a period of so many of the forcing.
+
+    Args:
+        longest: period of a motion, in periods of the forcing.
+        points: of each, at most.
+        of: the state that a picture shows; the first if left out.
+        switch: without, the branch alone.
+
+    Raises:
+        StickslipError: no such state.
+    """
+    if of is not None and of not in first.states:
+        raise StickslipError(f"'{first.model}' has no state '{of}'.{nearest(of, first.states)}")
+    known, done = [first], 0 if switch else 1
     while done < len(known):
         one = known[done]
         done += 1
@@ -325,4 +410,4 @@ def branches(first: Branch, longest: int = 8, points: int = 2000) -> tuple[Branc
                 clock = time.process_time()
                 way = Follower(begin, one.between, points).follow()
                 known.append(made(begin.problem, way, None, one.between, time.process_time() - clock))
-    return tuple(known)
+    return Branches(of or first.states[0], tuple(known))

@@ -20,8 +20,9 @@ them passes +1, -1 or the circle. After a rigid touch M+ grows as 1/v, and there
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ LEAST_MISS = 1e-9
 FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
 # of the period: a passing of a neighbour that is further from this in time is another one
 SAME_TIME = 0.1
+# of the hull, that are looked at
 SHARES = 2001
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
@@ -416,29 +418,38 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
 def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[str, list[float]]:
     """Shares q at which a multiplier of (1 - q) M- + q M+ is at +1, -1, or, in a pair, on the unit circle."""
 
-    def own(q: float) -> NDArray[np.complex128]:
-        return problem.own(problem.multipliers((1.0 - q) * without + q * with_it))
+    def own(q: Vector) -> NDArray[np.complex128]:
+        share = q[:, None, None]
+        found = np.linalg.eigvals((1.0 - share) * without + share * with_it).astype(complex)
+        if not problem.autonomous:
+            return found
+        kept = np.ones(found.shape, bool)
+        kept[np.arange(len(q)), np.abs(found - 1.0).argmin(axis=1)] = False
+        return found[kept].reshape(len(q), -1)
 
-    def circle(q: float) -> float:
-        found = own(q)
-        pairs = [found[i] * found[j] for i in range(len(found)) for j in range(i)]
-        return float(np.prod(np.array(pairs) - 1.0).real) if pairs else 1.0
+    def circle(found: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        n = found.shape[1]
+        pairs = [found[:, i] * found[:, j] - 1.0 for i in range(n) for j in range(i)]
+        return np.prod(pairs, axis=0) if pairs else np.ones(len(found), complex)
 
-    functions = {
-        "+1": lambda q: float(np.prod(own(q) - 1.0).real),
-        "-1": lambda q: float(np.prod(own(q) + 1.0).real),
+    functions: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
+        "+1": lambda found: np.prod(found - 1.0, axis=1),
+        "-1": lambda found: np.prod(found + 1.0, axis=1),
         "circle": circle,
     }
     shares = np.linspace(0.0, 1.0, SHARES)
+    scanned = own(shares)
     crossings: dict[str, list[float]] = {}
     for name, function in functions.items():
-        values = np.array([function(q) for q in shares])
-        roots = [
-            float(np.asarray(brentq(function, shares[i], shares[i + 1], xtol=1e-14)))
-            for i in np.flatnonzero(values[:-1] * values[1:] < 0.0)
-        ]
+
+        def value(q: float, function: Any = function) -> float:
+            return float(np.real(function(own(np.array([q])))[0]))
+
+        values = np.real(function(scanned))
+        places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+        roots = [float(np.asarray(brentq(value, shares[i], shares[i + 1], xtol=1e-14))) for i in places]
         if name == "circle":
-            roots = [q for q in roots if (np.abs(own(q).imag) > 1e-9).any()]
+            roots = [q for q in roots if (np.abs(own(np.array([q])).imag) > 1e-9).any()]
         if roots:
             crossings[name] = roots
     return crossings

@@ -28,15 +28,19 @@ from fmu_models.codegen.contact_states import AWAY, STICK
 # one, at most
 FIRST, LONGEST, SHORTEST, HALVINGS = 0.01, 0.1, 1e-6, 14
 # least cosine between tangents of neighbours
-STRAIGHT = 0.9
+STRAIGHT = 0.95
+# how far a correction may lead, in parts of its step
+ASIDE = 0.2
+# states beyond so many times their scale, or their begin, are on their way to infinity
+LARGE = 50.0
 # how many steps ahead an event may be lost or come
 AHEAD = 6.0
 # a branch that comes so near to its begin again is closed
 CLOSED = 1e-6
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
-# so many steps in a row that were cut by a change of the word that could not be found
-HIDDEN = 4
+# so many short steps in a row that were cut by a change of the word that could not be found
+HIDDEN, SHORT = 4, 3e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,8 +106,11 @@ class Follower:
         self.hidden = 0
 
     def follow(self) -> Way:
-        """To the end."""
-        self._go_on(self.begin, FIRST)
+        """To the end, or to where the keyboard interrupts it."""
+        try:
+            self._go_on(self.begin, FIRST)
+        except KeyboardInterrupt:
+            self.way.end = ("interrupted", "what was found until then is kept")
         return self.way
 
     def _go_on(self, node: Node, step: float) -> None:
@@ -169,9 +176,9 @@ class Follower:
         hidden = False
         for _ in range(HALVINGS):
             try:
-                after = self._corrected(node, step)
-                if after.word == node.word and self._near(node, after, step):
-                    self.hidden = self.hidden + 1 if hidden and reasons else 0
+                after, made = self._corrected(node, step)
+                if after.word == node.word and self._near(node, after, made):
+                    self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
                     if self.hidden >= HIDDEN and looks:
                         break
                     return after, step
@@ -196,24 +203,25 @@ class Follower:
             f"explains it{f' ({said})' if said else ''}",
         )
 
-    def _corrected(self, node: Node, step: float) -> Node:
+    def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
+        """The motion a step ahead, or at the end of the range, and how long the step became."""
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
         low, high = self.between
         if not low <= reached <= high:
-            return self._at_bound(node, min(max(reached, low), high))
+            value = min(max(reached, low), high)
+            step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
+            guess = node.u + step * node.tangent
+            return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
         border = arclength(node.u, node.tangent, node.scales, step)
-        return solved(node.problem, node.scales, guess, border, towards=node.tangent)
+        return solved(node.problem, node.scales, guess, border, towards=node.tangent), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""
         turned = after.tangent @ node.tangent
-        return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < 0.5 * step)
-
-    def _at_bound(self, node: Node, value: float) -> Node:
-        share = (value - node.value) / (node.tangent[-1] * node.scales[-1])
-        guess = node.u + share * node.tangent
-        return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent)
+        if step > FIRST and after.tests["branch point"] * node.tests["branch point"] < 0.0:
+            return False  # a short step does not change over to the branch that crosses there
+        return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < ASIDE * step)
 
     def _leaves(self, node: Node) -> bool:
         """Whether it begins at the end of the range, outward."""
@@ -228,6 +236,10 @@ class Follower:
         low, high = self.between
         if min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
             self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+            return True
+        n = len(node.problem.states)
+        if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+            self.way.end = ("infinity", f"the states grow without end towards {node.problem.over} = {node.value:.6g}")
             return True
         return self._shrunk(node) or self._closed(node)
 

@@ -92,8 +92,11 @@ class _Work:
     def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Estimate:
         """The solution with these terms of disturbances."""
         estimator = by or self.estimator
-        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
-        return estimator.estimate(self.ready, self.law, replace(self.options, disturbances=terms, progress=told))
+        told = self.stages.of(stage)
+        progress = by_evaluations(estimator.searches, told, self.options.progress)
+        made = estimator.estimate(self.ready, self.law, replace(self.options, disturbances=terms, progress=progress))
+        told(1.0)
+        return made
 
     def concluded(self, stage: str, made: Estimate, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""

@@ -342,6 +342,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.documentation import documents
+    from fmu_models.codegen.lane_tables import lane_tables
     from fmu_models.codegen.map_structure import MapStructure
     from fmu_models.codegen.model_description import model_description, render
     from fmu_models.codegen.model_structure import ModelStructure
@@ -352,7 +353,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
     structure = MapStructure(system) if system.rule else ModelStructure(system)
-    c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
+    c_files = {**_engine(fmi_version), **generated, **lane_tables(system), "all.c": _all_c(system, fmi_version)}
     files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)

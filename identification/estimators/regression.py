@@ -165,14 +165,16 @@ class RegressionProblem(FrictionProblem):
         return replace(self, regression=self.regression.of(clusters), again=made)
 
     def rows(self, x: np.ndarray) -> FrictionRows:
-        """The equations as they are."""
+        """The equations, without what disturbances change."""
         these = self.regression
+        fitted = these.model(self.law, x[: len(self.law.parameters)])
+        off = self._model(these, x) - fitted if self.terms else 0.0
         return FrictionRows(
             speed=these.speed,
             least=these.slip.min(axis=1),
             greatest=these.slip.max(axis=1),
-            measured=these.measured,
-            fitted=self._model(these, x),
+            measured=these.measured - off,
+            fitted=fitted,
             cluster=these.cluster,
             log=these.log,
             place=np.zeros(len(these.log), dtype=int),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,11 +42,13 @@ def test_a_fit_is_the_same_to_the_last_bit_however_many_threads_share_it(ready: 
 def test_where_the_model_cannot_be_run_the_search_goes_on_from_where_it_was(ready: Pool) -> None:
     problem, found = shoot(ready, CONTI, np.array([0.65, 0.35, 15.0]), Options())
     assert isinstance(problem, ShootingProblem)
-    before = [start.states.copy() for start in problem.starts]
-    stuck = found.values * np.array([30.0, *np.ones(len(found.values) - 1)])
-    with pytest.raises(StickslipError, match="cannot be found"):
-        problem.evaluate(stuck)
-    np.testing.assert_array_equal([start.states for start in problem.starts], before)
+    last = problem.segments[-1]
+    lost = replace(last, measured=np.full_like(last.measured, np.nan))
+    broken = replace(problem, segments=(*problem.segments[:-1], lost), workers=1)
+    before = [start.states.copy() for start in broken.starts]
+    with pytest.raises(StickslipError, match="theta"):
+        broken.evaluate(1.001 * found.values)
+    np.testing.assert_array_equal([start.states for start in broken.starts], before)
     # what was evaluated is kept, and is what an evaluation from anew gives
     again = problem.resampled(np.arange(len(problem.segments))).evaluate(found.values)
     np.testing.assert_allclose(problem.evaluate(found.values).residual, again.residual, atol=1e-6)

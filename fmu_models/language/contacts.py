@@ -36,7 +36,12 @@ class Law(Protocol):
 
     @property
     def capacity(self) -> sympy.Expr:
-        """Largest force in stick, N."""
+        """Largest force lambda in stick, N; that against negative slip."""
+        ...
+
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """Largest -lambda in stick, N; that against positive slip."""
         ...
 
     @property
@@ -105,7 +110,7 @@ class Friction(Shown):
         bounds = () if self.where is None else (sympy.sympify(self.where),)
         rates = law.rates(self.slip_speed, self.sign)
         force = law.force(self.slip_speed, self.sign)
-        return tuple(map(sympy.sympify, (self.slip, *bounds, law.capacity, force, *rates)))
+        return tuple(map(sympy.sympify, (self.slip, *bounds, law.capacity, law.capacity_minus, force, *rates)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:

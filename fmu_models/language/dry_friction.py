@@ -30,6 +30,10 @@ class DryFriction(ABC):
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Friction force, N, for a slip speed without sign, m/s."""
 
+    def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
+        """Friction force, N, for a slip speed without sign and its sign: of most laws the same for both."""
+        return self.magnitude(speed)
+
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """None beside the bounds of the parameters."""
@@ -44,6 +48,11 @@ class DryFriction(ABC):
     def capacity(self) -> sympy.Expr:
         """Largest force in stick, N."""
         return self.magnitude(sympy.S.Zero)
+
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """The same in the other direction."""
+        return self.capacity
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""

@@ -50,6 +50,11 @@ class Smoothed(ABC):
         """That of the law, N."""
         return self.law.capacity
 
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """That of the law, N."""
+        return self.law.capacity_minus
+
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
         return self.law.force(slip, self.shape(slip / self.width))

@@ -29,7 +29,7 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood.
+    where: where (n, w) drive and body stood; sign: (n,) of the slip, where known.
     """
 
     slip: np.ndarray
@@ -39,27 +39,33 @@ class Regression:
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
+    sign: np.ndarray | None = field(default=None, kw_only=True)
 
     @property
     def speed(self) -> np.ndarray:
         """Averaged slip speed (n,), m/s."""
         return self.slip @ self.average
 
+    def along(self, law: FittableLaw, speed: np.ndarray) -> np.ndarray:
+        """Slip speeds (n,) or (n, w) without sign as a law takes them."""
+        return speed if self.sign is None else law.along(speed.T, self.sign).T
+
     def model(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Averaged law (n,)."""
-        return law.value(self.slip, q) @ self.average
+        return law.value(self.along(law, self.slip), q) @ self.average
 
     def model_gradient(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Derivatives (n, m) of the averaged law."""
-        return (law.gradient(self.slip, q) @ self.average).T
+        return (law.gradient(self.along(law, self.slip), q) @ self.average).T
 
     def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
         (n, m)."""
         assert self.where is not None
         q, a = np.split(x, [len(law.parameters)])
-        friction, (factor, by) = law.value(self.slip, q), disturbed(terms, a, self.where)
-        slopes = [factor * slope for slope in law.gradient(self.slip, q)] + [friction * slope for slope in by]
+        slip = self.along(law, self.slip)
+        friction, (factor, by) = law.value(slip, q), disturbed(terms, a, self.where)
+        slopes = [factor * slope for slope in law.gradient(slip, q)] + [friction * slope for slope in by]
         return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
 
     def thinned(self, every: int) -> Regression:
@@ -93,6 +99,7 @@ class Regression:
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
+            sign=None if self.sign is None else self.sign[chosen],
         )
 
 
@@ -119,7 +126,8 @@ class RegressionProblem(FrictionProblem):
 
     def start(self) -> np.ndarray:
         """The law's own guess, without disturbances."""
-        guess = self.law.start(self.regression.speed, self.regression.measured)
+        these = self.regression
+        guess = self.law.start(these.along(self.law, these.speed), these.measured)
         return np.concatenate([guess, np.zeros(len(self.terms))])
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
@@ -150,7 +158,7 @@ class RegressionProblem(FrictionProblem):
         """The equations as they are."""
         these = self.regression
         return FrictionRows(
-            speed=these.speed,
+            speed=these.along(self.law, these.speed),
             least=these.slip.min(axis=1),
             greatest=these.slip.max(axis=1),
             measured=these.measured,
@@ -219,9 +227,19 @@ def regress(
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
     problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances)
     _check_sign(problem.regression)
+    check_directions(law, problem.regression.sign)
     given = options.given
     found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
     return problem, found
+
+
+def check_directions(law: FittableLaw, sign: np.ndarray | None) -> None:
+    """Friction by direction needs slips in both. sign: (n,)."""
+    if law.directed and (sign is None or len(np.unique(sign)) < 2):
+        raise StickslipError(
+            f"All slips go one way, so that the logs say nothing of the other half of '{law.name}'. Record a log with "
+            "the drive reversed, or fit Conti's law."
+        )
 
 
 def _check_sign(regression: Regression) -> None:

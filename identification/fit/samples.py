@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
@@ -23,7 +25,9 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     """
     law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
-        return {ready.contacts[0]: friction_samples(ready)}
+        found = friction_samples(ready)
+        assert found.sign is not None
+        return {ready.contacts[0]: replace(found, slip=law.along(found.slip, found.sign))}
     from identification.estimators.two_discs import joint_rows
 
     rows = joint_rows(ready, law, fit.law_values)

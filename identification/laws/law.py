@@ -33,7 +33,7 @@ class FittableLaw(LawFunctions):
 
         free = np.array(self.linear)
         best, least = np.zeros(0), np.inf
-        for guess in product(*(self._candidates(place, np.max(v)) for place in range(len(self.parameters)))):
+        for guess in product(*(self._candidates(place, np.max(np.abs(v))) for place in range(len(self.parameters)))):
             q = np.where(free, 0.0, guess)
             found, misfit = nnls(self.gradient(v, q)[free].T, mu - self.value(v, q))
             if misfit < least:

@@ -9,8 +9,8 @@
  *     y   = slip(t,u,x)                     slip speed, speed of approach or switching function of each contact
  *     y'  = slip_rate(t,u,x) + G(x) lambda  its rate without and with contact forces
  *
- * A contact of friction slips (lambda = force law, odd in the sign of the slip), sticks (lambda is whatever keeps
- * y' = 0, as long as |lambda| < capacity) or is away (lambda = 0). A stop touches (lambda = force law), has released
+ * A contact of friction slips (lambda = force law), sticks (lambda is whatever keeps y' = 0, as long as
+ * -capacity_minus < lambda < capacity) or is away (lambda = 0). A stop touches (lambda = force law), has released
  * while still inside (lambda = 0) or is away (lambda = 0); its y is the rate of its depth. A contact with bounds is
  * away where its depth(t,u,x) is negative.
  *
@@ -42,6 +42,7 @@
  * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
+ * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
  * MODEL_IMPACTS  rigid contacts
  * MODEL_IS_MAP  1 if the states rest and jump by a rule at equal times (model_iterate): then there is no contact
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
@@ -87,6 +88,21 @@ typedef struct {
 
 #include "scalar_real.h"
 #include "model_kind.h"
+
+/* the side, +1 or -1, on which a force in stick is nearer to its bound */
+static inline int nearer_side(double force, double plus, double minus)
+{
+    if (MODEL_DIRECTED) {
+        return plus - force < minus + force ? 1 : -1;
+    }
+    return force > 0.0 ? 1 : -1;
+}
+
+/* that of contact c at order 0 */
+static inline int stick_side(const Jets *j, int c)
+{
+    return nearer_side(j->force[c][0], stick_bound(j, c, 1)[0], stick_bound(j, c, -1)[0]);
+}
 
 /* start values and facts, indexed as above */
 extern const double model_start_parameters[MODEL_ROOM(MODEL_NP)];

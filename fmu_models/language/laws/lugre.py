@@ -52,9 +52,18 @@ class LuGre:
         """Breakaway force, N."""
         return self.steady.capacity
 
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """The same in the other direction."""
+        return self.steady.capacity_minus
+
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Friction force in steady slip, N, for a slip speed without sign, m/s."""
         return self.steady.magnitude(speed)
+
+    def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
+        """The same for a slip speed of this sign."""
+        return self.steady.towards(speed, sign)
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
@@ -64,7 +73,7 @@ class LuGre:
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
         """Rate of the deflection of the bristles, m/s."""
         speed = sign * slip
-        return (slip - self.sigma0 * speed * self.bristle / self.steady.magnitude(speed),)
+        return (slip - self.sigma0 * speed * self.bristle / self.steady.towards(speed, sign),)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:

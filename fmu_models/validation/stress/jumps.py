@@ -117,7 +117,7 @@ def _restitution(
         return 0.0
     speed, size = equations.place(index, values, "slip")
     speed, size = (np.broadcast_to(a, trajectory.time.shape) for a in (speed, size))
-    e = float(np.broadcast_to(equations.laws(index, values)[3], trajectory.time.shape)[before])
+    e = float(np.broadcast_to(equations.laws(index, values)[2], trajectory.time.shape)[before])
     rates = [np.abs(trajectory[f"der({name})"][[before, after]]).max() for name in equations.driven]
     allowed = tick * sum(rates)
     wrong = abs(float(speed[after] + e * speed[before])) - allowed

@@ -6,13 +6,14 @@ During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import sympy
 
 from fmu_models.base.shown import Shown
-from fmu_models.language.quantities import InternalState, Quantity
+from fmu_models.language.quantities import InternalState, Quantity, State
 
 
 class Requirement(NamedTuple):
@@ -54,12 +55,17 @@ class Law(Protocol):
         """What the parameters of the law must satisfy."""
         ...
 
+    @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """Internal states, of those that jump where stick begins or ends."""
+        ...
+
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force lambda along positive slip, N, at ``slip`` (m/s) of sign ``sign`` (+1 or -1)."""
         ...
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rates of the internal states."""
+        """Rates of the internal states; in stick the sign is 0."""
         ...
 
 

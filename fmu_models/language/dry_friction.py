@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Any, ClassVar, Self
 
@@ -11,7 +12,7 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.law_parameter import parameters_of
-from fmu_models.language.quantities import InternalState, Parameter
+from fmu_models.language.quantities import InternalState, Parameter, State
 
 
 class DryFriction(ABC):
@@ -43,6 +44,11 @@ class DryFriction(ABC):
     def states(self) -> tuple[InternalState, ...]:
         """No internal states."""
         return ()
+
+    @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """None that jump."""
+        return {}
 
     @property
     def capacity(self) -> sympy.Expr:

@@ -64,6 +64,8 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
         if contact.sticks:
             minus = contact.capacity_minus
             both: Line = ("|lambda| < ", contact.capacity)
+            for state, value in contact.reset.items():
+                said[f"{state.name} where stick begins or ends"] = (written(value),)
             said["sticks while"] = both if minus is None else (-minus, " < lambda < ", contact.capacity)
         if contact.depth is not None:
             said["present where"] = (contact.depth, " >= 0")

@@ -54,8 +54,8 @@ class ContactDynamics:
         release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
         remembers: the law reads the speed at which the contact was entered.
         rooted: the law has half-integer powers of the depth.
-        reset: states after the jump where y falls to zero, if they jump.
-        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0.
+        reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
+        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends.
         partner: of a rigid contact with friction the index of its other direction, else None.
         restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
         friction: mu, of the friction of a rigid contact.

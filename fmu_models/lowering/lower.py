@@ -143,6 +143,8 @@ def _friction(contact: Friction, rates: _Rates) -> ContactDynamics:
         capacity_minus=None if minus == contact.law.capacity else sympy.sympify(minus),
         force=contact.law.force(contact.slip_speed, contact.sign),
         sticks=contact.law.sticks,
+        reset=dict(contact.law.renewed),
+        reset_sides=4 if contact.law.renewed else 0,
         depth=where,
         depth_terms=() if where is None else terms(where),
         force_symbol=contact.force,

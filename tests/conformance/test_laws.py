@@ -87,7 +87,8 @@ def at_rest(law: Any, slip: float, sign: float) -> dict[sympy.Symbol, float]:
     values = defaults(law)
     rates = [rate.xreplace(values) for rate in law.rates(sympy.Float(slip), sympy.Float(sign))]
     solutions = [sympy.solve(rate, state) for state, rate in zip(law.states, rates, strict=True)]
-    return {state: max(map(float, found)) for state, found in zip(law.states, solutions, strict=True)}
+    # a clock of the stick stands still
+    return {state: max(map(float, found), default=0.0) for state, found in zip(law.states, solutions, strict=True)}
 
 
 def steady(law: Any, slip: float) -> float:

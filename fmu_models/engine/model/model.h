@@ -118,8 +118,8 @@ extern const unsigned char
 extern const unsigned char model_contact_remembers[MODEL_ROOM(MODEL_NC)]; /* its law reads memory */
 extern const unsigned char
     model_contact_rooted[MODEL_ROOM(MODEL_NC)]; /* its law has half-integer powers of its depth */
-extern const unsigned char
-    model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
+extern const unsigned char model_contact_resets[MODEL_ROOM(
+    MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both; 4: where stick begins or ends */
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */

@@ -12,6 +12,7 @@ Transactions on Automatic Control 40 (1995), equations (2) to (4), without visco
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any, ClassVar, Self, final
@@ -22,7 +23,7 @@ from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction, parts_around
 from fmu_models.language.law_parameter import declared
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState, Parameter
+from fmu_models.language.quantities import InternalState, Parameter, State
 
 
 @final
@@ -46,6 +47,11 @@ class LuGre:
     def states(self) -> tuple[InternalState, ...]:
         """The deflection of the bristles."""
         return (self.bristle,)
+
+    @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """None: bristles do not jump."""
+        return {}
 
     @property
     def capacity(self) -> sympy.Expr:

@@ -230,6 +230,9 @@ class Run:
             made = tuple(after)
             if STICK in made:  # the forces that held the others may not suffice any more
                 made, z = self._settle(made, t, z, {})
+        for j, contact in enumerate(self.contacts):
+            if contact.reset_sides & 4 and (mode[j] == STICK) != (made[j] == STICK):
+                z = self._jump(j, t, z)
         self._note(t, mode, made, i if fell.what == "collide" and made[i] == OPEN else None)
         return made, z
 

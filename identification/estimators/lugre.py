@@ -108,4 +108,4 @@ def _sum_of_squares(problem: ShootingProblem) -> float:
         return np.inf
 
 
-ESTIMATOR = Estimator("lugre", STRUCTURE, estimate, rigid=False)
+ESTIMATOR = Estimator("lugre", STRUCTURE, estimate, rigid=False, searches=(0.07, 0.13, 0.2, 0.6))

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import in_threads
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
 from identification.estimators.disturbances import Place, Term, disturbed
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
@@ -22,6 +24,9 @@ from identification.measurement.motion import drive_angle
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
+Made = TypeVar("Made")
+CHUNK = 2**15  # values of a law that are computed at once: they stay in a core's cache
+
 
 @dataclass(frozen=True, eq=False)
 class Regression:
@@ -29,7 +34,7 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood; sign: (n,) of the slip, where known.
+    where: where (n, w) drive and body stood; sign: (n,) of the slip, where known; workers: threads.
     """
 
     slip: np.ndarray
@@ -40,33 +45,51 @@ class Regression:
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
     sign: np.ndarray | None = field(default=None, kw_only=True)
+    workers: int | None = field(default=1, kw_only=True)
 
     @property
     def speed(self) -> np.ndarray:
         """Averaged slip speed (n,), m/s."""
         return self.slip @ self.average
 
-    def along(self, law: FittableLaw, speed: np.ndarray) -> np.ndarray:
-        """Slip speeds (n,) or (n, w) without sign as a law takes them."""
-        return speed if self.sign is None else law.along(speed.T, self.sign).T
+    def along(self, law: FittableLaw, speed: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
+        """Slip speeds of rows, (k,) or (k, w), without sign as a law takes them."""
+        return speed if self.sign is None else law.along(speed.T, self.sign[rows]).T
 
     def model(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Averaged law (n,)."""
-        return law.value(self.along(law, self.slip), q) @ self.average
+        def part(rows: slice) -> np.ndarray:
+            return law.value(self.along(law, self.slip[rows], rows), q) @ self.average
+
+        return np.concatenate(self._by_chunks(part))
 
     def model_gradient(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Derivatives (n, m) of the averaged law."""
-        return (law.gradient(self.along(law, self.slip), q) @ self.average).T
+
+        def part(rows: slice) -> np.ndarray:
+            return (law.gradient(self.along(law, self.slip[rows], rows), q) @ self.average).T
+
+        return np.concatenate(self._by_chunks(part))
 
     def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
         (n, m)."""
-        assert self.where is not None
-        q, a = np.split(x, [len(law.parameters)])
-        slip = self.along(law, self.slip)
-        friction, (factor, by) = law.value(slip, q), disturbed(terms, a, self.where)
-        slopes = [factor * slope for slope in law.gradient(slip, q)] + [friction * slope for slope in by]
-        return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
+        where, (q, a) = self.where, np.split(x, [len(law.parameters)])
+        assert where is not None
+
+        def part(rows: slice) -> tuple[np.ndarray, np.ndarray]:
+            slip = self.along(law, self.slip[rows], rows)
+            friction, (factor, by) = law.value(slip, q), disturbed(terms, a, where.of(rows))
+            slopes = [factor * slope for slope in law.gradient(slip, q)] + [friction * slope for slope in by]
+            return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
+
+        values, slopes = zip(*self._by_chunks(part), strict=True)
+        return np.concatenate(values), np.concatenate(slopes)
+
+    def _by_chunks(self, part: Callable[[slice], Made]) -> list[Made]:
+        """``part`` of all rows, some at a time."""
+        rows = max(CHUNK // self.slip.shape[1], 1)
+        return in_threads(part, [slice(i, i + rows) for i in range(0, len(self.slip), rows)], self.workers)
 
     def thinned(self, every: int) -> Regression:
         """The same with averages over every so many samples, for what is searched often."""
@@ -100,6 +123,7 @@ class Regression:
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
             sign=None if self.sign is None else self.sign[chosen],
+            workers=self.workers,
         )
 
 
@@ -155,14 +179,16 @@ class RegressionProblem(FrictionProblem):
         return replace(self, regression=self.regression.of(clusters), again=made)
 
     def rows(self, x: np.ndarray) -> FrictionRows:
-        """The equations as they are."""
+        """The equations, without what disturbances change."""
         these = self.regression
+        fitted = these.model(self.law, x[: len(self.law.parameters)])
+        off = self._model(these, x) - fitted if self.terms else 0.0
         return FrictionRows(
             speed=these.along(self.law, these.speed),
             least=these.slip.min(axis=1),
             greatest=these.slip.max(axis=1),
-            measured=these.measured,
-            fitted=self._model(these, x),
+            measured=these.measured - off,
+            fitted=fitted,
             cluster=these.cluster,
             log=these.log,
             place=np.zeros(len(these.log), dtype=int),
@@ -191,7 +217,8 @@ class RegressionProblem(FrictionProblem):
 
 def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int]) -> list[Place]:
     """Where drive and body stood at the samples of each segment, (m,) each."""
-    turned = {id(s.motion): drive_angle(s.motion, int(s.motion.log.contacts[0][-1])) for s in segments}
+    motions = {id(segment.motion): segment.motion for segment in segments}
+    turned = {key: drive_angle(motion, int(motion.log.contacts[0][-1])) for key, motion in motions.items()}
     places = []
     for segment, log in zip(segments, logs, strict=True):
         inside, time = slice(segment.first, segment.last), segment.motion.time
@@ -221,7 +248,7 @@ def regress(
     period = ready.natural_period
 
     def again(moved: Mapping[str, float]) -> Regression:
-        return equations(*ready.moved(moved, window * period), period)
+        return replace(equations(*ready.moved(moved, window * period), period), workers=options.workers)
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")

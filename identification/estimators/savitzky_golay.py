@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from identification.estimators.disturbances import Place
 from identification.estimators.regression import Regression, joined, regress, whereabouts
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
-from identification.measurement.motion import odd_count, savitzky_golay
+from identification.measurement.motion import local_polynomial, odd_count, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
@@ -98,16 +99,16 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
 def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
     """Standard deviation (length,) of J th'' + c th' + k th at each sample of a segment, for unit noise of the
     angle."""
-    half = count // 2
-    scale = half * step
-    position = np.arange(-half, half + 1) / half
-    powers = np.arange(ORDER + 1)
-    inverse = np.linalg.pinv(position[:, None] ** powers)
-    first = powers * position[:, None] ** np.maximum(powers - 1, 0) / scale
-    second = powers * (powers - 1) * position[:, None] ** np.maximum(powers - 2, 0) / scale**2
-    weights = (rig.J * second + rig.c * first + rig.k * position[:, None] ** powers) @ inverse
-    gain = np.sqrt(np.sum(weights**2, axis=1))
+    half, gain = count // 2, _window_gain(count, step, rig)
     return np.concatenate([gain[:half], np.full(length - 2 * half, gain[half]), gain[half + 1 :]])
+
+
+@lru_cache(maxsize=16)
+def _window_gain(count: int, step: float, rig: RigValues) -> np.ndarray:
+    """The same (count,) of one window."""
+    (fitted, value), (_, first), (_, second) = (local_polynomial(count, ORDER, derivative) for derivative in range(3))
+    weights = (rig.J * second / step**2 + rig.c * first / step + rig.k * value) @ fitted
+    return np.sqrt(np.sum(weights**2, axis=1))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:

@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import in_threads
 from identification.estimators import savitzky_golay, weak_form
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import Bend, bends_of, solve_straight
@@ -156,8 +157,8 @@ def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
     shown = [measured(motion, R)[0] for motion in ready.motions]
     segments: list[ShootingSegment] = []
     before: list[tuple[ShootingSegment, Start]] = []
-    for number, segment in enumerate(problem.segments):
-        begin, end, start = _span(problem, number, x)
+    spans = in_threads(lambda number: _span(problem, number, x), range(len(problem.segments)), problem.workers)
+    for segment, number, (begin, end, start) in zip(problem.segments, range(len(spans)), spans, strict=True):
         motion = ready.motions[segment.log]
         inside = (motion.time >= begin) & (motion.time <= end) & ~motion.filled
         if np.count_nonzero(inside) * motion.step <= SHORTEST * ready.natural_period:
@@ -175,7 +176,8 @@ def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
         problem, segments=tuple(segments), starts=tuple(Start(segment.guess) for segment in segments), first=x
     )
     pairs = zip(again.segments, again.starts, strict=True)
-    kept = [new if again.follows(place, x) else old for place, (new, old) in enumerate(zip(pairs, before, strict=True))]
+    follows = in_threads(lambda place: again.follows(place, x), range(len(again.segments)), problem.workers)
+    kept = [new if well else old for well, new, old in zip(follows, pairs, before, strict=True)]
     return replace(again, segments=tuple(segment for segment, _ in kept), starts=tuple(start for _, start in kept))
 
 
@@ -213,4 +215,4 @@ def _span(problem: ShootingProblem, number: int, x: np.ndarray) -> tuple[float, 
     return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
 
 
-ESTIMATOR = Estimator("shooting", STRUCTURE, estimate)
+ESTIMATOR = Estimator("shooting", STRUCTURE, estimate, searches=(0.15, 0.35, 0.5))

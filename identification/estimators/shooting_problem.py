@@ -54,8 +54,7 @@ def shooting_problem(
         model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
         factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms))
         if factors:
-            reference = next((term.reference for term in terms if term.moves == "angle"), 0.0)
-            fmu = disturbed_oscillator(contacts[0], law.reference, factors, reference)
+            fmu = disturbed_oscillator(contacts[0], law.reference, factors)
         else:
             fmu = Fmu.open(built(model, contacts=contacts, laws=laws))
         runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
@@ -78,6 +77,7 @@ def shooting_problem(
         starts=tuple(Start(segment.guess) for segment in segments),
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
+        workers=options.workers,
         turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
     )
 

@@ -13,7 +13,9 @@ Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also th
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -21,9 +23,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.disturbances import Term, disturbed
+from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Unknown
@@ -40,6 +43,7 @@ LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
 STARTS = ("theta", "omega")
+KEPT = 3  # evaluations: a search asks again for its last ones, and so does what follows it
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,24 +94,28 @@ class Start:
 
 
 class Runs:
-    """A kept instance of an FMU, opened when first needed; another process opens its own."""
+    """Kept instances of an FMU, one for each thread that runs it, opened when first needed; another process opens its
+    own."""
 
     def __init__(self, fmu: Fmu, by: Sequence[str]) -> None:
         self.fmu, self.by = fmu, tuple(by)
-        self._run: SensitiveRun | None = None
+        self._idle: deque[SensitiveRun] = deque()
 
     def __reduce__(self) -> tuple[object, ...]:
         return Runs, (self.fmu, self.by)
 
-    @property
-    def run(self) -> SensitiveRun:
-        """The instance."""
-        if self._run is None:
-            from fmu_models.simulation.sensitivity import SensitiveRun
+    @contextmanager
+    def taken(self) -> Iterator[SensitiveRun]:
+        """An instance that nobody else has."""
+        from fmu_models.simulation.sensitivity import SensitiveRun
 
-            self._run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
-            weakref.finalize(self, self._run.close)
-        return self._run
+        try:
+            run = self._idle.pop()
+        except IndexError:
+            run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
+            weakref.finalize(self, run.close)
+        yield run
+        self._idle.append(run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +125,7 @@ class ShootingProblem(FrictionProblem):
     terms: disturbances, whose values follow those of the law in x; turned: rad, angle of the drive by log, where they
     need it; first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the
     unknowns move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves
-    steps.
+    steps; workers: threads.
     """
 
     ready: Pool
@@ -132,6 +140,14 @@ class ShootingProblem(FrictionProblem):
     residual_unit: str = "m"
     terms: tuple[Term, ...] = ()
     turned: Mapping[int, Signal] = field(default_factory=dict)
+    workers: int | None = None
+    _last: deque[tuple[bytes, Evaluation, list[Start]]] = field(
+        default_factory=lambda: deque(maxlen=KEPT), init=False, repr=False
+    )
+
+    def __getstate__(self) -> dict[str, object]:
+        """For another process."""
+        return {**self.__dict__, "_last": deque(maxlen=KEPT)}
 
     def start(self) -> np.ndarray:
         """As given."""
@@ -143,10 +159,14 @@ class ShootingProblem(FrictionProblem):
         Raises:
             StickslipError: the model cannot be run at x.
         """
+        key = np.asarray(x, dtype=float).tobytes()
+        for known, evaluation, starts in self._last:
+            if known == key:
+                self._begin_at(starts)
+                return evaluation
         names = [unknown.name for unknown in self.unknowns]
-        parts = [self._projected(number, x, names) for number in range(len(self.segments))]
-        residual, gradient, slip = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return Evaluation(
+        residual, gradient, slip = self._all(x, names)
+        found = Evaluation(
             residual=residual,
             gradient=gradient,
             cluster=np.concatenate([segment.cluster for segment in self.segments]),
@@ -154,6 +174,25 @@ class ShootingProblem(FrictionProblem):
             slip=slip,
             eliminated=len(STARTS) * len(self.segments),
         )
+        self._last.append((key, found, [replace(start) for start in self.starts]))
+        return found
+
+    def _begin_at(self, starts: Sequence[Start]) -> None:
+        for mine, other in zip(self.starts, starts, strict=True):
+            mine.states, mine.x, mine.slope = other.states, other.x, other.slope
+
+    def _all(self, x: np.ndarray, names: Sequence[str]) -> list[np.ndarray]:
+        """`_projected` of all segments, one after the other."""
+        before = [replace(start) for start in self.starts]
+        try:
+            parts = in_threads(
+                lambda number: self._projected(number, x, names), range(len(self.segments)), self.workers
+            )
+        except StickslipError:
+            # how far others came depends on who shared the work
+            self._begin_at(before)
+            raise
+        return [np.concatenate(part) for part in zip(*parts, strict=True)]
 
     def resampled(self, clusters: np.ndarray) -> ShootingProblem:
         """As in `Problem`."""
@@ -199,8 +238,7 @@ class ShootingProblem(FrictionProblem):
         names = [prior.name for prior in self.held]
         runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
         full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
-        columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.segments))])
-        return dict(zip(names, columns.T, strict=True))
+        return dict(zip(names, full._all(x, names)[1].T, strict=True))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
         """The motion of segment ``number`` at x, from its best start states, at times (n,) of the model's clock."""
@@ -225,9 +263,10 @@ class ShootingProblem(FrictionProblem):
         if any(term.moves == "time" and term.order for term in self.terms):
             log = self.ready.motions[segment.log].time
             values |= {"middle": float(log[0] + log[-1]) / 2, "duration": float(log[-1] - log[0])}
-        return self.runs[contacts].run.run(
-            time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs
-        )
+        bent = next((term for term in self.terms if term.moves == "angle"), None)
+        values |= {} if bent is None else {MIDDLE_ANGLE: bent.reference}
+        with self.runs[contacts].taken() as run:
+            return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
 
     def moved(self, segment: ShootingSegment) -> dict[str, dict[str, float]]:
         """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log."""
@@ -248,7 +287,7 @@ class ShootingProblem(FrictionProblem):
     def slips(self, segment: ShootingSegment, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
         known = self.known(x)
-        drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
+        drives = np.array([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
         slip = known["r"] * drives - known["R"] * motion["omega"]
         return slip, self.touch(segment, x, motion["theta"])
 

@@ -136,4 +136,4 @@ def cycle_segments(slips: ShootingProblem, x: np.ndarray) -> list[ShootingSegmen
     return segments
 
 
-ESTIMATOR = Estimator("whole-cycle", STRUCTURE, estimate)
+ESTIMATOR = Estimator("whole-cycle", STRUCTURE, estimate, searches=(0.1, 0.2, 0.3, 0.4))

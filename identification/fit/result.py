@@ -236,6 +236,11 @@ class FrictionFit(Pictured):
         raise StickslipError(f"The fit took no constant '{name}'.{nearest(name, [c.name for c in self.constants])}")
 
     @property
+    def interrupted(self) -> bool:
+        """Whether an interrupt (Ctrl-C) ended the work on it early; the warnings say what is missing."""
+        return any(warning.startswith(("Interrupted", "The bootstrap was stopped")) for warning in self.warnings)
+
+    @property
     def law_reference(self) -> str:
         """What `identification.laws.find_law` finds the law by."""
         return self.declaration or self.law

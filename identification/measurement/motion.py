@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
+from math import perm
 
 import numpy as np
 
@@ -76,10 +78,25 @@ def drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
 
 def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:
     """Local polynomial value or derivative (n,) on an even clock of ``step`` s; the window (s) becomes an odd count."""
-    from scipy.signal import savgol_filter
-
     count = odd_count(window, step)
-    return np.asarray(savgol_filter(angle, count, min(order, count - 1), deriv=derivative, delta=step))
+    fitted, shape = local_polynomial(count, order, derivative)
+    half = count // 2
+    first, last = shape[:half] @ (fitted @ angle[:count]), shape[half + 1 :] @ (fitted @ angle[-count:])
+    return np.concatenate([first, np.correlate(angle, shape[half] @ fitted, "valid"), last]) / step**derivative
+
+
+@lru_cache(maxsize=64)
+def local_polynomial(count: int, order: int, derivative: int) -> tuple[np.ndarray, np.ndarray]:
+    """Least-squares polynomial through ``count`` (odd) even samples: coefficients from values (order + 1, count), and
+    the derivative at each sample, per sample, from coefficients (count, order + 1).
+
+    Source: Savitzky & Golay (1964), Anal. Chem. 36, 1627.
+    """
+    half = count // 2
+    powers = np.arange(min(order, count - 1) + 1)
+    place = np.arange(-half, half + 1)[:, None] / half
+    factor = np.array([perm(power, derivative) for power in powers.tolist()]) / float(half) ** derivative
+    return np.linalg.pinv(place**powers), factor * place ** np.maximum(powers - derivative, 0)
 
 
 def odd_count(window: float, step: float) -> int:

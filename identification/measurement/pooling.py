@@ -15,6 +15,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.base.threads import one_blas_thread
 from identification.inference.problem import Prior
 from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
@@ -115,6 +116,7 @@ def rig_values(known: dict[str, float]) -> RigValues:
     return RigValues(J, k, c, known["R"], known["r"], forces)
 
 
+@one_blas_thread()
 def pool(
     logs: Sequence[RigLog],
     *,

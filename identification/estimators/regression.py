@@ -58,6 +58,7 @@ class Regression:
 
     def model(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Averaged law (n,)."""
+
         def part(rows: slice) -> np.ndarray:
             return law.value(self.along(law, self.slip[rows], rows), q) @ self.average
 

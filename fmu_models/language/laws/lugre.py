@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any, ClassVar, Self, final
+from typing import Any, ClassVar, Self
 
 import sympy
 
@@ -26,7 +26,6 @@ from fmu_models.language.laws.conti import Conti
 from fmu_models.language.quantities import InternalState, Parameter, State
 
 
-@final
 @dataclass(frozen=True)
 class LuGre:
     """Bristles of stiffness ``sigma0`` and damping ``sigma1`` whose steady force is that of the law ``steady``."""
@@ -36,11 +35,14 @@ class LuGre:
     sigma1: sympy.Expr = field(metadata=declared(100.0, "N s/m", "damping of the bristles", 0.0, 1e4))
     bristle: InternalState = field(default_factory=lambda: _bristle("z"))
     sticks: ClassVar[bool] = False
+    kept: ClassVar[type[DryFriction]] = DryFriction
+    """A contact's own law that bristles are put before."""
+    otherwise: ClassVar[type[DryFriction]] = Conti
 
     @classmethod
     def around(cls, own: Any, suffix: str = "") -> Self:
-        """Bristles ``z<suffix>`` before a contact's own law, if it is dry friction, otherwise before Conti's."""
-        steady = own if isinstance(own, DryFriction) else Conti.around(own, suffix)
+        """Bristles ``z<suffix>`` before a contact's own law, if it is ``kept``, or before another in its place."""
+        steady = own if isinstance(own, cls.kept) else cls.otherwise.around(own, suffix)
         return cls(**parts_around(cls, SimpleNamespace(steady=steady, bristle=_bristle(f"z{suffix}")), suffix))
 
     @property

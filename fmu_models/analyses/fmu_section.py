@@ -45,7 +45,7 @@ PATIENCE = 1000.0
 ON_LEVEL = 1e-9
 STEPPERS = ("auto", "taylor")
 # motions that lanes take at a time, so that few of them wait for others
-TOGETHER = 64
+TOGETHER = 256
 # relative error of a step: of our engine, which keeps it at little cost; of a method of integration, above its rounding
 TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 

@@ -9,8 +9,8 @@
  *                                   are lanes
  *     events:  series of the states over a sub-step; its guards are polynomials
  *                  clear        lower bound of the first four terms (Bernstein) less the others > 0
- *                  one root     falls all the way, or bends one way only; a dip that bends upward is searched for its
- *                               lowest point
+ *                  one root     falls all the way, or bends one way only; a dip that bends upward lies above its tangents,
+ *                               or is searched for its lowest point
  *                  otherwise    half the sub-step
  *              go to the earliest root, change the mode; next lane when the point of the grid is reached
  */
@@ -245,7 +245,11 @@ static INLINE V NAME(guard_falls)(const V *q, M wanted, M *longer)
     M clear = rises | (falls & ~ends_below) | (downward & ~ends_below) | (upward & (M)(q[1] >= zero))
               | (upward & ~ends_below & (M)(slope_end <= zero));
     M single = (falls | downward | upward) & ends_below & ~clear;
-    const M dips = open & upward & ~clear & ~single;
+    M dips = open & upward & ~clear & ~single;
+    /* what bends upward lies above the tangents at both ends */
+    const V meet = q[0] + q[1] * ((end - slope_end - q[0]) / (q[1] - slope_end));
+    clear |= dips & (M)(meet > zero);
+    dips &= ~clear;
     V high = one;
     V f_high = end;
     if (NAME(any)(dips)) {

@@ -130,7 +130,7 @@ def test_a_laser_alone_has_its_gain_found_with_the_law() -> None:
     assert slope == pytest.approx(column, abs=1e-3 * np.abs(slope).max())
     regressed = fit_friction(logs, estimator="weak-form")
     assert all(abs(one.value - TRUTH[one.name]) < 3 * one.total_deviation for one in regressed.parameters)
-    assert regressed.constant("laser").standard_uncertainty < 0.002
+    assert regressed.constant("laser").standard_uncertainty <= 0.002
 
 
 def test_a_laser_of_unknown_gain_is_known_by_the_slips() -> None:

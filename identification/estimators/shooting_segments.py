@@ -217,13 +217,15 @@ class ShootingProblem(FrictionProblem):
             return joint_rows(ready, self.law, x[: len(self.law.parameters)])
         samples = friction_samples(ready)
         count = len(self.law.parameters)
-        fitted, off = self.law.value(np.abs(samples.slip), x[:count]), np.zeros(1)
+        assert samples.sign is not None
+        speed = self.law.along(np.abs(samples.slip), samples.sign)
+        fitted, off = self.law.value(speed, x[:count]), np.zeros(1)
         if self.terms:
             assert samples.where is not None
             factor, _ = disturbed(self.terms, x[count : count + len(self.terms)], samples.where)
             off = fitted * (factor - 1)
         return FrictionRows(
-            speed=samples.slip,
+            speed=self.law.along(samples.slip, samples.sign),
             least=samples.slip,
             greatest=samples.slip,
             measured=samples.coefficient - off,

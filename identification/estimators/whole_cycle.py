@@ -111,7 +111,7 @@ def _deflection(segment: ShootingSegment, rig: RigValues, law: FittableLaw, q: n
         return 0.0
     drive = segment.drives[0]
     slip = rig.r * float(np.interp(segment.start_time, drive.time, drive.value)) - rig.R * float(segment.guess[1])
-    return segment.sign * rig.N * float(law.value(np.array([abs(slip)]), q)[0]) / stiffness
+    return segment.sign * rig.N * float(law.value(law.along(np.array([abs(slip)]), segment.sign), q)[0]) / stiffness
 
 
 def cycle_segments(slips: ShootingProblem, x: np.ndarray) -> list[ShootingSegment]:

@@ -295,6 +295,7 @@ def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
         return []
     edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
     range_of = np.where(mine, np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1), -1)
+    range_of = np.where(mine & (rows.speed < 0), range_of - BINS - 1, range_of)  # a range holds slips of one way
     bins = []
     for number in np.unique(range_of[mine]):
         inside = range_of == number

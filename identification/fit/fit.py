@@ -18,7 +18,7 @@ from identification.fit.result import Cause, FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
-from identification.laws import FittableLaw, find_law
+from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
@@ -69,7 +69,8 @@ def fit_friction(
         )
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
-    bristles = find_law("LuGre").names if estimator == "lugre" else ()
+    pair = bristled(form) if estimator == "lugre" else None
+    bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
     if disturbances == AUTO and not ready.seen_well:
         disturbances = NONE
@@ -95,9 +96,12 @@ class _Work:
     def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
         estimator = by or self.estimator
-        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
-        options = replace(self.options, disturbances=terms, progress=told)
-        return adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+        told = self.stages.of(stage)
+        progress = by_evaluations(estimator.searches, told, self.options.progress)
+        options = replace(self.options, disturbances=terms, progress=progress)
+        made = adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+        told(1.0)
+        return made
 
     def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""

@@ -9,6 +9,15 @@
 /* of the times of two events at one instant: by so much of themselves their derivatives may differ by rounding */
 static const double SAME_RATE = 1e-6;
 
+/* the side on which stick lets go at s */
+static int falling_side(const Jets *j, int c, int order, double s)
+{
+    const double force = polynomial_value(j->force[c], order, s);
+    const double plus = MODEL_DIRECTED ? polynomial_value(stick_bound(j, c, 1), order, s) : 0.0;
+    const double minus = MODEL_DIRECTED ? polynomial_value(stick_bound(j, c, -1), order, s) : 0.0;
+    return nearer_side(force, plus, minus);
+}
+
 /* an indicator, up to its sign, if it falls at the end of the step; 0 if it does not */
 static int falling_series(const Run *r, const Variation *l, int lane, int c, int slot, double s, IndicatorSeries *f)
 {
@@ -16,8 +25,7 @@ static int falling_series(const Run *r, const Variation *l, int lane, int c, int
     if (!r->falling[c][slot] || (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL)) {
         return 0;
     }
-    const int margin = indicator_is_margin(r, c, slot);
-    const double side = margin && polynomial_value(r->jets.force[c], l->order - 1, s) < 0.0 ? -1.0 : 1.0;
+    const int side = indicator_is_margin(r, c, slot) ? falling_side(&r->jets, c, l->order - 1, s) : 1;
     indicator_series(r, l, lane, c, slot, side, f);
     return 1;
 }

@@ -9,7 +9,7 @@ int indicator_is_margin(const Run *r, int c, int slot)
     return slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
 }
 
-void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, double side, IndicatorSeries *f)
+void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, int side, IndicatorSeries *f)
 {
     const Jets *j = &r->jets;
     const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
@@ -18,10 +18,12 @@ void indicator_series(const Run *r, const Variation *l, int lane, int c, int slo
     const int normal = slot == SLOT_NORMAL;
     const double *value = closed ? j->force[c] : normal ? j->depth[c] : released ? j->release[c] : j->slip[c];
     const Pair *pairs = closed ? l->force[c] : normal ? l->depth[c] : released ? l->release[c] : l->slip[c];
+    const double *bound = stick_bound(j, c, side);
+    const Pair *moved = MODEL_DIRECTED && side < 0 ? l->capacity_minus[c] : l->capacity[c];
     f->order = l->order - (margin || closed);
     for (int k = 0; k <= f->order; k++) {
-        f->value[k] = margin ? j->capacity[c][k] - side * j->force[c][k] : value[k];
-        f->derivative[k] = margin ? l->capacity[c][k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
+        f->value[k] = margin ? bound[k] - side * j->force[c][k] : value[k];
+        f->derivative[k] = margin ? moved[k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
     }
 }
 

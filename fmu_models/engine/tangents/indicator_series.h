@@ -13,7 +13,7 @@ typedef struct {
 
 /* of a slot of contact c, up to its sign, along one of the two directions of l; side: of the margin of what sticks, the
    sign of the force that it is left by */
-void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, double side, IndicatorSeries *f);
+void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, int side, IndicatorSeries *f);
 /* the margin of what sticks: it has two sides */
 int indicator_is_margin(const Run *r, int c, int slot);
 /* slope at s of a series of that order, and its second derivative */

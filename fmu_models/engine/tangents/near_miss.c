@@ -25,7 +25,7 @@ static double bracketed_minimum(const IndicatorSeries *f, double sign, double lo
 }
 
 /* a minimum at s in the variable of the series */
-static void keep_miss(const Run *r, Tangents *tangents, int c, int slot, double side, double sign, double s,
+static void keep_miss(const Run *r, Tangents *tangents, int c, int slot, int side, double sign, double s,
                       NearMiss *miss, NearMisses *misses)
 {
     const double length = r->segment_rooted ? s * s : s;
@@ -45,12 +45,11 @@ static void keep_miss(const Run *r, Tangents *tangents, int c, int slot, double 
     misses->list[row] = *miss;
 }
 
-static void search_misses(const Run *r, Tangents *tangents, int c, int slot, double side, double end,
-                          NearMisses *misses)
+static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int side, double end, NearMisses *misses)
 {
     IndicatorSeries f;
-    const double sign = side != 0.0 ? 1.0 : (double)location_indicator(r, c, (Slot)slot);
-    NearMiss miss = {.contact = c, .slot = slot, .side = (int32_t)side, .state = r->at.state[c]};
+    const double sign = side != 0 ? 1.0 : (double)location_indicator(r, c, (Slot)slot);
+    NearMiss miss = {.contact = c, .slot = slot, .side = side, .state = r->at.state[c]};
     indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
     double low = 0.0;
     /* what has just fallen, or begun at zero, has a slope there that is rounding */
@@ -79,10 +78,10 @@ void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses
                 continue;
             }
             if (indicator_is_margin(r, c, slot)) {
-                search_misses(r, tangents, c, slot, 1.0, end, misses);
-                search_misses(r, tangents, c, slot, -1.0, end, misses);
+                search_misses(r, tangents, c, slot, 1, end, misses);
+                search_misses(r, tangents, c, slot, -1, end, misses);
             } else {
-                search_misses(r, tangents, c, slot, 0.0, end, misses);
+                search_misses(r, tangents, c, slot, 0, end, misses);
             }
         }
     }

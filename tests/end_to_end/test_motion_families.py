@@ -113,7 +113,7 @@ def test_a_branch_from_the_shell(stickslip, tmp_path):
     answer = stickslip(*asked, "-o", "b.csv", "--figure", "b.png", "--json")
     assert answer.code == 0, answer.err
     (found,) = answer.json["branches"]
-    assert [one["kind"] for one in found["special"]] == ["grazing, compliant", "fold", "fold"]
+    assert sorted(one["kind"] for one in found["special"]) == ["fold", "fold", "grazing, compliant"]
     assert {one["kind"] for one in found["ends"]} == {"range"}
     assert (tmp_path / "b.png").read_bytes().startswith(b"\x89PNG")
     rows = list(csv.DictReader((tmp_path / "b.csv").read_text("utf-8").splitlines()))
@@ -129,13 +129,7 @@ def test_a_branch_from_the_shell(stickslip, tmp_path):
         (("--over", "omega=0.8:1.4", "--start", "x=300"), "No periodic motion"),
         (("--over", "omega=0.8:1.4", "--switch", "some"), "none or all"),
         (("--over", "omega=0.8:1.4", "--of", "y"), "no state 'y'"),
-        (
-            (
-                "--over",
-                "omega=-1:1.4",
-            ),
-            "positive",
-        ),
+        (("--over", "omega=-1:1.4"), "at least 0.0"),
     ],
 )
 def test_a_branch_refuses(stickslip, asked, said):

@@ -124,7 +124,9 @@ class FmuSection(SectionSystem):
         if not lanes or self._lanes is None:
             return ""
         rest = 100.0 * (made - lanes) / made
-        return f"exact flow, up to {self._lanes.lanes} lanes" + (f"; {rest:.2g} % of the steps by series" if rest else "")
+        return f"exact flow, up to {self._lanes.lanes} lanes" + (
+            f"; {rest:.2g} % of the steps by series" if rest else ""
+        )
 
     @property
     def together(self) -> int:

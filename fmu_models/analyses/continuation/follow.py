@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
-from fmu_models.analyses.continuation.discontinuous import Touch, from_event, from_miss, other_word, repeats
+from fmu_models.analyses.continuation.discontinuous import Touch, exchanged, from_event, from_miss, other_word, repeats
 from fmu_models.analyses.continuation.equilibrium import hopf_of
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Passing, Problem, Vector
@@ -301,7 +301,7 @@ class Follower:
             self._add(touch.node)
             before = touch.node
             try:
-                after = other_word(touch)
+                after = exchanged(touch) if touch.miss.turned else other_word(touch)
             except Lost as error:
                 self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
                 self.way.end = ("jump", f"the motion begins to touch '{touch.miss.contact}' there: {error}")

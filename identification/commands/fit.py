@@ -10,7 +10,17 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import RATIOS, FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
+from identification.commands.fits import (
+    RATIOS,
+    Disturbing,
+    FigurePath,
+    decay_of,
+    draw_friction,
+    fit_logs,
+    named,
+    print_fit,
+    write_text,
+)
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
 
 if TYPE_CHECKING:
@@ -34,13 +44,7 @@ def fit(
             "--free", metavar="NAME", help="Constant estimated beside the law: J, k/J, c/J, R, r, N, zero; repeat."
         ),
     ] = None,
-    disturbances: Annotated[
-        str,
-        typer.Option(
-            metavar="none|auto|NAME,...",
-            help="Estimated beside the law: normal-force, normal-force-each, angle, wear; auto: those that show.",
-        ),
-    ] = "auto",
+    disturbances: Disturbing = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
     bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
@@ -78,7 +82,7 @@ def fit(
             estimator=estimator,
             law=law,
             options=Options(tuple(free or ()), progress=searching),
-            disturbances=_disturbances(disturbances),
+            disturbances=named(disturbances),
             inference=inference,
             progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,
@@ -89,13 +93,6 @@ def fit(
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
-
-
-def _disturbances(asked: str) -> str | list[str]:
-    """What is to be sought or estimated."""
-    if asked in ("none", "auto"):
-        return asked
-    return [name.strip() for name in asked.split(",")]
 
 
 def _kept(

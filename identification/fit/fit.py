@@ -116,5 +116,4 @@ def _assumed(causes: Sequence[Cause]) -> list[str]:
 
 def asks_for_causes(plain: FrictionFit) -> bool:
     """Whether the residuals of a fit of one disc are not those of the noise alone."""
-    white = plain.whiteness
-    return len(plain.contacts) == 1 and white is not None and bool(white.coloured or white.beyond or white.repeated)
+    return len(plain.contacts) == 1 and plain.whiteness is not None and plain.whiteness.more_than_noise

@@ -45,6 +45,13 @@ def fit(
         ),
     ] = None,
     disturbances: Disturbing = "auto",
+    law_spread: Annotated[
+        str,
+        typer.Option(
+            metavar="none|auto|all",
+            help="Intervals hold the spread over laws that the logs cannot tell apart; auto: those within reach.",
+        ),
+    ] = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
     bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
     seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
@@ -83,6 +90,7 @@ def fit(
             law=law,
             options=Options(tuple(free or ()), progress=searching),
             disturbances=named(disturbances),
+            law_spread=law_spread,
             inference=inference,
             progress=lambda done: advance(fitted + (0.98 - fitted) * done),
             allow_no_stick=allow_no_stick,

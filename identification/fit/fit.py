@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from identification.estimators import ESTIMATORS
-from identification.estimators.base import Estimator, Options
+from identification.estimators.base import Estimate, Estimator, FrictionProblem, Options
 from identification.estimators.disturbances import terms_of
 from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
+from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.result import Cause, FrictionFit
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
@@ -38,6 +39,7 @@ def fit_friction(
     law: str = "Conti",
     options: Options = DEFAULT_OPTIONS,
     disturbances: str | Sequence[str] = NONE,
+    law_spread: str = NONE,
     parameters: Parameters | None = None,
     inference: Inference = DEFAULT_INFERENCE,
     progress: Callable[[float], None] | None = None,
@@ -50,13 +52,17 @@ def fit_friction(
     k_per_J). An interrupt (Ctrl-C) once there is a solution ends the search for its uncertainty, and the fit says so.
     inference: how its uncertainty is found, and ``progress`` the fraction of that work done. disturbances: names of
     `estimators.disturbances.CAUSES`, estimated beside the law; "auto": those that the logs show, sought only where the
-    residuals ask for it (one driving disc); or "none".
+    residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry the spread over laws
+    that the logs cannot tell apart, and over which: those that the weak form leaves within reach ("auto"), "all" that
+    are not far off, or "none". A law that had not converged, as one nested in it shows, is taken from there.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
     """
     if parameters is not None:
         options = replace(options, given=given(parameters))
+    if law_spread not in MODES:
+        raise StickslipError(f"There is no spread over laws '{law_spread}'.{nearest(law_spread, MODES)}")
     chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
     if not form.sticks and estimator != "lugre":
@@ -71,7 +77,9 @@ def fit_friction(
     def fitted(
         options: Options, progress: Callable[[float], None] | None, wider: float = 1.0, by: Estimator = chosen
     ) -> FrictionFit:
-        made = by.estimate(ready, sought, options)
+        return concluded(by.estimate(ready, sought, options), progress, wider)
+
+    def concluded(made: Estimate, progress: Callable[[float], None] | None, wider: float) -> FrictionFit:
         solved = (ready, made.estimator, made.problem, made.solution, made.law)
         try:
             return conclude(*solved, inference, progress=progress, warnings=made.warnings, wider=wider)
@@ -82,12 +90,26 @@ def fit_friction(
             )
             return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said), wider=wider)
 
+    def contested(fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
+        if law_spread == NONE or fit.solved is None:
+            return fit
+        by, (problem, solution) = ESTIMATORS.load(fit.estimator), (fit.solved.problem, fit.solved.solution)
+        assert isinstance(problem, FrictionProblem)
+        made = Estimate(by, sought, problem, solution)
+        found = contest(ready, made, law_spread)
+        if found is None:
+            return fit
+        better = found.fitted[found.own].found
+        if better is not solution:
+            fit = concluded(replace(made, solution=better), None, wider)
+        return with_spread(fit, found)
+
     def share(begin: float, end: float) -> Callable[[float], None] | None:
         told = progress
         return None if told is None else lambda done: told(begin + (end - begin) * done)
 
     if disturbances == NONE:
-        return fitted(options, progress)
+        return contested(fitted(options, progress))
     named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
     terms_of(ready, named)  # names are judged before the work
     failed = None
@@ -99,14 +121,15 @@ def fit_friction(
             raise
         failed, plain = error, fitted(options, share(0.0, 0.4), by=ESTIMATORS.load(WEAK))
     if failed is None and not named and not asks_for_causes(plain):
-        return plain
-    causes = find_causes(ready, sought, named=named)
+        return contested(plain)
+    alone = bool(named) or not sought.sticks
+    causes = find_causes(ready, sought, named=named) if alone else causes_beside_law(ready, sought)
     if not causes:
         if failed is not None:
             raise failed
-        return plain
+        return contested(plain)
     terms = terms_of(ready, [cause.name for cause in causes])
-    found = fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER)
+    found = contested(fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER), WIDER)
     return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
 
 

@@ -24,6 +24,7 @@ from identification.measurement.pooling import Pool
 
 THIN = 6  # samples of a window of the weak form between nodes of its averages
 SEARCH = 1e-7  # relative: of some 4e4 residuals of unit variance 0.004, to an AIC that is read to 0.1
+MOST = 40  # evaluations of a law, which starts near its best where the logs do not rule it out
 WEAK = 1e-5  # relative, of the weak form that only begins
 SAME = 1e-6  # of the root mean square: residuals that differ less are those of one law
 
@@ -114,7 +115,9 @@ def _fitted(own: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival
     inside = [_inside(less, problem) for less in simpler]
     begins = [np.concatenate([q, own.found.values[len(own.law.parameters) :]]), *(x for x in inside if x is not None)]
     moved = [_stepped(problem, x) for x in begins if np.isfinite(_sum(problem, x))] or begins
-    return Rival(law, problem, solve(problem, min(moved, key=lambda x: _sum(problem, x)), tolerance=SEARCH))
+    return Rival(
+        law, problem, solve(problem, min(moved, key=lambda x: _sum(problem, x)), tolerance=SEARCH, evaluations=MOST)
+    )
 
 
 def _under(own: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
@@ -154,7 +157,7 @@ def _not_worse(one: Rival, less: Rival, inside: np.ndarray) -> Rival:
     """A law at least as good as one nested in it."""
     if one.sum <= less.sum:
         return one
-    again = Rival(one.law, one.problem, solve(one.problem, inside, tolerance=SEARCH))
+    again = Rival(one.law, one.problem, solve(one.problem, inside, tolerance=SEARCH, evaluations=MOST))
     return min((one, again), key=lambda rival: rival.sum)
 
 

@@ -294,6 +294,13 @@ def _scale(candidates: Sequence[_Candidate]) -> _Scale:
     return _Scale(best.sum, best.rows, effective, variance)
 
 
+def criteria(solved: Mapping[str, tuple[Problem, Solution]]) -> dict[str, float]:
+    """AIC of laws that are fitted to the same residuals."""
+    made = [_Candidate(name, one, found, _covariance(one, found, DEFAULT), ()) for name, (one, found) in solved.items()]
+    scale = _scale(made)
+    return {one.name: scale.criteria(one)[0] for one in made}
+
+
 def akaike_weights(aic: np.ndarray) -> np.ndarray:
     """Weights (k,) of laws, sum 1, by their AIC (k,)."""
     likelihood = np.exp(-0.5 * (aic - np.min(aic)))

@@ -97,7 +97,8 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
     values = ", ".join(f"{q.name} = {value_with_sd(q.value, q.total_deviation, q.unit)}" for q in fitted)
     missing = dict.fromkeys(constant for name in names for constant in fit.unstated(name))
     least = f" (at least: of {', '.join(missing)} not stated)" if missing else ""
-    return f"{values}\n± one standard deviation, noise and rig constants together{least}"
+    parts = "noise, rig constants and law" if fit.rivals else "noise and rig constants"
+    return f"{values}\n± one standard deviation, {parts} together{least}"
 
 
 def draw_fit(axes: Axes, fit: FrictionFit) -> None:

@@ -138,7 +138,7 @@ def _said(found: Contest) -> tuple[str, ...]:
     if ahead < BETTER:
         return ()
     return (
-        f"{best} fits these logs better than {found.own} (AIC lower by {ahead:.3g}): the values of {found.own} tell the "
+        f"{best} fits these logs better than {found.own} (AIC lower by {ahead:.3g}): the values of {found.own} tell "
         f"friction at the speeds seen, not beyond them. Compare with `stickslip laws`, or fit --law {best}.",
     )
 

@@ -15,9 +15,10 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.estimators import weak_form
 from identification.estimators.base import Estimate, FrictionProblem, Options
+from identification.estimators.chart import Charted
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.shooting_problem import under
-from identification.estimators.shooting_segments import ShootingProblem
+from identification.estimators.shooting_segments import ShootingProblem, Start
 from identification.inference.problem import Solution, solve
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
@@ -110,14 +111,51 @@ def fit_rivals(
     return Rivals({name: fitted[name] for name in laws if name in fitted}, refused, tuple(nested))
 
 
+@dataclass(frozen=True, eq=False)
+class _Begin:
+    """Where (m,) a search may start: of a problem, whose start states are near those there. What is evaluated at one x
+    is not the beginning of another: of each begin the problem is its own."""
+
+    problem: FrictionProblem
+    x: np.ndarray
+
+    def at(self, x: np.ndarray) -> _Begin:
+        """Elsewhere, with start states as they are here."""
+        if not isinstance(self.problem, ShootingProblem):
+            return _Begin(self.problem, x)
+        return _Begin(replace(self.problem, starts=tuple(replace(start) for start in self.problem.starts)), x)
+
+    @property
+    def sum(self) -> float:
+        try:
+            residual = self.problem.evaluate(self.x).residual
+        except StickslipError:
+            return np.inf
+        return float(residual @ residual)
+
+    @property
+    def stepped(self) -> _Begin:
+        """After one Gauss-Newton step, as far as the bounds allow, if that is better."""
+        here = self.problem.evaluate(self.x)
+        step = np.linalg.lstsq(here.gradient, -here.residual, rcond=None)[0]
+        limits = np.array([(unknown.minimum, unknown.maximum) for unknown in self.problem.unknowns])
+        after = self.at(np.clip(self.x + step, *limits.T))
+        return after if after.sum < float(here.residual @ here.residual) else self
+
+    @property
+    def solved(self) -> Solution:
+        """The solution found from here; steps to where the model does not follow a log are taken back."""
+        careful = Charted(self.problem, ()) if isinstance(self.problem, ShootingProblem) else self.problem
+        return solve(careful, self.x, tolerance=SEARCH, evaluations=MOST)
+
+
 def _fitted(own: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival]) -> Rival:
     problem = _under(own, law, q)
-    inside = [_inside(less, problem) for less in simpler]
-    begins = [np.concatenate([q, own.found.values[len(own.law.parameters) :]]), *(x for x in inside if x is not None)]
-    moved = [_stepped(problem, x) for x in begins if np.isfinite(_sum(problem, x))] or begins
-    return Rival(
-        law, problem, solve(problem, min(moved, key=lambda x: _sum(problem, x)), tolerance=SEARCH, evaluations=MOST)
-    )
+    first = _Begin(_under(own, law, q), np.concatenate([q, own.found.values[len(own.law.parameters) :]]))
+    begins = [first, *(one for less in simpler if (one := _inside(less, problem)) is not None)]
+    usable = [one for one in begins if np.isfinite(one.sum)] or [first]
+    best = min((one.stepped for one in usable), key=lambda one: one.sum)
+    return Rival(law, best.problem, best.solved)
 
 
 def _under(own: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
@@ -128,42 +166,26 @@ def _under(own: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
     raise StickslipError("Laws are compared on logs of one driving disc. Fit the logs of each disc by itself.")
 
 
-def _inside(less: Rival, more: FrictionProblem) -> np.ndarray | None:
-    """Where (m,) a problem gives the residuals of a law with fewer parameters; None if that law is not nested in it."""
+def _inside(less: Rival, more: FrictionProblem) -> _Begin | None:
+    """Where a problem gives the residuals of a law with fewer parameters; None if that law is not nested in it."""
     names = [unknown.name for unknown in more.unknowns]
     values = {u.name: float(v) for u, v in zip(less.problem.unknowns, less.found.values, strict=True)}
     if not set(values) < set(names):
         return None
-    x = np.array([values.get(name, 0.0) for name in names])
+    if isinstance(more, ShootingProblem) and isinstance(less.problem, ShootingProblem):
+        more = replace(more, starts=tuple(Start(start.at(less.found.values)) for start in less.problem.starts))
+    begin = _Begin(more, np.array([values.get(name, 0.0) for name in names]))
     try:
-        here = more.evaluate(x).residual
+        here = more.evaluate(begin.x).residual
     except StickslipError:
         return None
     there = less.found.evaluation.residual
     same = np.sqrt(np.mean((here - there) ** 2)) < SAME * np.sqrt(np.mean(there**2))
-    return x if same else None
+    return begin if same else None
 
 
-def _stepped(problem: FrictionProblem, x: np.ndarray) -> np.ndarray:
-    """One Gauss-Newton step, as far as the bounds allow."""
-    here = problem.evaluate(x)
-    step = np.linalg.lstsq(here.gradient, -here.residual, rcond=None)[0]
-    limits = np.array([(unknown.minimum, unknown.maximum) for unknown in problem.unknowns])
-    stepped = np.clip(x + step, *limits.T)
-    return stepped if _sum(problem, stepped) < float(here.residual @ here.residual) else x
-
-
-def _not_worse(one: Rival, less: Rival, inside: np.ndarray) -> Rival:
+def _not_worse(one: Rival, less: Rival, inside: _Begin) -> Rival:
     """A law at least as good as one nested in it."""
     if one.sum <= less.sum:
         return one
-    again = Rival(one.law, one.problem, solve(one.problem, inside, tolerance=SEARCH, evaluations=MOST))
-    return min((one, again), key=lambda rival: rival.sum)
-
-
-def _sum(problem: FrictionProblem, x: np.ndarray) -> float:
-    try:
-        residual = problem.evaluate(x).residual
-    except StickslipError:
-        return np.inf
-    return float(residual @ residual)
+    return min((one, Rival(one.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)

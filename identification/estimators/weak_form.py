@@ -69,7 +69,15 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
     return Regression(
-        np.concatenate(slips), average, np.concatenate(measured), cluster, log, tuple(whiten), where=joined(places)
+        np.concatenate(slips),
+        average,
+        np.concatenate(measured),
+        cluster,
+        log,
+        tuple(whiten),
+        where=joined(places),
+        noise=float(np.linalg.norm(weights)),
+        sign=np.array([float(segment.sign) for segment in segments])[cluster],
     )
 
 

@@ -13,7 +13,7 @@ Sources: Holm (1979), Scand. J. Statist. 6, 65; Kass & Raftery (1995), J. Am. St
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,8 +61,8 @@ class _Fit:
 class _Search:
     """Fits of one law with sets of causes, each made once."""
 
-    def __init__(self, ready: Pool, law: FittableLaw) -> None:
-        first = weak_form.estimate(ready, law, Options())
+    def __init__(self, ready: Pool, law: FittableLaw, workers: int | None = None) -> None:
+        first = weak_form.estimate(ready, law, Options(workers=workers))
         assert isinstance(first.problem, RegressionProblem)
         self.ready = ready
         self.bare = replace(first.problem, regression=first.problem.regression.thinned(THIN), again=None)
@@ -109,19 +109,27 @@ class _Search:
         return gain, float(fdtrc(terms, freedom, fall / terms / (more.sum / freedom)))
 
 
-def find_causes(ready: Pool, law: FittableLaw, *, named: Sequence[str] = ()) -> tuple[Cause, ...]:
+def find_causes(
+    ready: Pool,
+    law: FittableLaw,
+    *,
+    named: Sequence[str] = (),
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+) -> tuple[Cause, ...]:
     """The disturbances that pooled logs of one driving disc show under a law; the strongest first. named: those that
-    are taken without asking the logs, and then no others.
+    are taken without asking the logs, and then no others; workers: threads; progress: told the fraction done.
 
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
     """
-    search = _Search(ready, law)
+    search = _Search(ready, law, workers)
     now, chosen = search.fit(()), list[str]()
     if named:
         now = search.anew(search.fit(named, now))
         return tuple(_cause(search, now, one) for one in now.causes)
     while True:
+        progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
         open_ = [one for one in CAUSES if one not in chosen and not {one, *chosen} >= {FORCE, FORCE_EACH}]
         if len(ready.motions) < 2:
             open_ = [one for one in open_ if one != FORCE_EACH]

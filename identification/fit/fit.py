@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
-from identification.estimators.base import Estimate, Estimator, FrictionProblem, Options
-from identification.estimators.disturbances import terms_of
+from identification.estimators.base import Estimator, Options
+from identification.estimators.disturbances import Term, terms_of
+from identification.fit.adjust import Adjusted, ContradictedRadii, adjust
 from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.result import Cause, FrictionFit
+from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
-from identification.laws import find_law
+from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
@@ -32,6 +35,7 @@ WEAK = "weak-form"  # the estimator that runs no model
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
+@one_blas_thread()
 def fit_friction(
     logs: Sequence[RigLog] | Pool,
     *,
@@ -49,8 +53,8 @@ def fit_friction(
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
     `measurement.pooling.pool` of them. law: as `find_law` takes it. parameters: first values, bounds and held
     unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called
-    k_per_J). An interrupt (Ctrl-C) once there is a solution ends the search for its uncertainty, and the fit says so.
-    inference: how its uncertainty is found, and ``progress`` the fraction of that work done. disturbances: names of
+    k_per_J). An interrupt (Ctrl-C) once there is a solution ends the work, and the fit says what is missing.
+    inference: how its uncertainty is found; ``progress`` is told the fraction of all this done. disturbances: names of
     `estimators.disturbances.CAUSES`, estimated beside the law; "auto": those that the logs show, sought only where the
     residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry the spread over laws
     that the logs cannot tell apart, and over which: those that the weak form leaves within reach ("auto"), "all" that
@@ -71,66 +75,114 @@ def fit_friction(
         )
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
-    bristles = find_law("LuGre").names if estimator == "lugre" else ()
+    pair = bristled(form) if estimator == "lugre" else None
+    bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
-
-    def fitted(
-        options: Options, progress: Callable[[float], None] | None, wider: float = 1.0, by: Estimator = chosen
-    ) -> FrictionFit:
-        return concluded(by.estimate(ready, sought, options), progress, wider)
-
-    def concluded(made: Estimate, progress: Callable[[float], None] | None, wider: float) -> FrictionFit:
-        solved = (ready, made.estimator, made.problem, made.solution, made.law)
-        try:
-            return conclude(*solved, inference, progress=progress, warnings=made.warnings, wider=wider)
-        except KeyboardInterrupt:
-            said = (
-                f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the "
-                "jackknife's."
-            )
-            return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said), wider=wider)
-
-    def contested(fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
-        if law_spread == NONE or fit.solved is None:
-            return fit
-        by, (problem, solution) = ESTIMATORS.load(fit.estimator), (fit.solved.problem, fit.solved.solution)
-        assert isinstance(problem, FrictionProblem)
-        made = Estimate(by, sought, problem, solution)
-        found = contest(ready, made, law_spread)
-        if found is None:
-            return fit
-        better = found.fitted[found.own].found
-        if better is not solution:
-            fit = concluded(replace(made, solution=better), None, wider)
-        return with_spread(fit, found)
-
-    def share(begin: float, end: float) -> Callable[[float], None] | None:
-        told = progress
-        return None if told is None else lambda done: told(begin + (end - begin) * done)
-
+    if disturbances == AUTO and not ready.seen_well:
+        disturbances = NONE
+    stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
+    work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
-        return contested(fitted(options, progress))
+        return work.contested(made := work.searched("search"), work.concluded("end", made))
     named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
     terms_of(ready, named)  # names are judged before the work
-    failed = None
-    try:
-        plain = fitted(options, share(0.0, 0.4))
-    except StickslipError as error:
-        # without a strong disturbance the model may not follow the logs at all; the weak form runs none
-        if len(ready.contacts) > 1 or estimator == WEAK:
+    return work.with_causes(named)
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What one fit is made of."""
+
+    ready: Pool
+    law: FittableLaw
+    estimator: Estimator
+    options: Options
+    inference: Inference
+    law_spread: str
+    stages: Stages
+
+    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
+        """The solution with these terms of disturbances, and with constants adjusted to it."""
+        estimator = by or self.estimator
+        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
+        options = replace(self.options, disturbances=terms, progress=told)
+        return adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+
+    def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
+        """What a solution says; after an interrupt by the jackknife, which takes no time."""
+        asked = asked or self.inference
+        try:
+            return conclude(self.ready, made, asked, progress=self.stages.of(stage), wider=wider)
+        except KeyboardInterrupt:
+            said = (
+                f"Interrupted: {asked.covariance} and intervals were not finished; the deviations are the jackknife's."
+            )
+            return conclude(self.ready, made, DEFAULT_INFERENCE, warnings=(said,), wider=wider)
+
+    def contested(self, made: Adjusted, fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
+        """The fit with the spread over laws; its law taken up again where it had not converged."""
+        if self.law_spread == NONE or fit.interrupted:
+            return fit
+        try:
+            found = contest(self.ready, made.estimate, self.law_spread, progress=self.stages.of("laws"))
+        except KeyboardInterrupt:
+            return replace(fit, warnings=("Interrupted: other laws were not asked.", *fit.warnings))
+        if found is None:
+            return fit
+        better = found.fitted[found.own]
+        if better.found is not made.estimate.solution:
+            estimate = replace(made.estimate, problem=better.problem, solution=better.found)
+            fit = self.concluded("end", replace(made, estimate=estimate), wider=wider)
+        return with_spread(fit, found)
+
+    def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
+        """The fit with the disturbances that are named, or that its residuals ask for."""
+        failed = None
+        try:
+            made = self.searched("search")
+            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+        except ContradictedRadii:
             raise
-        failed, plain = error, fitted(options, share(0.0, 0.4), by=ESTIMATORS.load(WEAK))
-    if failed is None and not named and not asks_for_causes(plain):
-        return contested(plain)
-    alone = bool(named) or not sought.sticks
-    causes = find_causes(ready, sought, named=named) if alone else causes_beside_law(ready, sought)
-    if not causes:
-        if failed is not None:
-            raise failed
-        return contested(plain)
-    terms = terms_of(ready, [cause.name for cause in causes])
-    found = contested(fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER), WIDER)
-    return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+        except StickslipError as error:
+            # without a strong disturbance the model may not follow the logs at all; the weak form runs none
+            if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
+                raise
+            failed, made = error, self.searched("search", by=ESTIMATORS.load(WEAK))
+            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+        if plain.interrupted:
+            return plain
+        causes = ()
+        if failed is not None or named or asks_for_causes(plain):
+            told, workers = self.stages.of("causes"), self.options.workers
+            try:
+                if named or not self.law.sticks or self.law.directed:
+                    causes = find_causes(self.ready, self.law, named=named, workers=workers, progress=told)
+                else:
+                    causes = causes_beside_law(self.ready, self.law, workers=workers, progress=told)
+            except KeyboardInterrupt:
+                return _ended(plain, "disturbances were not sought to the end", failed)
+        if not causes:
+            if failed is not None:
+                raise failed
+            return self.contested(made, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made))
+        try:
+            again = self.searched("search again", terms=terms_of(self.ready, [cause.name for cause in causes]))
+        except KeyboardInterrupt:
+            words = ", ".join(cause.name for cause in causes)
+            return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
+        found = self.contested(again, self.concluded("end", again, wider=WIDER), WIDER)
+        return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+
+
+def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> FrictionFit:
+    """What there is when an interrupt came; failed: why the model did not follow the logs without disturbances.
+
+    Raises:
+        KeyboardInterrupt: there is nothing but first values of a model that does not follow.
+    """
+    if failed is not None:
+        raise KeyboardInterrupt
+    return replace(plain, warnings=(f"Interrupted: {missing}; this is the fit without any.", *plain.warnings))
 
 
 def _assumed(causes: Sequence[Cause]) -> list[str]:

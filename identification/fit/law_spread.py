@@ -14,7 +14,7 @@ the value of the law that is fitted in place of the mean.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,9 +52,11 @@ class Contest:
     lead: Mapping[str, float]
 
 
-def causes_beside_law(ready: Pool, law: FittableLaw) -> tuple[Cause, ...]:
+def causes_beside_law(
+    ready: Pool, law: FittableLaw, *, workers: int | None, progress: Callable[[float], None]
+) -> tuple[Cause, ...]:
     """Disturbances that the logs show under the law that the weak form finds best within them, be it this or another:
-    a law of the wrong form takes its leftovers for disturbances.
+    a law of the wrong form takes its leftovers for disturbances. workers, progress: as for `find_causes`.
 
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
@@ -62,11 +64,13 @@ def causes_beside_law(ready: Pool, law: FittableLaw) -> tuple[Cause, ...]:
     laws = {name: one for name, one in slip_laws().items() if one.reference != law.reference} | {law.name: law}
     causes: tuple[Cause, ...] = ()
     tried: set[tuple[str, ...]] = set()
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [one.name for one in causes])))
         near = _near(weak, law.name)
         under = law.name if near[law.name] < NEAR else min(near, key=lambda name: near[name])
-        causes = find_causes(ready, laws[under])
+        causes = find_causes(
+            ready, laws[under], workers=workers, progress=lambda done, at=turn: progress((at + done) / ROUNDS)
+        )
         now = (under, *sorted(one.name for one in causes))
         if now in tried or not causes:
             break
@@ -74,10 +78,12 @@ def causes_beside_law(ready: Pool, law: FittableLaw) -> tuple[Cause, ...]:
     return causes
 
 
-def contest(ready: Pool, made: Estimate, mode: str) -> Contest | None:
+def contest(
+    ready: Pool, made: Estimate, mode: str, *, progress: Callable[[float], None] | None = None
+) -> Contest | None:
     """The law of an estimate and those that the logs may not tell apart from it; None where that cannot be said: two
-    discs, values held, or a contact that does not stick. mode: "auto" asks the laws that the weak form, which costs
-    next to nothing, leaves within reach; "all" every law that is not far off."""
+    discs, values held, a contact that does not stick, or friction by direction. mode: "auto" asks the laws that the
+    weak form, which costs next to nothing, leaves within reach; "all" every law that is not far off."""
     problem, found, law = made.problem, made.solution, made.law
     if (
         isinstance(law, JointLaw)
@@ -89,7 +95,9 @@ def contest(ready: Pool, made: Estimate, mode: str) -> Contest | None:
     laws = {name: one for name, one in slip_laws().items() if one.reference != law.reference} | {law.name: law}
     weak = weak_fits(ready, laws, Options(disturbances=problem.terms))
     near = list(_near(weak, law.name)) if mode == AUTO else _not_far(weak, law.name)
-    fitted = fit_rivals(made, {name: laws[name] for name in near}, lambda one: weak[one.name].law_values).fitted
+    fitted = fit_rivals(
+        made, {name: laws[name] for name in near}, lambda one: weak[one.name].law_values, progress=progress
+    ).fitted
     aic = criteria({name: (one.problem, one.found) for name, one in fitted.items()})
     least = min(aic.values())
     return Contest(law.name, fitted, {name: value - least for name, value in aic.items()})

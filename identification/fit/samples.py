@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from identification.estimators.disturbances import disturbed, terms_of
 from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
 from identification.fit.result import FrictionFit
 from identification.laws import find_law
@@ -14,16 +17,19 @@ from identification.measurement.pooling import Pool
 def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]:
     """Friction coefficient against slip speed on each driving disc.
 
-    Of one disc: at every sample, from the motion alone. Of two: averages over windows in which it touches, with the
-    fitted friction of the other taken off, and what the law's bend within a window adds to its value at the mean slip
-    speed.
+    Of one disc: at every sample, from the motion alone, without what the disturbances that were found changed. Of two:
+    averages over windows in which it touches, with the fitted friction of the other taken off, and what the law's bend
+    within a window adds to its value at the mean slip speed.
 
     Raises:
         StickslipError: no slip of the logs holds a window.
     """
+    ready = ready.with_constants({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
     law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
-        return {ready.contacts[0]: friction_samples(ready)}
+        found = _undisturbed(fit, ready)
+        assert found.sign is not None
+        return {ready.contacts[0]: replace(found, slip=law.along(found.slip, found.sign))}
     from identification.estimators.two_discs import joint_rows
 
     rows = joint_rows(ready, law, fit.law_values)
@@ -39,3 +45,15 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
             weight=np.ones(np.count_nonzero(mine)),
         )
     return found
+
+
+def _undisturbed(fit: FrictionFit, ready: Pool) -> FrictionSamples:
+    """Friction on one disc as the law alone would have it."""
+    samples = friction_samples(ready)
+    terms = terms_of(ready, [cause.name for cause in fit.causes])
+    if not terms:
+        return samples
+    assert samples.where is not None
+    found = {one.name: one.value for one in fit.nuisance}
+    factor, _ = disturbed(terms, np.array([found[term.name] for term in terms]), samples.where)
+    return replace(samples, coefficient=samples.coefficient / factor)

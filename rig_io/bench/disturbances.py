@@ -11,14 +11,17 @@ size stated where they are largest. The counters of the drives run on from log t
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
+from fmu_models.base.unit_names import conversion_factor
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -27,6 +30,11 @@ ANGLE, REACH = 0.1, 0.1  # rad: where the friction is as declared, and how far f
 PERIODS = (15.0, 80.0)  # s, of the sines of a drift
 SINES = 3
 LARGEST = 0.5  # of any relative disturbance
+UNITS: Mapping[str, str] = {
+    **dict.fromkeys(("once", "twice", "angle", "per_log", "within"), "1"),
+    **{"offset": "m", "drift": "m", "zero": "rad"},
+}
+_SIZE = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)")
 _SHAPE = np.array([0.0, 1.0, 0.5, -1.5])
 
 
@@ -46,12 +54,39 @@ class Disturbances(Shown):
     zero: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("once", "twice", "angle", "per_log", "within"):
-            if not abs(getattr(self, name)) <= LARGEST:
+        for name, unit in UNITS.items():
+            if unit == "1" and not abs(getattr(self, name)) <= LARGEST:
                 raise StickslipError(
                     f"A disturbance '{name}' of {getattr(self, name):g} is out of range: it is a share of the "
                     f"friction, up to {LARGEST:g}."
                 )
+
+    @staticmethod
+    def said(texts: Sequence[str]) -> Disturbances:
+        """From texts such as "once=5%", "drift=0.3mm", "zero=2mrad"; a number without unit is SI.
+
+        Raises:
+            StickslipError: no disturbance of that name, no size, a unit that does not fit, a name twice, out of range.
+        """
+        sizes: dict[str, float] = {}
+        for text in texts:
+            name, _, size = (part.strip() for part in text.partition("="))
+            if name not in UNITS:
+                raise StickslipError(f"There is no disturbance '{name}'.{nearest(name, UNITS)}")
+            if name in sizes:
+                raise StickslipError(f"The disturbance '{name}' is given twice. Give it once.")
+            found = _SIZE.fullmatch(size)
+            if found is None:
+                raise StickslipError(f"A disturbance is given as NAME=SIZE, for example once=5%; found '{text}'.")
+            try:
+                factor = conversion_factor(found[2], UNITS[name]) if found[2] else 1.0
+            except ValueError as error:
+                unit = UNITS[name].replace("1", "%")
+                raise StickslipError(
+                    f"The disturbance '{name}' has no size '{size}' ({error}). Its unit is {unit}."
+                ) from error
+            sizes[name] = float(found[1]) * factor
+        return Disturbances(**sizes)
 
     def load(
         self, time: np.ndarray, angle: np.ndarray, duration: float, number: int, specimen: np.random.Generator

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from rig_io.bench.emulator import Emulation
 
+SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
+
 
 def emulate(
     place: Annotated[
@@ -51,9 +53,20 @@ def emulate(
     micro_slip: Annotated[
         float | None, typer.Option(metavar="STIFFNESS", help="Elastic contact below gross slip, N/m (default: rigid).")
     ] = None,
+    disturbance: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=SIZE",
+            help="Of a bench as it is: once=5%, twice=1% (normal force per turn of the drive), angle=5% (friction over "
+            "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad; repeat.",
+        ),
+    ] = None,
     ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
     laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,
     encoder: Annotated[bool, typer.Option(help="Fit the encoder of the body.")] = True,
+    drive_encoder: Annotated[
+        bool, typer.Option(help="Fit the drives' encoders; without, they turn at their nominal speeds within 0.5 %.")
+    ] = True,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -63,12 +76,13 @@ def emulate(
     """
     from dataclasses import replace
 
+    from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulator import MicroSlip, standard_set
 
     if place.suffix == ".toml":
-        said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip)
-        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None)
-        if said != left or not (ripple and laser and encoder):
+        said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip, disturbance)
+        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None)
+        if said != left or not (ripple and laser and encoder and drive_encoder):
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -79,8 +93,10 @@ def emulate(
     folder = place
     fitted = {"laser": None} if not laser else {}
     fitted |= {"encoder": None} if not encoder else {}
+    fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
     fitted |= {"ripple": None} if not ripple else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
+    fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}
     settings = standard_set(material, _numbers(speeds), duration=duration, **fitted)
     if second is not None:
         settings = _with_second(settings, _numbers(second) or [], second_material or material)

@@ -18,6 +18,7 @@ import pytest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from identification.commands import application
+from rig_io.packages.datapackage import read_package
 
 RIGS = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 
@@ -182,6 +183,17 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
 
 
+def test_a_disturbance_of_the_bench_is_emulated_as_it_is_said(stickslip, tmp_path):
+    settings = ("--seed", 5, "--speeds", "0.83", "--duration", "4", "--no-encoder")
+    assert stickslip("emulate", "clean", *settings).code == 0
+    assert stickslip("emulate", "drifting", *settings, "--disturbance", "drift=1.5mm").code == 0
+    clean, drifting = (read_package(tmp_path / folder)[0] for folder in ("clean", "drifting"))
+    gain = clean.calibration.need("laser").gain
+    shown = gain * (drifting.column("laser") - clean.column("laser"))
+    assert np.max(np.abs(shown)) == pytest.approx(1.5e-3, rel=0.01)  # readings are 10 um apart
+    assert drifting.experiment.emulation["disturbances"]["drift"] == 1.5e-3
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -222,6 +234,10 @@ def test_emulated_logs_are_the_same_for_the_same_seed(stickslip, tmp_path):
         (["emulate", "logs", "--material", "steel"], "no material 'steel'"),
         (["emulate", "logs", "--speeds", "fast"], "numbers separated by commas"),
         (["emulate", "logs", "--no-laser", "--no-encoder"], "no sensor sees the disc"),
+        (["emulate", "logs", "--disturbance", "onze=5%"], "Did you mean 'once'"),
+        (["emulate", "logs", "--disturbance", "drift=5%"], "Its unit is m."),
+        (["emulate", "logs", "--disturbance", "once=80%"], "up to 0.5"),
+        (["emulate", "logs", "--disturbance", "once=1%", "--second-disc", "0.3"], "with one disc"),
         (["fit", "nowhere"], "nowhere"),
         (["fit", RIGS, "--estimator", "guess"], "No estimator is called 'guess'"),
         (["fit", RIGS, "--law", "Cont"], "Did you mean 'Conti'"),

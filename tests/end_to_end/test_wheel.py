@@ -26,8 +26,8 @@ PARTS = ("pyproject.toml", "README.md", "LICENSE", "fmu_models", "identification
 ABSENT = {"ball.fmu", "pump.fmu", "my_logs", "new_logs", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"}
 # minutes of work in parts that other commands here have shown to be in the wheel
 LONG = (
-    *("demo", "laws", "stress", "bench", "fit two", "emulate two", "export disc_rig --platform"),
-    *("scene disc_rig_class_a --explain", "fit data/rigs/paper_rubber --covariance", "compare"),
+    *("demo", "laws", "stress", "bench", "fit two", "emulate two", "export disc_rig --platform", "fit worn"),
+    *("scene disc_rig_class_a --explain", "fit data/rigs/paper_rubber --covariance", "compare", "emulate worn"),
 )
 
 

@@ -16,6 +16,9 @@ from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
+from identification.estimators.regression import RegressionProblem
+from identification.estimators.releases import breakaway
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
 from identification.inference.choice import Inference, infer
 from identification.inference.lmfit_exchange import Solved
@@ -71,6 +74,11 @@ def conclude(
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
+    releases = None
+    alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
+    if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
+        noise = covariance[:count, :count]
+        releases = breakaway(ready, law, found.values[:count], noise, shifts)
     constants, scale = _constants(problem, shifts, law, found.values)
     bound = None if known.bound is None else among(known.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
@@ -102,6 +110,7 @@ def conclude(
             *_warnings(law, found, parameters, segments),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
+            *(releases.warnings if releases else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
@@ -109,6 +118,7 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
     )

@@ -20,7 +20,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from rig_io.bench.disturbances import Disturbances, disturbed_oscillator
-from rig_io.bench.drive import Ripple
+from rig_io.bench.drive import Ripple, held_duration, with_holds
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog
@@ -116,7 +116,8 @@ class Emulation(Shown):
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
     may be None: not fitted, or ideal. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
-    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none.
+    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. holds: s each, for
+    which the drives stop one after the other (drive.py).
     """
 
     name: str
@@ -135,6 +136,7 @@ class Emulation(Shown):
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
     disturbances: Disturbances | None = None
+    holds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
@@ -150,6 +152,13 @@ class Emulation(Shown):
             )
         if self.disturbances is not None and (len(self.discs) > 1 or self.scene is not None):
             raise StickslipError(f"'{self.name}': disturbances are emulated of the rig with one disc, without a scene.")
+        if any(not hold > 0 for hold in self.holds) or (self.holds and not self.discs):
+            raise StickslipError(f"'{self.name}': holds are of a disc's drive and last longer than 0 s.")
+        if self.holds and self.duration < held_duration(self.holds):
+            raise StickslipError(
+                f"'{self.name}': {self.duration:g} s have no room for {len(self.holds)} holds. Let the log last "
+                f"{held_duration(self.holds):g} s."
+            )
         if self.laser is None and self.encoder is None:
             raise StickslipError(f"'{self.name}': no sensor sees the disc. Fit the laser or the encoder.")
         if not (self.duration > 0 and self.transient >= 0 and self.duration + self.transient <= LONGEST):
@@ -287,9 +296,13 @@ Turning = tuple[np.ndarray, np.ndarray, float]
 
 def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) -> Turning:
     nominal = settings.discs[i].drive_speed
-    if settings.ripple is None:
-        return np.array([0.0, total]), np.array([nominal, nominal]), 0.0
-    return settings.ripple.speed(nominal, total, _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1))
+    time, speed, begin = np.array([0.0, total]), np.array([nominal, nominal]), 0.0
+    if settings.ripple is not None:
+        specimen, noise = _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1)
+        time, speed, begin = settings.ripple.speed(nominal, total, specimen, noise)
+    if settings.holds:
+        time, speed = with_holds(time, speed, settings.holds, settings.transient)
+    return time, speed, begin
 
 
 def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: int) -> dict[str, Signal]:

@@ -5,8 +5,8 @@ reset is affine in
 
     z = (states, cos and sin of each harmonic of the time, 1)
 
-for each sign and each speed of entry, so is every mode: contact forces, of law or of constraint, are solutions of linear
-equations with constant factors. Inputs count as constants.
+for each sign, so is every mode: contact forces, of law or of constraint, solve linear equations with constant factors.
+Inputs count as constants.
 """
 
 from __future__ import annotations

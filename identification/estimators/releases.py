@@ -1,13 +1,13 @@
 """Breakaway: the friction coefficient at which every stick of one driving disc lets go, and whether it ages.
 
     stick    theta = theta_0 + r/R (Phi - Phi_0),   Phi angle of the drive, up to the release at t_r
-    slip     J theta'' + c theta' + k theta = R N mu(|v|) sgn(v),   v = r w - R theta',   from t_r on, under the fitted law
+    slip     J theta'' + c theta' + k theta = R N mu(|v|) sgn(v),   v = r w - R theta',   from t_r on, fitted law
     level    (J r w'/R + c r w/R + k theta(t_r))/(R N),   that of the force that the stick carried last
 
-theta_0 and t_r of each stick are found by Gauss-Newton steps from the angle in stick and in the first part of the slip. A
-contact that ages lets go at mu(0) + b log10(1 + t/t_0) after a stick of t s (``language/laws/ageing.py``): the mean of
-the levels beyond mu(0) shows it, b follows where the sticks span a decade or more; then their mean level is free, so
-that neither mu(0) nor t_0 matters (for t >> t_0).
+theta_0 and t_r of each stick are found by Gauss-Newton steps from the angle in stick and in the first part of the
+slip. A contact that ages lets go at mu(0) + b log10(1 + t/t_0) after a stick of t s (``language/laws/ageing.py``): the
+mean of the levels beyond mu(0) shows it, b follows where the sticks span a decade or more; then their mean level is
+free, so that neither mu(0) nor t_0 matters (for t >> t_0).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.language.laws.ageing import T_0
+from identification.inference.problem import Prior
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import SMOOTHING, drive_angle, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues, rig_values
@@ -28,12 +29,14 @@ BEFORE, AFTER = 0.15, 0.08  # natural periods about the instant at which slip is
 TRIM = 1.0  # smoothing windows at the begin of a stick, where the contact may ring
 SHORTEST = 0.02  # natural periods of stick that must be left
 RAMP = 0.045  # natural periods over which the drive's acceleration is taken
+SAMPLED = 4  # of what is known of a stick, first, at its samples
 FEWEST = 5  # sticks, below which their spread is not known
 STEPS, LONGEST_STEP = 10, 0.02  # of the search; s
-SETTLED = 2e-5  # s, of the last step
+SETTLED, FOUND = 2e-5, 1e-3  # s, of the last step: where a search ends, and where it has come near enough
 SIGNIFICANT = 3.5  # standard deviations
 UNTOLD = 0.012  # of the coefficient: so little beyond mu(0) changes slip by its square, and is biased upward by noise
 UNEVEN = 0.05  # of the coefficient, that the drive's acceleration may add to a level: its encoder says little of more
+SHARE = 1e-4  # of a constant, by which it is moved for a derivative
 DECADE = 1.0  # decades of time in stick from which on their growth has a value
 
 
@@ -81,8 +84,8 @@ class Breakaway:
         """What is said of it."""
         low, high = self.span
         said = (
-            f"{len(self.releases)} sticks of {low:.2g} to {high:.2g} s let go at {self.level:.4f} ± {self.deviation:.1g}, "
-            f"that is mu(0) {self.excess:+.4f} ± {self.excess_deviation:.1g}"
+            f"{len(self.releases)} sticks of {low:.2g} to {high:.2g} s let go at {self.level:.4f} ± "
+            f"{self.deviation:.1g}, that is mu(0) {self.excess:+.4f} ± {self.excess_deviation:.1g}"
         )
         if self.growth is not None:
             return f"{said}; growth {self.growth:.4f} ± {self.growth_deviation:.1g} per decade of time in stick"
@@ -95,8 +98,8 @@ class Breakaway:
             return ()
         if self.growth is not None:
             return (
-                f"Breakaway ages: it grows by {self.growth:.4f} ± {self.growth_deviation:.1g} with every decade of time "
-                "in stick (law 'Conti+ageing'). Slips do not show it; the static coefficient is that of mu(0).",
+                f"Breakaway ages: it grows by {self.growth:.4f} ± {self.growth_deviation:.1g} with every decade of "
+                "time in stick (law 'Conti+ageing'). Slips do not show it; the static coefficient is that of mu(0).",
             )
         return (
             f"Breakaway ages: sticks let go at {self.excess:.4f} ± {self.excess_deviation:.1g} above the friction that "
@@ -124,17 +127,29 @@ class _Sticks:
     sign: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Constants:
+    """What was taken as given. held: constants; covariance: (n, n) of their logarithms; shifts: (m, n) of the law by
+    these; others: what was estimated, by name, constants among it."""
+
+    held: tuple[Prior, ...]
+    covariance: np.ndarray
+    shifts: np.ndarray
+    others: Mapping[str, float]
+
+
 def breakaway(
-    ready: Pool, law: FittableLaw, q: np.ndarray, covariance: np.ndarray, shifts: Mapping[str, np.ndarray]
+    ready: Pool, law: FittableLaw, q: np.ndarray, covariance: np.ndarray, constants: Constants
 ) -> Breakaway | None:
     """Breakaway of the sticks of one driving disc; None where too few can be followed.
 
-    q: (m,) fitted law; covariance: (m, m) of it; shifts: how it follows constants of the rig, (m,) per their unit.
+    q: (m,) fitted law; covariance: (m, m) of it.
     """
     sticks = _sticks(ready)
     if sticks is None:
         return None
-    known = {prior.name: prior.value for prior in ready.priors}
+    known = {prior.name: constants.others.get(prior.name, prior.value) for prior in ready.priors}
+    known |= {prior.name: prior.value for prior in constants.held}
     start = _first(sticks, ready)
     found, good = _searched(sticks, law, q, rig_values(known), start, STEPS)
     good &= np.abs(_ramp(sticks, rig_values(known), found)) < UNEVEN
@@ -154,26 +169,24 @@ def breakaway(
     spread = decades - decades.mean()
     spans = float(np.ptp(decades)) >= DECADE
     slope = spread / float(spread @ spread) if spans else average
-    if not spans and beyond.mean() < UNTOLD:
-        steps, priors = np.zeros((0, len(q))), ()
-        covariance = np.zeros((0, 0))
-    else:
-        steps, priors = np.diag(1e-3 * np.maximum(np.abs(q), 1e-3)), ready.priors
+    # too little to be told needs no deviation of what it would be
+    told = spans or beyond.mean() >= UNTOLD
+    steps = np.diag(1e-3 * np.maximum(np.abs(q), 1e-3)) if told else np.zeros((0, len(q)))
     by_law = [(moved(q + step, known) - beyond) / step.max() for step in steps]
-    by_rig = []
-    for prior in priors:
-        step = 1e-4 * prior.value
-        shift = shifts.get(prior.name, np.zeros(len(q)))[: len(q)]
-        one = moved(q + step * shift, known | {prior.name: prior.value + step}) - beyond
-        by_rig.append(one / step * prior.standard_uncertainty)
+    by_rig = [
+        (moved(q + SHARE * shift, known | {one.name: one.value * (1 + SHARE)}) - beyond) / SHARE
+        for one, shift in zip(constants.held if told else (), constants.shifts.T, strict=False)
+    ]
     spare = beyond - beyond.mean() - (spread * float(slope @ beyond) if spans else 0.0)
 
     def deviation(weights: np.ndarray, own: np.ndarray) -> float:
         scatter = float((weights**2) @ own**2) * len(own) / max(len(own) - 2, 1)
-        gradient = np.array([float(weights @ one) for one in by_law])
-        scale = sum(float(weights @ one) ** 2 for one in by_rig)
-        untold = (0.5 * UNTOLD) ** 2 if weights is average and beyond.mean() < UNTOLD else 0.0
-        return float(np.sqrt(scatter + gradient @ covariance @ gradient + scale + untold))
+        if not told:
+            return float(np.hypot(np.sqrt(scatter), 0.5 * UNTOLD))
+        law_slope, rig_slope = (np.array([weights @ one for one in made]) for made in (by_law, by_rig))
+        return float(
+            np.sqrt(scatter + law_slope @ covariance @ law_slope + rig_slope @ constants.covariance @ rig_slope)
+        )
 
     at_rest = float(law.value(law.along(np.zeros(1), kept.sign[0]), q)[0])
     rest = np.array([float(law.value(law.along(np.zeros(1), sign), q)[0]) for sign in kept.sign])
@@ -268,7 +281,7 @@ def _searched(
     low, high = sticks.time[:, 0] + STEP, sticks.time[:, -1] - STEP
     last = np.full(len(at), np.inf)
     for _ in range(steps):
-        three = np.stack([at, at + [h[0], 0.0], at + [0.0, h[1]]])
+        three = at + np.array([[0.0, 0.0], [h[0], 0.0], [0.0, h[1]]])[:, None]
         here, by_offset, by_time = _off(sticks, law, q, rig, three)
         A = np.stack([(by_offset - here) / h[0], (by_time - here) / h[1]], axis=-1)
         normal = np.einsum("nka,nkb->nab", A, A)
@@ -283,7 +296,7 @@ def _searched(
         if np.all(last < SETTLED):
             break
     inside = (at[:, 1] > low) & (at[:, 1] < high)
-    return at, inside & (last < SETTLED)
+    return at, inside & (last < FOUND)
 
 
 def _off(sticks: _Sticks, law: FittableLaw, q: np.ndarray, rig: RigValues, at: np.ndarray) -> np.ndarray:

@@ -119,6 +119,8 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     assert samples.where is not None and samples.sign is not None
     place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
     place = Place(*(getattr(place, name)[:, None] for name in ("turned", "angle", "share", "log")))
+    count = odd_count(WINDOW * period, segments[0].motion.step)
+    noise = _noise_gain(count, count, segments[0].motion.step, rig)[count // 2] / (rig.R * rig.N)
     return Regression(
         slip[:, None],
         np.ones(1),
@@ -127,6 +129,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         samples.log[::EVERY],
         blocks,
         where=place,
+        noise=float(noise),
         sign=samples.sign[::EVERY],
     )
 

@@ -76,6 +76,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         log,
         tuple(whiten),
         where=joined(places),
+        noise=float(np.linalg.norm(weights)),
         sign=np.array([float(segment.sign) for segment in segments])[cluster],
     )
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
-from identification.estimators.base import Estimate, Estimator, Options
+from identification.estimators.base import Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
+from identification.fit.adjust import Adjusted, ContradictedRadii, adjust
 from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
 from identification.fit.result import Cause, FrictionFit
@@ -71,6 +72,8 @@ def fit_friction(
     pair = bristled(form) if estimator == "lugre" else None
     bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
+    if disturbances == AUTO and not ready.seen_well:
+        disturbances = NONE
     work = _Work(ready, sought, chosen, options, inference, Stages.of_fit(progress, inference, disturbances != NONE))
     if disturbances == NONE:
         return work.concluded("end", work.searched("search"))
@@ -90,23 +93,26 @@ class _Work:
     inference: Inference
     stages: Stages
 
-    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Estimate:
-        """The solution with these terms of disturbances."""
+    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
+        """The solution with these terms of disturbances, and with constants adjusted to it."""
         estimator = by or self.estimator
-        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
-        return estimator.estimate(self.ready, self.law, replace(self.options, disturbances=terms, progress=told))
+        told = self.stages.of(stage)
+        progress = by_evaluations(estimator.searches, told, self.options.progress)
+        options = replace(self.options, disturbances=terms, progress=progress)
+        made = adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+        told(1.0)
+        return made
 
-    def concluded(self, stage: str, made: Estimate, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
+    def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""
         asked = asked or self.inference
-        solved = (self.ready, made.estimator, made.problem, made.solution, made.law)
         try:
-            return conclude(*solved, asked, progress=self.stages.of(stage), warnings=made.warnings, wider=wider)
+            return conclude(self.ready, made, asked, progress=self.stages.of(stage), wider=wider)
         except KeyboardInterrupt:
             said = (
                 f"Interrupted: {asked.covariance} and intervals were not finished; the deviations are the jackknife's."
             )
-            return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said), wider=wider)
+            return conclude(self.ready, made, DEFAULT_INFERENCE, warnings=(said,), wider=wider)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
         """The fit with the disturbances that are named, or that its residuals ask for."""
@@ -114,6 +120,8 @@ class _Work:
         try:
             made = self.searched("search")
             plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+        except ContradictedRadii:
+            raise
         except StickslipError as error:
             # without a strong disturbance the model may not follow the logs at all; the weak form runs none
             if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:

@@ -57,7 +57,7 @@ class Inferred:
     bound: np.ndarray | None
     intervals: tuple[Interval, ...]
     collinearity: Collinearity
-    whiteness: Whiteness
+    whiteness: Whiteness | None
     warnings: tuple[str, ...]
 
 
@@ -69,17 +69,18 @@ def infer(
     count: int,
     logs: Sequence[str],
     instruments: np.ndarray | float = 0.0,
+    tested: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Inferred:
     """How well ``found`` is known.
 
     count: number of parameters of the law, the first unknowns; logs: names of the logs by their numbers; instruments:
-    (m, m) covariance that instruments add to that of the residuals.
+    (m, m) covariance that instruments add to that of the residuals; tested: whether the residuals tell anything.
 
     Raises:
         StickslipError: as in `bootstrap`.
     """
-    share = 0.5 if asked.profile else 1.0  # of the work that is the bootstrap's
+    share = 0.0 if asked.covariance != "bootstrap" else 0.5 if asked.profile else 1.0  # of the work: the bootstrap's
     draws = None
     if asked.covariance == "bootstrap":
         step = None if progress is None else lambda done: progress(share * done)
@@ -88,11 +89,11 @@ def infer(
     covariance = covariance + instruments
     names = [unknown.name for unknown in problem.unknowns[:count]]
     collinear = collinearity(problem, found, covariance)
-    white = whiteness(found.evaluation, logs)
-    warnings = [*collinear.warnings, *white.warnings, *(draws.warnings if draws else ())]
+    white = whiteness(found.evaluation, logs) if tested else None
+    warnings = [*collinear.warnings, *(white.warnings if white else ()), *(draws.warnings if draws else ())]
     intervals: tuple[Interval, ...] = ()
     if asked.profile:
-        rest = None if progress is None else lambda done: progress(1 - (1 - done) * share)
+        rest = None if progress is None else lambda done: progress(share + (1 - share) * done)
         quantile = student(len(np.unique(found.evaluation.cluster)) - count, asked.level)
         profiles = profile(problem, found, covariance, names, quantile=quantile, level=asked.level, progress=rest)
         intervals = profiles.intervals

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from rig_io.bench.emulator import Emulation
 
+SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
+
 
 def emulate(
     place: Annotated[
@@ -59,9 +61,18 @@ def emulate(
             "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad; repeat.",
         ),
     ] = None,
+    start: Annotated[
+        float | None,
+        typer.Option(
+            metavar="ANGLE", help="Let the disc go at this angle, rad, as a log begins (default: 5 s before)."
+        ),
+    ] = None,
     ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
     laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,
     encoder: Annotated[bool, typer.Option(help="Fit the encoder of the body.")] = True,
+    drive_encoder: Annotated[
+        bool, typer.Option(help="Fit the drives' encoders; without, they turn at their nominal speeds within 0.5 %.")
+    ] = True,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -75,9 +86,20 @@ def emulate(
     from rig_io.bench.emulator import MicroSlip, standard_set
 
     if place.suffix == ".toml":
-        said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip, disturbance)
-        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None)
-        if said != left or not (ripple and laser and encoder):
+        said = (
+            material,
+            speeds,
+            second,
+            second_material,
+            arrangement,
+            changeover,
+            duration,
+            micro_slip,
+            disturbance,
+            start,
+        )
+        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
+        if said != left or not (ripple and laser and encoder and drive_encoder):
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -88,6 +110,7 @@ def emulate(
     folder = place
     fitted = {"laser": None} if not laser else {}
     fitted |= {"encoder": None} if not encoder else {}
+    fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
     fitted |= {"ripple": None} if not ripple else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}
@@ -97,7 +120,8 @@ def emulate(
         material = " and ".join(disc.material.name for disc in settings[0].discs)
     elif second_material is not None:
         raise StickslipError("--second-material is that of a second disc: say its speeds, --second-disc W,W,...")
-    placed = {"arrangement": arrangement, "changeover": changeover}
+    begun = {} if start is None else {"transient": 0.0, "start_angle": start, "at_rest": True}
+    placed = begun | {"arrangement": arrangement, "changeover": changeover}
     settings = [replace(one, **placed) if one.discs else one for one in settings]
     _emulate(folder, settings, material, seed, overwrite, json)
 

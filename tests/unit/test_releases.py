@@ -14,6 +14,7 @@ from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import fmu_parameters
 from identification.measurement.pooling import pool
+from identification.next_step.design import _holds
 from identification.report.fit_summary import _certainty
 from rig_io.bench.drive import RUN, Ripple, held_duration, with_holds
 from rig_io.bench.emulator import Disc, Emulation, emulate, free_decay
@@ -67,10 +68,12 @@ def test_holds_over_two_decades_tell_the_growth(held: FrictionFit) -> None:
 
 
 def test_ageing_shows_without_holds_but_not_how_fast(tmp_path: Path) -> None:
-    seen = fitted(tmp_path, B).breakaway
+    fit = fitted(tmp_path, B)
+    seen = fit.breakaway
     assert seen is not None and seen.growth is None and seen.ages
     assert seen.excess == pytest.approx(B * np.log10(1 + 0.2 / T_0), abs=3 * seen.excess_deviation)
     assert "record holds" in seen.warnings[0]
+    assert "holds over two decades" in _holds(fit)
 
 
 def test_sticks_that_do_not_age_raise_no_alarm(tmp_path: Path) -> None:

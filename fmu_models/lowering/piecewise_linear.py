@@ -102,7 +102,7 @@ def _named(system: HybridSystem) -> Iterable[tuple[str, ContactDynamics | None, 
         yield f"the rate of {state.name}", None, _inlined(system, rate)
     for contact in system.contacts:
         where = f"contact '{contact.name}'"
-        for expression in (contact.force, contact.capacity, contact.slip, contact.depth, contact.release):
+        for expression in (contact.force, *contact.capacities, contact.slip, contact.depth, contact.release):
             if expression is not None:
                 yield where, contact, expression
         for state, value in contact.reset.items():

@@ -35,6 +35,8 @@ NEAR = 0.05  # of the deviation of a constant: a step of it that is not worth an
 TOLERANCE = 1e-8  # relative, of these searches
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact
 REFUSED = 0.02  # relative: R or r off by more is no uncertainty, and no widening covers it
+WRONG = 4.0  # standard errors of a mean residual: one chance in a thousand that it occurs in any range of slip speed
+KNOWN = 0.8  # of the deviation as stated: where that much is left, a constant is as it was stated
 SURE = 1e3  # times less sure than another reading: one of two that contradict each other is left out
 
 
@@ -78,7 +80,7 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
         found = _adjusted(ready, made, options, slips=True)
         logs = [motion.log.name for motion in ready.motions]
         white = whiteness(found.estimate.solution.evaluation, logs)
-        if white.beyond or white.repeated:
+        if white.repeated or any(abs(one.deviations) > WRONG for one in white.speeds):
             found = _adjusted(ready, made, options, slips=False)
     except KeyboardInterrupt:
         said = "Interrupted: the rig constants are as stated, not adjusted to the logs."
@@ -136,7 +138,7 @@ def _reading(prior: Prior) -> Reading:
 def _source(stated: Prior, deviation: float) -> str:
     """Where an adjusted constant is from; one of which nothing more is known than was stated is that."""
     before = stated.standard_uncertainty / stated.value
-    return stated.source if stated.stated and deviation > 0.99 * before else f"{stated.source}; adjusted"
+    return stated.source if stated.stated and deviation > KNOWN * before else f"{stated.source}; adjusted"
 
 
 def _held(

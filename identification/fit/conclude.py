@@ -73,6 +73,7 @@ def conclude(
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
     constants, scale = _constants(solved, shifts)
+    open_ = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
     bound = None if known.bound is None else among(known.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
@@ -88,7 +89,7 @@ def conclude(
         parameters=parameters,
         correlation=_correlations(known.covariance[:of_law, :of_law], free[:count]),
         constants=constants,
-        constants_correlation=_correlations(solved.covariance, np.diag(solved.covariance) > 0),
+        constants_correlation=_correlations(solved.covariance[np.ix_(open_, open_)], open_),
         contradictions=contradictions,
         logs=_summaries(ready, rows),
         bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),

@@ -52,7 +52,14 @@ class FrictionProblem(Problem):
     @abstractmethod
     def by_held(self, x: np.ndarray) -> Mapping[str, np.ndarray]:
         """Derivatives (n,) of the residuals by each constant held, per its unit; and by ``gain`` (relative) and
-        ``delay`` (s) of the laser, if these are not among the unknowns."""
+        ``delay`` (s) of the laser, if these are not among the unknowns; ``lines`` (n, k): changes by
+        draws of the misplacement of an encoder's lines, over the root of their number, and by its zero, where these are
+        not."""
+
+    def tested(self, found: Solution) -> bool:
+        """Whether the residuals of a solution tell of the model, rather than of lines of an encoder that are misplaced
+        by the same at every pass."""
+        return True
 
     @abstractmethod
     def with_held(self, held: tuple[Prior, ...]) -> FrictionProblem:

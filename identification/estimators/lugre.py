@@ -1,4 +1,4 @@
-"""LuGre output error: five parameters from whole cycles, micro-slip included.
+"""LuGre output error: a steady law and two parameters of bristles from whole cycles, micro-slip included.
 
     1  law and motion in slip by slip shooting, which micro-slip hardly touches
     2  stiffness of the bristles from the sticks (presliding.py); where these show none, the rigid model over whole
@@ -19,7 +19,7 @@ from identification.estimators import shooting, whole_cycle
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import Solution, solve
-from identification.laws import FittableLaw, find_law
+from identification.laws import FittableLaw, bristled
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
@@ -31,15 +31,15 @@ ROUGH = 1e-4  # relative, of the search that gives the stiffness alone
 DAMPING = 0.25  # of sqrt(sigma0 J)/R: bristles at first neither ring nor creep
 
 STRUCTURE = (
-    "bristles before sliding (LuGre), friction in steady slip by Conti's law",
+    "bristles before sliding (LuGre), friction in steady slip by the law that was fitted",
     "the drive turns as its encoder says",
     "J, k, c, N, R, r known but for those estimated beside the law",
 )
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """LuGre's law from pooled logs; ``law``: Conti's or LuGre's own. If this stage is interrupted or fails, slip
-    shooting's result is returned with a warning.
+    """LuGre's law from pooled logs; ``law``: one of LuGre's, or the steady one behind it (Conti's,
+    Stribeck's). If this stage is interrupted or fails, slip shooting's result is returned with a warning.
 
     Raises:
         StickslipError: another law, or as for slip shooting.
@@ -49,17 +49,18 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             "The estimator 'lugre' is of one driving disc: with two, the force in stick on one is not known apart from "
             "that of the other. Fit two discs by slip shooting, which micro-slip hardly touches."
         )
-    conti = options.bounded(find_law("Conti"))
-    if law.reference not in (conti.reference, find_law("LuGre").reference):
+    pair = bristled(law)
+    if pair is None:
         raise StickslipError(
-            f"The estimator 'lugre' has bristles before Conti's law, not before '{law.name}'. Leave --law out, or take "
-            "slip shooting."
+            f"The estimator 'lugre' has bristles before Conti's law or Stribeck's, not before '{law.name}'. Leave "
+            "--law out, or take slip shooting."
         )
-    first = shooting.estimate(ready, conti, options)
+    steady, elastic = (options.bounded(one) for one in pair)
+    first = shooting.estimate(ready, steady, options)
     if not isinstance(first.problem, ShootingProblem):
         return first
     try:
-        return _bristles(first.problem, first.solution.values, options)
+        return _bristles(first.problem, first.solution.values, elastic, options)
     except KeyboardInterrupt:
         return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
     except StickslipError as error:
@@ -67,15 +68,15 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         return replace(first, warnings=(said,))
 
 
-def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estimate:
-    """Stages 2 and 3. slips: slip shooting under Conti's law, solved at x.
+def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: Options) -> Estimate:
+    """Stages 2 and 3. slips: slip shooting under the steady law, solved at x; law: with bristles.
 
     Raises:
         StickslipError: the model cannot be run, or does not follow a log even roughly.
     """
     elastic = presliding(slips.ready, float(x[0]))
     if elastic is not None and elastic.stiffness is not None:
-        problem = _problem(slips, x, elastic.stiffness, options)
+        problem = _problem(slips, x, law, elastic.stiffness, options)
     else:
         rigid, found = whole_cycle.follow(slips, x, options)
         if whole_cycle.misfit(found) < AS_RIGID:
@@ -85,7 +86,7 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estima
                 "estimator."
             )
             return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, found, (said,))
-        problem = min((_problem(slips, x, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
+        problem = min((_problem(slips, x, law, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
     problem.evaluate(problem.first)
     fixed = options.given.fixed(problem)
     found = solve(problem, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
@@ -95,11 +96,14 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estima
 def in_stick(slips: ShootingProblem, x: np.ndarray, stiffness: float) -> tuple[ShootingProblem, Solution] | None:
     """Law and bristles from some cycles of each log; None where the LuGre model does not follow them to the noise.
 
-    slips: slip shooting under Conti's law, solved at x (m,); stiffness: first value, N/m. What else is estimated stays.
+    slips: slip shooting, solved at x (m,); stiffness: first value, N/m. What else is estimated stays. None also for a
+    law that no bristles can be put before.
     """
-    count = len(slips.law.parameters)
+    count, pair = len(slips.law.parameters), None if isinstance(slips.law, JointLaw) else bristled(slips.law)
+    if pair is None:
+        return None
     try:
-        problem = _problem(slips, x, stiffness, Options(workers=slips.workers)).with_held(slips.held)
+        problem = _problem(slips, x, pair[1], stiffness, Options(workers=slips.workers)).with_held(slips.held)
         logs = [segment.log for segment in problem.segments]
         places = [place for log in dict.fromkeys(logs) for place in np.flatnonzero(np.equal(logs, log))[1 : 1 + FEW]]
         problem = replace(
@@ -114,10 +118,12 @@ def in_stick(slips: ShootingProblem, x: np.ndarray, stiffness: float) -> tuple[S
     return None if whole_cycle.excess(found) or any(found.at_bound) else (problem, found)
 
 
-def _problem(slips: ShootingProblem, x: np.ndarray, stiffness: float, options: Options) -> ShootingProblem:
+def _problem(
+    slips: ShootingProblem, x: np.ndarray, law: FittableLaw, stiffness: float, options: Options
+) -> ShootingProblem:
     damping = DAMPING * float(np.sqrt(stiffness * slips.ready.values.J)) / slips.ready.values.R
-    law = options.bounded(find_law("LuGre"))
-    q = options.given.put(law.names, np.array([*x[:3], stiffness, damping]))
+    steady = x[: len(slips.law.parameters)]
+    q = options.given.put(law.names, np.array([*steady, stiffness, damping]))
     return whole_cycle.cycle_problem(slips, x, law, q, options)
 
 

@@ -34,7 +34,8 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood; noise: deviation of a row for unit noise of the angle; workers: threads.
+    where: where (n, w) drive and body stood; noise: deviation of a row for unit noise of the angle; sign: (n,) of the
+    slip, where known; workers: threads.
     """
 
     slip: np.ndarray
@@ -45,6 +46,7 @@ class Regression:
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
     noise: float = field(default=1.0, kw_only=True)
+    sign: np.ndarray | None = field(default=None, kw_only=True)
     workers: int | None = field(default=1, kw_only=True)
 
     @property
@@ -52,13 +54,25 @@ class Regression:
         """Averaged slip speed (n,), m/s."""
         return self.slip @ self.average
 
+    def along(self, law: FittableLaw, speed: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
+        """Slip speeds of rows, (k,) or (k, w), without sign as a law takes them."""
+        return speed if self.sign is None else law.along(speed.T, self.sign[rows]).T
+
     def model(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Averaged law (n,)."""
-        return np.concatenate(self._by_chunks(lambda rows: law.value(self.slip[rows], q) @ self.average))
+
+        def part(rows: slice) -> np.ndarray:
+            return law.value(self.along(law, self.slip[rows], rows), q) @ self.average
+
+        return np.concatenate(self._by_chunks(part))
 
     def model_gradient(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Derivatives (n, m) of the averaged law."""
-        return np.concatenate(self._by_chunks(lambda rows: (law.gradient(self.slip[rows], q) @ self.average).T))
+
+        def part(rows: slice) -> np.ndarray:
+            return (law.gradient(self.along(law, self.slip[rows], rows), q) @ self.average).T
+
+        return np.concatenate(self._by_chunks(part))
 
     def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
@@ -67,7 +81,7 @@ class Regression:
         assert where is not None
 
         def part(rows: slice) -> tuple[np.ndarray, np.ndarray]:
-            slip = self.slip[rows]
+            slip = self.along(law, self.slip[rows], rows)
             friction, (factor, by) = law.value(slip, q), disturbed(terms, a, where.of(rows))
             slopes = [factor * slope for slope in law.gradient(slip, q)] + [friction * slope for slope in by]
             return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
@@ -112,6 +126,7 @@ class Regression:
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
             noise=self.noise,
+            sign=None if self.sign is None else self.sign[chosen],
             workers=self.workers,
         )
 
@@ -119,13 +134,16 @@ class Regression:
 @dataclass(frozen=True, eq=False)
 class RegressionProblem(FrictionProblem):
     """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
-    gain; delay in s); None where nothing is taken as given."""
+    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
+    deviation of the zero of an encoder."""
 
     law: FittableLaw
     regression: Regression
     held: tuple[Prior, ...] = ()
     again: Callable[[Mapping[str, float]], Regression] | None = None
     terms: tuple[Term, ...] = ()
+    drawn: int = 0
+    zero: float = 0.0
     noise_known = False
     residual_unit = "1"
 
@@ -139,7 +157,8 @@ class RegressionProblem(FrictionProblem):
 
     def start(self) -> np.ndarray:
         """The law's own guess, without disturbances."""
-        guess = self.law.start(self.regression.speed, self.regression.measured)
+        these = self.regression
+        guess = self.law.start(these.along(self.law, these.speed), these.measured)
         return np.concatenate([guess, np.zeros(len(self.terms))])
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
@@ -157,6 +176,10 @@ class RegressionProblem(FrictionProblem):
             slip=these.speed,
         )
 
+    def tested(self, found: Solution) -> bool:
+        """Not where the angle is interpolated between edges."""
+        return not self.drawn
+
     def _model(self, equations: Regression, x: np.ndarray) -> np.ndarray:
         return equations.disturbed(self.law, self.terms, x)[0] if self.terms else equations.model(self.law, x)
 
@@ -172,7 +195,7 @@ class RegressionProblem(FrictionProblem):
         fitted = these.model(self.law, x[: len(self.law.parameters)])
         off = self._model(these, x) - fitted if self.terms else 0.0
         return FrictionRows(
-            speed=these.speed,
+            speed=these.along(self.law, these.speed),
             least=these.slip.min(axis=1),
             greatest=these.slip.max(axis=1),
             measured=these.measured - off,
@@ -215,6 +238,11 @@ class RegressionProblem(FrictionProblem):
             slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
+        if self.drawn:
+            others = [self.again({"lines": draw}) for draw in range(self.drawn)] + [self.again({"zero": self.zero})]
+            moved = np.stack([self._model(other, x) - other.measured - raw for other in others], axis=1)
+            moved[:, : self.drawn] /= np.sqrt(self.drawn)
+            slopes["lines"] = self.regression.whitened(moved)
         return slopes
 
 
@@ -255,11 +283,26 @@ def regress(
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances)
+    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
+    check_directions(law, problem.regression.sign)
     given = options.given
     found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
     return problem, found
+
+
+def loose(ready: Pool) -> float:
+    """How far the zero of an encoder that alone shows the angle may be off, rad: its deviation."""
+    return 0.0 if ready.zero is None else ready.zero.standard_uncertainty
+
+
+def check_directions(law: FittableLaw, sign: np.ndarray | None) -> None:
+    """Friction by direction needs slips in both. sign: (n,)."""
+    if law.directed and (sign is None or len(np.unique(sign)) < 2):
+        raise StickslipError(
+            f"All slips go one way, so that the logs say nothing of the other half of '{law.name}'. Record a log with "
+            "the drive reversed, or fit Conti's law."
+        )
 
 
 def _check_sign(regression: Regression) -> None:

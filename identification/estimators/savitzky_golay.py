@@ -41,7 +41,7 @@ STRUCTURE = (
 class FrictionSamples:
     """Friction measured in slip. slip: (n,) m/s, >= 0; coefficient: (n,) 1, F sgn(v)/N; cluster: (n,) number of the
     slip segment; log: (n,) number of the log; weight: (n,) 1/standard deviation that sensor noise gives, relative;
-    where: (n,) drive and body stood.
+    where: (n,) drive and body stood; sign: (n,) of the slip, where known.
     """
 
     slip: np.ndarray
@@ -50,6 +50,7 @@ class FrictionSamples:
     log: np.ndarray
     weight: np.ndarray
     where: Place | None = None
+    sign: np.ndarray | None = None
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
@@ -91,7 +92,8 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
     where = joined(whereabouts(segments, logs))
-    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where)
+    sign = np.array([float(segment.sign) for segment in segments])[cluster]
+    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, sign)
 
 
 def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
@@ -114,13 +116,21 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     slip, coefficient = samples.slip[::EVERY], samples.coefficient[::EVERY]
     cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
-    assert samples.where is not None
+    assert samples.where is not None and samples.sign is not None
     place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
     place = Place(*(getattr(place, name)[:, None] for name in ("turned", "angle", "share", "log")))
     count = odd_count(WINDOW * period, segments[0].motion.step)
     noise = _noise_gain(count, count, segments[0].motion.step, rig)[count // 2] / (rig.R * rig.N)
     return Regression(
-        slip[:, None], np.ones(1), coefficient, cluster, samples.log[::EVERY], blocks, where=place, noise=float(noise)
+        slip[:, None],
+        np.ones(1),
+        coefficient,
+        cluster,
+        samples.log[::EVERY],
+        blocks,
+        where=place,
+        noise=float(noise),
+        sign=samples.sign[::EVERY],
     )
 
 

@@ -29,10 +29,10 @@ from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
-from identification.inference.problem import Evaluation, Prior, Unknown
+from identification.inference.problem import Evaluation, Prior, Solution, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
-from identification.measurement.pooling import Pool, rig_values
+from identification.measurement.pooling import SPEED, Pool, rig_values, speed_name
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -41,9 +41,14 @@ if TYPE_CHECKING:
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
+SILENT = 0.5  # of the deviation, rms residuals below which say nothing where it is but assumed
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
 STARTS = ("theta", "omega")
+LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
 KEPT = 3  # evaluations: a search asks again for its last ones, and so does what follows it
+
+Moves = dict[str, dict[str, float]]
+"""What moves parameters of the FMU -> derivatives of these by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +58,8 @@ class ShootingSegment:
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
-    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip.
+    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip;
+    lines: (n,) numbers of the encoder's lines where samples are its edges.
     """
 
     start_time: float
@@ -67,6 +73,7 @@ class ShootingSegment:
     laser: bool
     guess: np.ndarray
     bristles: float = 0.0
+    lines: np.ndarray | None = None
 
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -77,7 +84,8 @@ class ShootingSegment:
             return None
         order = np.argsort(self.time[chosen], kind="stable")
         chosen = chosen[order]
-        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
+        lines = None if self.lines is None else self.lines[chosen]
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order], lines=lines)
 
 
 @dataclass(eq=False)
@@ -209,13 +217,15 @@ class ShootingProblem(FrictionProblem):
             return joint_rows(ready, self.law, x[: len(self.law.parameters)])
         samples = friction_samples(ready)
         count = len(self.law.parameters)
-        fitted, off = self.law.value(np.abs(samples.slip), x[:count]), np.zeros(1)
+        assert samples.sign is not None
+        speed = self.law.along(np.abs(samples.slip), samples.sign)
+        fitted, off = self.law.value(speed, x[:count]), np.zeros(1)
         if self.terms:
             assert samples.where is not None
             factor, _ = disturbed(self.terms, x[count : count + len(self.terms)], samples.where)
             off = fitted * (factor - 1)
         return FrictionRows(
-            speed=samples.slip,
+            speed=self.law.along(samples.slip, samples.sign),
             least=samples.slip,
             greatest=samples.slip,
             measured=samples.coefficient - off,
@@ -224,6 +234,11 @@ class ShootingProblem(FrictionProblem):
             log=samples.log,
             place=np.zeros(len(samples.log), dtype=int),
         )
+
+    def tested(self, found: Solution) -> bool:
+        """Not where edges lie nearer to the model than anything is known to come."""
+        counted = any(segment.lines is not None for segment in self.segments)
+        return not counted or float(np.mean(found.evaluation.residual**2)) > SILENT**2
 
     def rms(self, x: np.ndarray) -> float:
         """Of the measured displacement."""
@@ -248,7 +263,9 @@ class ShootingProblem(FrictionProblem):
         segment = self.segments[number]
         rig, contacts = rig_values(self.known(x)), self.contacts(segment)
         theta, omega = self.starts[number].at(x)
-        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
+        # the model turns its drives at r w: so much faster ones are discs so much larger
+        over = self.known(x).get(speed_name(segment.log), 1.0)
+        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r * over}
         start = {"theta": float(theta), "omega": float(omega)}
         for one in laws_of(self.law, contacts):
             law = {f"{name}{one.disc}": float(value) for name, value in zip(one.law.names, x[one.place], strict=True)}
@@ -261,7 +278,8 @@ class ShootingProblem(FrictionProblem):
         if segment.log in self.turned:
             inputs["turned"] = self.turned[segment.log]
         count = len(self.law.parameters)
-        for value, moves in zip(x[count:], self.moved(segment).values(), strict=False):
+        for value, term in zip(x[count:], self.terms, strict=False):
+            moves = self.moved(segment)[term.name]
             values |= {name: values.get(name, 0.0) + by * float(value) for name, by in moves.items()}
         if any(term.moves == "time" and term.order for term in self.terms):
             log = self.ready.motions[segment.log].time
@@ -271,9 +289,14 @@ class ShootingProblem(FrictionProblem):
         with self.runs[contacts].taken() as run:
             return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
 
-    def moved(self, segment: ShootingSegment) -> dict[str, dict[str, float]]:
-        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log."""
-        return {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
+    def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
+        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; with
+        what is known, by r and by the speeds of drives too."""
+        moves: Moves = {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
+        mine = speed_name(segment.log)
+        if mine in known:
+            moves |= {"r": {"r": known[mine]}, mine: {"r": known["r"]}}
+        return moves
 
     def follows(self, number: int, x: np.ndarray) -> bool:
         """Whether the start of segment ``number`` can be found at x."""
@@ -291,7 +314,7 @@ class ShootingProblem(FrictionProblem):
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
         known = self.known(x)
         drives = np.array([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
-        slip = known["r"] * drives - known["R"] * motion["omega"]
+        slip = known["r"] * known.get(speed_name(segment.log), 1.0) * drives - known["R"] * motion["omega"]
         return slip, self.touch(segment, x, motion["theta"])
 
     def touch(self, segment: ShootingSegment, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
@@ -346,24 +369,30 @@ class ShootingProblem(FrictionProblem):
         theta, omega = motion["theta"], motion["omega"]
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
-        scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
+        scale = (1 + sensors.gain) / (1 + known["gain"]) / known.get("laser", 1.0) * lever
         shown = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment))
+        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment, known))
         columns = by[:, :inner] @ across
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
+            elif name == "laser":
+                columns[:, place] -= shown / known["laser"]
             elif name == "delay":
                 columns[:, place] -= slope * omega
             elif name == "zero":
                 columns[:, place] += 1.0
+            elif segment.lines is not None and name.startswith(LINE):
+                columns[:, place] += segment.lines == int(name.removeprefix(LINE))
             elif name == "R" and segment.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
         every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
+        if segment.lines is not None:
+            shown = shown + np.array([known[f"{LINE}{line}"] for line in segment.lines])
         return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
 
@@ -373,6 +402,7 @@ def directions(
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
     moved |= {one: (one,) for one in ("k", "c", "R", "r")}
+    moved |= {name: ("r",) for name in names if name.startswith(SPEED)}
     for one in laws_of(law, contacts):
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:

@@ -17,7 +17,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.shooting_segments import ShootingProblem
+from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, Reading, SpeedBin
 from identification.inference.choice import Inference, coloured_covariance, infer
@@ -32,7 +32,7 @@ from identification.inference.problem import (
     searched,
 )
 from identification.inference.uncertainty import autocorrelation, correlation
-from identification.laws import FittableLaw, find_law
+from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import PreSliding, presliding
 from rig_io.logs.log import RIG_UNITS
@@ -67,9 +67,20 @@ def conclude(
     if "gain" in shifts:
         by_sensor = np.stack([shifts["gain"][free], shifts["delay"][free]], axis=1)
         instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
+    if "lines" in shifts:
+        instruments = instruments + shifts["lines"][free] @ shifts["lines"][free].T
     names = [motion.log.name for motion in ready.motions]
     of_law = int(np.count_nonzero(free[:count]))
-    known = infer(rest, seen, asked, count=of_law, logs=names, instruments=instruments, progress=progress)
+    known = infer(
+        rest,
+        seen,
+        asked,
+        count=of_law,
+        logs=names,
+        instruments=instruments,
+        tested=problem.tested(found),
+        progress=progress,
+    )
     white = among(white_covariance(rest, seen), free)
     covariance = wider**2 * among(known.covariance, free)
     elastic = None
@@ -77,11 +88,12 @@ def conclude(
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
         elastic = _followed(solved, elastic) if elastic is not None and elastic.elastic else elastic
     constants, scale = _constants(solved, shifts)
-    open_ = np.diag(solved.covariance) > 0
+    loose = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
     bound = None if known.bound is None else among(known.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
-    parameters, nuisance = every[:count], every[count:]
+    parameters = every[:count]
+    nuisance = tuple(one for one in every[count:] if not one.name.startswith(LINE))
     rows = problem.rows(found.values)
     segments = len(np.unique(found.evaluation.cluster))
     return FrictionFit(
@@ -93,7 +105,7 @@ def conclude(
         parameters=parameters,
         correlation=_correlations(known.covariance[:of_law, :of_law], free[:count]),
         constants=constants,
-        constants_correlation=_correlations(solved.covariance[np.ix_(open_, open_)], open_),
+        constants_correlation=_correlations(solved.covariance[np.ix_(loose, loose)], loose),
         contradictions=contradictions,
         logs=_summaries(ready, rows),
         bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),
@@ -130,8 +142,8 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
     that of the sticks where there is none."""
     made = solved.estimate
     slips, x = made.problem, made.solution.values
-    plain = made.law.reference == find_law("Conti").reference and made.estimator.name == shooting.ESTIMATOR.name
-    if not plain or not isinstance(slips, ShootingProblem) or slips.terms or made.solution.fixed:
+    by_slips = made.estimator.name == shooting.ESTIMATOR.name and isinstance(slips, ShootingProblem)
+    if not by_slips or slips.terms or made.solution.fixed:
         return elastic
     found = lugre.in_stick(slips, x, 1 / elastic.compliance)
     if found is None:
@@ -220,15 +232,16 @@ def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
 def _shifts(
     problem: FrictionProblem, found: Solution, rest: Problem, seen: Solution, free: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """First-order shifts of the estimate (m,) by what is taken as given, per its unit; rest, seen: what was searched of
-    it, the unknowns that are ``free`` (m,)."""
+    """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; rest, seen: what was
+    searched of it, the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
     roots = np.sqrt(prior_precision(rest))
     stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
     for name, slope in problem.by_held(found.values).items():
-        shift = np.zeros(len(free))
-        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
+        shift = np.zeros((len(free), *slope.shape[1:]))
+        known = np.zeros((len(roots), *slope.shape[1:]))
+        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, known]), rcond=None)[0]
         shifts[name] = shift
     return shifts
 
@@ -315,6 +328,7 @@ def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
         return []
     edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
     range_of = np.where(mine, np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1), -1)
+    range_of = np.where(mine & (rows.speed < 0), range_of - BINS - 1, range_of)  # a range holds slips of one way
     bins = []
     for number in np.unique(range_of[mine]):
         inside = range_of == number

@@ -18,7 +18,7 @@ from identification.fit.result import Cause, FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
-from identification.laws import FittableLaw, find_law
+from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
@@ -69,8 +69,11 @@ def fit_friction(
         )
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
-    bristles = find_law("LuGre").names if estimator == "lugre" else ()
+    pair = bristled(form) if estimator == "lugre" else None
+    bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
+    if disturbances == AUTO and not ready.seen_well:
+        disturbances = NONE
     work = _Work(ready, sought, chosen, options, inference, Stages.of_fit(progress, inference, disturbances != NONE))
     if disturbances == NONE:
         return work.concluded("end", work.searched("search"))

@@ -27,7 +27,9 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     ready = ready.with_constants({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
     law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
-        return {ready.contacts[0]: _undisturbed(fit, ready)}
+        found = _undisturbed(fit, ready)
+        assert found.sign is not None
+        return {ready.contacts[0]: replace(found, slip=law.along(found.slip, found.sign))}
     from identification.estimators.two_discs import joint_rows
 
     rows = joint_rows(ready, law, fit.law_values)

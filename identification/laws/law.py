@@ -33,7 +33,7 @@ class FittableLaw(LawFunctions):
 
         free = np.array(self.linear)
         best, least = np.zeros(0), np.inf
-        for guess in product(*(self._candidates(place, np.max(v)) for place in range(len(self.parameters)))):
+        for guess in product(*(self._candidates(place, np.max(np.abs(v))) for place in range(len(self.parameters)))):
             q = np.where(free, 0.0, guess)
             # the triangle of a tall system has the same solution and misfit
             triangle = np.linalg.qr(np.column_stack([*self.gradient(v, q)[free], mu - self.value(v, q)]), mode="r")

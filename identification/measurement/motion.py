@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import perm
 
@@ -14,6 +14,8 @@ from rig_io.sensors import edges
 SMOOTHING = (
     0.045  # of the natural period: the window of the smoothing that serves only to find edges, gains and segments
 )
+CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
+LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +24,7 @@ class SensorFit:
 
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
-    encoder); warnings: where the delay is not one and the same, in words.
+    encoder, or nothing but it); warnings: where the delay is not one and the same, in words.
     """
 
     gain: float = 0.0
@@ -34,12 +36,37 @@ class SensorFit:
 
 
 @dataclass(frozen=True, eq=False)
+class Passes:
+    """Edges of the body's encoder in a log where nothing else shows the angle.
+
+    time: (m,) s, ascending; angle: (m,) rad; line: (m,) number of the ruled line on its disc.
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    line: np.ndarray
+
+    def between(self, time: np.ndarray) -> np.ndarray:
+        """Angle (n,) rad at times (n,) from the first edge to the last: a cubic spline through all edges, which departs
+        from the motion of the rig by no more than lines are misplaced."""
+        from scipy.interpolate import make_interp_spline
+
+        apart = np.concatenate([[True], np.diff(self.time) > CLOSE])
+        return make_interp_spline(self.time[apart], self.angle[apart], 3)(time)
+
+    def turned(self, angle: float | np.ndarray) -> Passes:
+        """The same with angles (m,) larger by so much, rad."""
+        return replace(self, angle=self.angle + angle)
+
+
+@dataclass(frozen=True, eq=False)
 class DiscMotion:
     """Motion of the disc in one log, on an even clock.
 
     time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
     the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
-    estimator uses a segment that holds one); warnings: what was done to the samples, in words.
+    estimator uses a segment that holds one); warnings: what was done to the samples, in words. passes: edges of the
+    encoder where no other sensor shows the angle, which then is interpolated between them.
     """
 
     log: RigLog
@@ -48,6 +75,7 @@ class DiscMotion:
     drives: np.ndarray
     filled: np.ndarray
     warnings: tuple[str, ...] = ()
+    passes: Passes | None = None
 
     @property
     def drive(self) -> np.ndarray:

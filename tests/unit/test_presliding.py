@@ -14,6 +14,7 @@ from rig_io.bench.emulator import MicroSlip, emulate, standard_set
 from rig_io.logs.log import EncoderCalibration
 
 MU_S = 0.65
+SPEED = "drive0_speed"
 
 
 def bench(stiffness: float) -> Pool:
@@ -91,7 +92,7 @@ def test_the_speed_of_the_drive_serves_where_no_encoder_is(elastic: Pool) -> Non
         return not name.startswith("drive0")
 
     motions = tuple(
-        replace(m, log=replace(m.log, columns={n: c for n, c in m.log.columns.items() if bare(n)}))
+        replace(m, log=replace(m.log, columns={n: c for n, c in m.log.columns.items() if bare(n)} | {SPEED: m.drive}))
         for m in elastic.motions
     )
     one = found(replace(elastic, motions=motions))

@@ -128,7 +128,7 @@ RunStatus run_keep_without_slip(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         held[c] = (signed char)(held[c] && placement_has_lever(r, c));
         if (r->at.state[c] != CONTACT_STICK) {
-            j->capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+            stick_unweighted(j, c);
         }
     }
     contact_project(&r->at, j, held);

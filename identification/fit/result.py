@@ -1,8 +1,9 @@
 """What an estimator returns: one type for all of them, which says what it assumed.
 
-Two kinds of uncertainty are kept apart: ``standard_deviation`` is what noise and instruments leave open in these logs;
-``scale_deviation`` is what the constants of the rig (J, k, c, N, R, r), known only so well, pass on to the parameters.
-An interval holds both. Where nobody says how well a constant is known that moves a parameter, the interval is "at
+Three kinds of uncertainty are kept apart: ``standard_deviation`` is what noise and instruments leave open in the logs;
+``scale_deviation`` is what the constants of the rig (J, k, c, N, R, r), known only so well, pass on to the parameters;
+``law_deviation`` is their spread over laws that the logs cannot tell apart, where these were asked. An interval holds
+them all. Where nobody says how well a constant is known that moves a parameter, the interval is "at
 least" so wide.
 """
 
@@ -42,7 +43,8 @@ WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: 
 @dataclass(frozen=True)
 class FittedParameter(Shown):
     """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
-    white (for comparison); scale_deviation: from the rig's constants; bounds of the search, None where there is none;
+    white (for comparison); scale_deviation: from the rig's constants; law_deviation: from the choice of the law, None
+    where other laws were not asked or have no such quantity; bounds of the search, None where there is none;
     ``at_bound``: it ended on one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not
     known.
     """
@@ -58,6 +60,7 @@ class FittedParameter(Shown):
     at_bound: bool
     description: str = ""
     bound: float | None = None
+    law_deviation: float | None = None
 
     @property
     def held(self) -> bool:
@@ -74,8 +77,13 @@ class FittedParameter(Shown):
 
     @property
     def total_deviation(self) -> float:
-        """Noise and scale together, same unit."""
-        return float(np.hypot(self.standard_deviation, self.scale_deviation))
+        """Noise, scale and law together, same unit."""
+        return float(np.hypot(self.standard_deviation, self.given_deviation))
+
+    @property
+    def given_deviation(self) -> float:
+        """Of what is taken as given, the constants of the rig and the law."""
+        return float(np.hypot(self.scale_deviation, self.law_deviation or 0.0))
 
 
 @dataclass(frozen=True)
@@ -160,6 +168,17 @@ class Cause(Shown):
 
 
 @dataclass(frozen=True)
+class RivalLaw(Shown):
+    """A law on the same residuals, that of the fit among them. weight: Akaike's; lead: by which its AIC exceeds the
+    least; values: what it makes of the parameters of the fit, those that mean the same in it."""
+
+    law: str
+    weight: float
+    lead: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class FrictionFit(Pictured):
     """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
     and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
@@ -172,7 +191,8 @@ class FrictionFit(Pictured):
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
-    beside the law; plain: the parameters without them, empty where there are none.
+    beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
+    that of the fit, itself among them, empty where none were.
     solved: the problem behind it, None in a fit that was read back.
     """
 
@@ -206,6 +226,7 @@ class FrictionFit(Pictured):
     plain: tuple[FittedParameter, ...] = ()
     constants_correlation: tuple[tuple[float, ...], ...] = ()
     contradictions: tuple[Reading, ...] = ()
+    rivals: tuple[RivalLaw, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -220,6 +241,7 @@ class FrictionFit(Pictured):
                 **dict(zip(WRITTEN, (*self.interval(one.name), self.at_least(one.name)), strict=True)),
                 "sd_noise": one.standard_deviation,
                 "sd_constants": one.scale_deviation,
+                "sd_law": one.law_deviation,
                 "sd_bound": one.bound,
                 "efficiency": one.efficiency,
                 "at_bound": one.at_bound,
@@ -305,9 +327,9 @@ class FrictionFit(Pictured):
         return self.solved.to_lmfit()
 
     def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
-        """Confidence interval of a parameter, from noise and from the constants of the rig; infinite where a profile
-        finds an end open."""
-        value, reach = self[name].value, self._reach(level) * self[name].scale_deviation
+        """Confidence interval of a parameter, from noise, from the constants of the rig and, where other laws were
+        asked, from the choice of the law; infinite where a profile finds an end open."""
+        value, reach = self[name].value, self._reach(level) * self[name].given_deviation
         low, high = self.noise_interval(name, level)
         return value - float(np.hypot(value - low, reach)), value + float(np.hypot(high - value, reach))
 
@@ -336,6 +358,16 @@ class FrictionFit(Pictured):
     def words_at_least(self, name: str) -> str:
         """What is said before the interval of a parameter."""
         return AT_LEAST if self.at_least(name) else ""
+
+    @property
+    def words_of_law(self) -> str:
+        """What is said of the choice of the law."""
+        if not self.rivals:
+            return "What another law would make of these logs was not asked: --law-spread all, or `stickslip laws`."
+        others = [f"{one.law} (weight {one.weight:.2f})" for one in self.rivals if one.law != self.law]
+        if not others:
+            return "No other law is within reach of these logs."
+        return f"The intervals hold the spread over laws: {self.law} and {', '.join(others)}."
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`. An open end of an interval is null."""

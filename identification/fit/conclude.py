@@ -17,6 +17,8 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
+from identification.estimators.regression import RegressionProblem
+from identification.estimators.releases import Constants, breakaway
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin, StatedConstant
@@ -87,6 +89,12 @@ def conclude(
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
         elastic = _followed(solved, elastic) if elastic is not None and elastic.elastic else elastic
+    releases = None
+    alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
+    if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
+        others = {one.name: float(value) for one, value in zip(problem.unknowns, found.values, strict=True)}
+        known_of = Constants(problem.held, solved.covariance, _by_logarithm(solved, shifts)[:count], others)
+        releases = breakaway(ready, law, found.values[:count], covariance[:count, :count], known_of)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
@@ -125,6 +133,7 @@ def conclude(
             *_warnings(law, found, parameters, segments),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
+            *(releases.warnings if releases else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
@@ -132,6 +141,7 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
     )

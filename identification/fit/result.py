@@ -21,6 +21,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured, Shown
+from identification.estimators.releases import Breakaway
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.problem import identifier
@@ -200,6 +201,7 @@ class FrictionFit(Pictured):
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
+    breakaway: where the sticks of one driving disc let go, and whether that ages;
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
@@ -232,6 +234,7 @@ class FrictionFit(Pictured):
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
+    breakaway: Breakaway | None = None
     declaration: str = ""
     causes: tuple[Cause, ...] = ()
     plain: tuple[FittedParameter, ...] = ()

@@ -20,7 +20,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from rig_io.bench.disturbances import Disturbances, disturbed_oscillator
-from rig_io.bench.drive import Ripple
+from rig_io.bench.drive import Ripple, held_duration, with_holds
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import (
@@ -129,7 +129,8 @@ class Emulation(Shown):
     each log. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
     its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. at_rest: the
-    disc is let go at ``start_angle``, not carried along by disc 0.
+    disc is let go at ``start_angle``, not carried along by disc 0. holds: s each, for which the drives stop one after
+    the other (drive.py).
     """
 
     name: str
@@ -150,6 +151,7 @@ class Emulation(Shown):
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
     disturbances: Disturbances | None = None
+    holds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
@@ -165,6 +167,13 @@ class Emulation(Shown):
             )
         if self.disturbances is not None and (len(self.discs) > 1 or self.scene is not None):
             raise StickslipError(f"'{self.name}': disturbances are emulated of the rig with one disc, without a scene.")
+        if any(not hold > 0 for hold in self.holds) or (self.holds and not self.discs):
+            raise StickslipError(f"'{self.name}': holds are of a disc's drive and last longer than 0 s.")
+        if self.holds and self.duration < held_duration(self.holds):
+            raise StickslipError(
+                f"'{self.name}': {self.duration:g} s have no room for {len(self.holds)} holds. Let the log last "
+                f"{held_duration(self.holds):g} s."
+            )
         if self.micro_slip is not None and any(disc.material.law != CONTI for disc in self.discs):
             raise StickslipError(f"'{self.name}': micro-slip is emulated before Conti's law. Leave out one of the two.")
         if self.laser is None and self.encoder is None:
@@ -313,9 +322,13 @@ def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) ->
     nominal = settings.discs[i].drive_speed
     if settings.speed_deviation:
         nominal *= 1 + settings.speed_deviation * float(_rng(seed, _DRIVES[i], number, 2).standard_normal())
-    if settings.ripple is None:
-        return np.array([0.0, total]), np.array([nominal, nominal]), 0.0
-    return settings.ripple.speed(nominal, total, _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1))
+    time, speed, begin = np.array([0.0, total]), np.array([nominal, nominal]), 0.0
+    if settings.ripple is not None:
+        specimen, noise = _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1)
+        time, speed, begin = settings.ripple.speed(nominal, total, specimen, noise)
+    if settings.holds:
+        time, speed = with_holds(time, speed, settings.holds, settings.transient)
+    return time, speed, begin
 
 
 def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: int) -> dict[str, Signal]:

@@ -1,6 +1,6 @@
 """Exact flows of piecewise linear systems, several motions to one instruction.
 
-    lowering/piecewise_linear.py      which declarations are linear with constant coefficients in every mode, and why not
+    lowering/piecewise_linear.py      which declarations are linear with constant factors in every mode, and why not
     codegen/lane_tables.py            of those, which have only contacts that lanes follow; rows and sums as a header,
                                       among the sources of the FMU
     c/lane_table.*                    numbers of one motion: a LaneMode per mode of the contacts, exact steps at home

@@ -104,9 +104,12 @@ class _Work:
     def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
         estimator = by or self.estimator
-        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
-        options = replace(self.options, disturbances=terms, progress=told)
-        return adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+        told = self.stages.of(stage)
+        progress = by_evaluations(estimator.searches, told, self.options.progress)
+        options = replace(self.options, disturbances=terms, progress=progress)
+        made = adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+        told(1.0)
+        return made
 
     def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""

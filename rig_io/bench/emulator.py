@@ -128,7 +128,8 @@ class Emulation(Shown):
     may be None: not fitted, or ideal. speed_deviation: of the drives from their nominal speeds, relative, drawn for
     each log. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
-    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none.
+    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. at_rest: the
+    disc is let go at ``start_angle``, not carried along by disc 0.
     """
 
     name: str
@@ -140,6 +141,7 @@ class Emulation(Shown):
     transient: float = 5.0
     sampling_rate: float = 1000.0
     start_angle: float = 0.0
+    at_rest: bool = False
     laser: Laser | None = field(default_factory=Laser)
     encoder: Encoder | None = field(default_factory=Encoder)
     drive_encoder: Encoder | None = field(default_factory=Encoder)
@@ -374,7 +376,7 @@ def _simulated(
     fmu, parameters, given = _oscillator(settings)
     rig = settings.rig
     start = {"theta": settings.start_angle, "omega": 0.0}
-    if drives:
+    if drives and not settings.at_rest:
         start["omega"] = rig.value("r") * float(drives[0][1][0]) / rig.value("R")
     start |= given
     samples = int(np.ceil(total * TRUTH_RATE - 1e-9)) + 1

@@ -35,6 +35,9 @@ NEAR = 0.05  # of the deviation of a constant: a step of it that is not worth an
 TOLERANCE = 1e-8  # relative, of these searches
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact
 REFUSED = 0.02  # relative: R or r off by more is no uncertainty, and no widening covers it
+WRONG = 4.0  # standard errors of a residual: one chance in a thousand that it occurs in any range of slip speed or log
+LEAST_CHANCE = 1e-300
+KNOWN = 0.8  # of the deviation as stated: where that much is left, a constant is as it was stated
 SURE = 1e3  # times less sure than another reading: one of two that contradict each other is left out
 
 
@@ -76,14 +79,24 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
     """
     try:
         found = _adjusted(ready, made, options, slips=made.problem.tested(made.solution))
-        logs = [motion.log.name for motion in ready.motions]
-        white = whiteness(found.estimate.solution.evaluation, logs)
-        if white.beyond or white.repeated:
+        missed = _missed(found.estimate)
+        # micro-slip too shows in slips, far less than constants that are off
+        if missed > WRONG and missed > 0.5 * _missed(made):
             found = _adjusted(ready, made, options, slips=False)
     except KeyboardInterrupt:
         said = "Interrupted: the rig constants are as stated, not adjusted to the logs."
         return as_stated(replace(made, warnings=(*made.warnings, said)))
     return found
+
+
+def _missed(made: Estimate) -> float:
+    """How surely the residuals show that the model misses something: standard errors of the most telling of them."""
+    from scipy.special import ndtri
+
+    here = made.solution.evaluation
+    white = whiteness(here, [str(number) for number in range(int(here.log.max()) + 1)])
+    course = [float(-ndtri(max(one.course, LEAST_CHANCE) / 2)) for one in white.logs if one.course is not None]
+    return max([abs(one.deviations) for one in white.speeds] + course, default=0.0)
 
 
 def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adjusted:
@@ -136,7 +149,7 @@ def _reading(prior: Prior) -> Reading:
 def _source(stated: Prior, deviation: float) -> str:
     """Where an adjusted constant is from; one of which nothing more is known than was stated is that."""
     before = stated.standard_uncertainty / stated.value
-    return stated.source if stated.stated and deviation > 0.99 * before else f"{stated.source}; adjusted"
+    return stated.source if stated.stated and deviation > KNOWN * before else f"{stated.source}; adjusted"
 
 
 def _held(

@@ -15,11 +15,12 @@ import numpy as np
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
+from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.shooting_segments import LINE
+from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, Reading, SpeedBin
-from identification.inference.choice import Inference, infer
+from identification.inference.choice import Inference, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.problem import (
     Problem,
@@ -33,11 +34,12 @@ from identification.inference.problem import (
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
-from identification.measurement.presliding import presliding
+from identification.measurement.presliding import PreSliding, presliding
 from rig_io.logs.log import RIG_UNITS
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
+STIFFNESS = "sigma0"  # of bristles, N/m
 
 
 def conclude(
@@ -84,6 +86,7 @@ def conclude(
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
+        elastic = _followed(solved, elastic) if elastic is not None and elastic.elastic else elastic
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
@@ -132,6 +135,36 @@ def conclude(
         declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
     )
+
+
+def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
+    """The stiffness of bristles in the LuGre model that follows some cycles of the logs, ringing and inertia in it;
+    that of the sticks where there is none."""
+    made = solved.estimate
+    slips, x = made.problem, made.solution.values
+    by_slips = made.estimator.name == shooting.ESTIMATOR.name and isinstance(slips, ShootingProblem)
+    if not by_slips or slips.terms or made.solution.fixed:
+        return elastic
+    found = lugre.in_stick(slips, x, 1 / elastic.compliance)
+    if found is None:
+        return elastic
+    rest, seen, free = searched(*found)
+    known = coloured_covariance(rest, seen, "jackknife")
+    place = [one.name for one in rest.unknowns].index(STIFFNESS)
+    shifts = _shifts(found[0], found[1], rest, seen, free)
+    by = _by_logarithm(solved, shifts)[found[0].law.names.index(STIFFNESS)]
+    stiffness = float(seen.values[place])
+    noise, scale = np.sqrt(known[place, place]), np.sqrt(by @ solved.covariance @ by)
+    compliance, per = 1 / stiffness, 1 / stiffness**2
+    return PreSliding(
+        compliance, float(noise) * per, float(scale) * per, len(found[0].segments), at_least=_unknown(solved, by)
+    )
+
+
+def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
+    """Whether something is moved (n,) by constants of which nobody says how well they are known."""
+    held = solved.estimate.problem.held
+    return any(not one.stated and abs(slope) > 0 for one, slope in zip(held, by, strict=True))
 
 
 def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float, ...], ...]:

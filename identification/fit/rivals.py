@@ -154,8 +154,9 @@ def _fitted(own: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival
     first = _Begin(_under(own, law, q), np.concatenate([q, own.found.values[len(own.law.parameters) :]]))
     begins = [first, *(one for less in simpler if (one := _inside(less, problem)) is not None)]
     usable = [one for one in begins if np.isfinite(one.sum)] or [first]
-    best = min((one.stepped for one in usable), key=lambda one: one.sum)
-    return Rival(law, best.problem, best.solved)
+    if isinstance(problem, ShootingProblem):  # a search costs as much as a fit
+        usable = [min((one.stepped for one in usable), key=lambda one: one.sum)]
+    return min((Rival(law, one.problem, one.solved) for one in usable), key=lambda rival: rival.sum)
 
 
 def _under(own: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:

@@ -17,7 +17,6 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, FrictionProblem, Options
 from identification.inference.adjustment import (
     UNKNOWN,
-    Adjustment,
     Contradiction,
     Pull,
     Reading,
@@ -111,10 +110,10 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
     here = made.solution.evaluation
     for _ in range(ROUNDS):
         said, best, slope = _said(ready, problem, x, here, free, slips)
-        now, held = _held(names, at, readings, said)
+        now = adjusted(names, at, readings, said)
         sd = np.sqrt(np.diag(now.covariance))
         if np.all(np.abs(now.step) <= NEAR * sd):
-            found = contradiction(names, at, readings, said, held)
+            found = contradiction(names, at, readings, said)
             if found is None:
                 break
             if slips and _lengths(found) and not _explained(made, found, options):
@@ -137,11 +136,11 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
         fixed = options.given.fixed(problem)
         solution = solve(problem, x, fixed=fixed, tolerance=TOLERANCE)
     kept = tuple(
-        replace(new, standard_uncertainty=float(value * s), stated=new.name not in held, source=_source(old, float(s)))
+        replace(new, standard_uncertainty=float(value * s), source=_source(old, float(s)))
         for old, new, value, s in zip(stated, problem.held, at, sd, strict=True)
     )
     estimate = replace(made, problem=problem.with_held(kept), solution=solution)
-    turned = tuple(Conflict(one, _steps(names, at, readings, said, held, one)) for one in conflicts)
+    turned = tuple(Conflict(one, _steps(names, at, readings, said, one)) for one in conflicts)
     return Adjusted(estimate, now.covariance, stated, turned)
 
 
@@ -153,19 +152,7 @@ def _reading(prior: Prior) -> Reading:
 def _source(stated: Prior, deviation: float) -> str:
     """Where an adjusted constant is from; one of which nothing more is known than was stated is that."""
     before = stated.standard_uncertainty / stated.value
-    return stated.source if stated.stated and deviation > KNOWN * before else f"{stated.source}; adjusted"
-
-
-def _held(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull
-) -> tuple[Adjustment, tuple[str, ...]]:
-    """The adjustment, and the constants that had to be held for it: nobody says how well they are known."""
-    held: tuple[str, ...] = ()
-    while True:
-        found = adjusted(names, at, readings, said, held)
-        if not found.open:
-            return found, held
-        held = (*held, found.open[0])
+    return stated.source if deviation >= KNOWN * before else f"{stated.source}; adjusted"
 
 
 def _moved(held: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
@@ -204,7 +191,6 @@ def _steps(
     at: np.ndarray,
     readings: Sequence[Reading],
     said: Pull,
-    held: Sequence[str],
     conflict: Contradiction,
 ) -> tuple[np.ndarray, ...]:
     """How the constants would move if each of the readings that contradict each other were right."""
@@ -219,7 +205,7 @@ def _steps(
             else one
             for one in readings
         ]
-        steps.append(adjusted(names, at, others, said, held).step)
+        steps.append(adjusted(names, at, others, said).step)
     return tuple(steps)
 
 

@@ -17,9 +17,11 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
+from identification.estimators.regression import RegressionProblem
+from identification.estimators.releases import Constants, breakaway
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
-from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, Reading, SpeedBin
+from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin, StatedConstant
 from identification.inference.choice import Inference, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.problem import (
@@ -89,6 +91,12 @@ def conclude(
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
         elastic = _followed(solved, elastic) if elastic is not None and elastic.elastic else elastic
+    releases = None
+    alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
+    if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
+        others = {one.name: float(value) for one, value in zip(problem.unknowns, found.values, strict=True)}
+        known_of = Constants(problem.held, solved.covariance, _by_logarithm(solved, shifts)[:count], others)
+        releases = breakaway(ready, law, found.values[:count], covariance[:count, :count], known_of)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
@@ -128,6 +136,7 @@ def conclude(
             *_unseen(law, found.values[:count], rows),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
+            *(releases.warnings if releases else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
@@ -135,6 +144,7 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
     )
@@ -145,8 +155,9 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
     that of the sticks where there is none."""
     made = solved.estimate
     slips, x = made.problem, made.solution.values
-    by_slips = made.estimator.name == shooting.ESTIMATOR.name and isinstance(slips, ShootingProblem)
-    if not by_slips or slips.terms or made.solution.fixed:
+    if made.estimator.name != shooting.ESTIMATOR.name or made.solution.fixed:
+        return elastic
+    if not isinstance(slips, ShootingProblem) or slips.terms:
         return elastic
     found = lugre.in_stick(slips, x, 1 / elastic.compliance)
     if found is None:
@@ -299,7 +310,7 @@ def _by_logarithm(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> np.ndar
     return np.stack([shifts[one.name] * one.value for one in held], axis=1)
 
 
-def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray]) -> Iterator[Reading]:
+def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray]) -> Iterator[StatedConstant]:
     """What each of the readings that contradict each other would make of the law."""
     moves, made, found = _by_logarithm(solved, shifts), solved.estimate, conflict.found
     units = {one.name: one.unit for one in made.problem.held}
@@ -307,10 +318,10 @@ def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray
         law = made.solution.values + moves @ step
         parameters = {one.name: float(q) for one, q in zip(made.law.parameters, law, strict=False)}
         unit = units.get(name) or RIG_UNITS[name]
-        yield Reading(name, value, unit, other, found.deviations, found.names, parameters)
+        yield StatedConstant(name, value, unit, other, found.deviations, found.names, parameters)
 
 
-def _contradicting(readings: Sequence[Reading], solved: Adjusted) -> Iterator[str]:
+def _contradicting(readings: Sequence[StatedConstant], solved: Adjusted) -> Iterator[str]:
     """What is said of constants that contradict each other."""
     for together in dict.fromkeys(one.together for one in readings):
         mine = [one for one in readings if one.together == together]

@@ -108,7 +108,7 @@ class _Work:
         estimator = by or self.estimator
         told = self.stages.of(stage)
         progress = by_evaluations(estimator.searches, told, self.options.progress)
-        options = replace(self.options, disturbances=terms, progress=progress)
+        options = replace(self.options, disturbances=terms or terms_of(self.ready, ()), progress=progress)
         made = estimator.estimate(self.ready, self.law, options)
         found = adjust(self.ready, made, options) if adjusting else as_stated(made)
         told(1.0)

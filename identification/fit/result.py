@@ -21,6 +21,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured, Shown
+from identification.estimators.releases import Breakaway
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.problem import identifier
@@ -33,10 +34,21 @@ if TYPE_CHECKING:
     import pandas
     from lmfit import Minimizer
 
-VERSION = 3  # of the format of a fit
+VERSION = 4  # of the format of a fit
 LEVEL = 0.95  # of intervals
 MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
 AT_LEAST = "at least "  # before an interval that lacks the uncertainty of a constant
+NAMES = {  # in JSON, as the tables have them
+    "standard_deviation": "sd_noise",
+    "plain_deviation": "sd_white",
+    "scale_deviation": "sd_rig_constants",
+    "law_deviation": "sd_law",
+    "bound": "sd_bound",
+    "description": "meaning",
+    "standard_uncertainty": "sd",
+    "source": "from",
+}
+LISTED = ("parameters", "nuisance", "plain", "constants")  # whose members have these
 WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: they follow from the rest
 
 
@@ -104,7 +116,7 @@ class Constant(Shown):
 
 
 @dataclass(frozen=True)
-class Reading(Shown):
+class StatedConstant(Shown):
     """A stated constant that contradicts the others. other: what it would have to be by them; deviations: by which it
     is off; together: readings that cannot be told apart by this; parameters: of the law, if this reading is right."""
 
@@ -189,6 +201,7 @@ class FrictionFit(Pictured):
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
+    breakaway: where the sticks of one driving disc let go, and whether that ages;
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
@@ -221,11 +234,12 @@ class FrictionFit(Pictured):
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
+    breakaway: Breakaway | None = None
     declaration: str = ""
     causes: tuple[Cause, ...] = ()
     plain: tuple[FittedParameter, ...] = ()
     constants_correlation: tuple[tuple[float, ...], ...] = ()
-    contradictions: tuple[Reading, ...] = ()
+    contradictions: tuple[StatedConstant, ...] = ()
     rivals: tuple[RivalLaw, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
@@ -240,7 +254,7 @@ class FrictionFit(Pictured):
                 "unit": one.unit,
                 **dict(zip(WRITTEN, (*self.interval(one.name), self.at_least(one.name)), strict=True)),
                 "sd_noise": one.standard_deviation,
-                "sd_constants": one.scale_deviation,
+                "sd_rig_constants": one.scale_deviation,
                 "sd_law": one.law_deviation,
                 "sd_bound": one.bound,
                 "efficiency": one.efficiency,
@@ -378,6 +392,7 @@ class FrictionFit(Pictured):
             first = {key: one.pop(key) for key in ("name", "value", "unit")}
             first |= dict(zip(WRITTEN, (*ends, self.at_least(first["name"])), strict=True))
             one |= {**first, **{key: one.pop(key) for key in tuple(one)}}
+        plain |= {key: [_renamed(one, NAMES) for one in plain[key]] for key in LISTED}
         return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
@@ -408,6 +423,10 @@ class FrictionFit(Pictured):
         values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved")}
         if isinstance(values.get("parameters"), list):
             values["parameters"] = [_without_written(one) for one in values["parameters"]]
+        kept = {written: name for name, written in NAMES.items()}
+        for key in LISTED:
+            if isinstance(values.get(key), list):
+                values[key] = [_renamed(one, kept) for one in values[key]]
         fit = from_plain(FrictionFit, values, "The fitted law")
         n = len(fit.parameters)
         if [len(row) for row in fit.correlation] != [n] * n:
@@ -415,6 +434,11 @@ class FrictionFit(Pictured):
         if len(fit.materials) not in (0, len(fit.contacts)):
             raise StickslipError("The fitted law names contacts and materials of different number. Fit again.")
         return fit
+
+
+def _renamed(one: Any, names: Mapping[str, str]) -> Any:
+    """A member of a list with other names of its fields."""
+    return {names.get(key, key): value for key, value in one.items()} if isinstance(one, dict) else one
 
 
 def _without_written(parameter: Any) -> Any:

@@ -146,7 +146,8 @@ def design(
     ranked = tuple(sorted(found, key=lambda c: (c.refused is not None, -c.gain)))
     names = [parameter.name for parameter in fit.parameters]
     known = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(now))).tolist(), strict=True))
-    return Design(ranked, known, _index(now), duration, _advice(ranked, known, _index(now), duration))
+    advice = _advice(ranked, known, _index(now), duration) + _holds(fit)
+    return Design(ranked, known, _index(now), duration, advice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +274,17 @@ def _index(information: np.ndarray) -> float:
     norms = np.sqrt(np.diag(information))
     least = float(np.linalg.eigvalsh(information / np.outer(norms, norms))[0])
     return float(1 / np.sqrt(max(least, HIGHEST**-2)))
+
+
+def _holds(fit: FrictionFit) -> str:
+    """What tells how fast breakaway ages, where it does and the sticks have not told."""
+    if fit.breakaway is None or not fit.breakaway.ages or fit.breakaway.growth is not None:
+        return ""
+    low, high = fit.breakaway.span
+    return (
+        f" Breakaway ages, but the sticks last {low:.2g} to {high:.2g} s alone: one log with holds over two decades, the "
+        "drive stopped for 0.3, 3 and 30 s in turn, twice each, would tell how fast."
+    )
 
 
 def _advice(ranked: Sequence[Candidate], known: Mapping[str, float], index: float, duration: float) -> str:

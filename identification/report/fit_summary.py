@@ -61,4 +61,6 @@ def _certainty(fit: FrictionFit) -> list[str]:
         reach = fit.presliding.compliance + 2 * fit.presliding.deviation
         least = f"above {1 / reach:.1g} N/m" if reach > 0 else "beyond measure"
         said.append(f"In stick the contact is as good as rigid: its stiffness is {least} (95 %).")
+    if fit.breakaway:
+        said.append(f"Breakaway: {fit.breakaway.words}.")
     return said

@@ -148,6 +148,7 @@ def summary(findings: Findings) -> list[str]:
     )
     said.append(fit.words_of_law)
     said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
     for family in findings.families:
         passed = sum(one.passed for one in family.members)
         discs = " and ".join(family.members[0].drive_speeds)

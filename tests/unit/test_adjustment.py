@@ -70,11 +70,9 @@ def test_coloured_residuals_are_less_sure() -> None:
     assert coloured - plain == pytest.approx((36 / 125) ** 2 * 3 * 0.005**2, rel=1e-9)
 
 
-def test_a_constant_that_nobody_knows_is_open_unless_another_tells_it() -> None:
-    unknown = [replace(one, stated=False, deviation=0.3) for one in READINGS]
-    found = adjusted(NAMES, AT, unknown, ratio(0.01))
-    assert found.open == NAMES
-    held = adjusted(NAMES, AT, unknown, ratio(0.01), held=("J",))
-    assert held.open == ("c",) and held.step == pytest.approx([0.0, 0.01, 0.0], abs=1e-6)
-    told = adjusted(NAMES, AT, (READINGS[0], *unknown[1:]), ratio(0.01))
-    assert told.open == ("c",) and told.step[1] - told.step[0] == pytest.approx(0.01, abs=1e-6)
+def test_a_constant_of_which_nobody_says_how_well_it_is_known_stays_and_tells_the_others_nothing() -> None:
+    nobody = (READINGS[0], replace(READINGS[1], stated=False, deviation=0.3), READINGS[2])
+    found = adjusted(NAMES, AT, nobody, ratio(0.05))
+    assert found.step[1] == 0 and abs(found.step[0]) < 1e-4
+    assert np.sqrt(np.diag(found.covariance)) == pytest.approx([0.006, 0, 0.02], rel=1e-3)
+    assert contradiction(NAMES, AT, nobody, ratio(0.05)) is None

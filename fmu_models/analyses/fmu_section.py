@@ -44,8 +44,8 @@ PATIENCE = 1000.0
 # of the size of a state: a start nearer to its level is on it, and does not cross it at once
 ON_LEVEL = 1e-9
 STEPPERS = ("auto", "taylor")
-# motions that lanes take at a time, so that few of them wait for others
-TOGETHER = 256
+# steps in lanes in the time of one by the series, about
+PACE = 8
 # relative error of a step: of our engine, which keeps it at little cost; of a method of integration, above its rounding
 TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 
@@ -68,6 +68,8 @@ class FmuSection(SectionSystem):
         StickslipError: unknown names, values out of their range, a forcing without period, an FMU of others that has no
             Model Exchange or states that cannot be set.
     """
+
+    together = 1
 
     def __init__(
         self,
@@ -187,7 +189,7 @@ class FmuSection(SectionSystem):
         other = copy.copy(self)
         other.stepper, other._made = _known(stepper), []
         vars(other).pop("_lanes", None)
-        other.together = TOGETHER if other._exact else 1
+        other.pace = PACE if other._exact else 1
         return other
 
     def check(self, name: str, values: Vector) -> None:
@@ -272,7 +274,7 @@ class FmuSection(SectionSystem):
     def _follow(self) -> None:
         """Who makes the steps: the engine of an FMU of ours, or the importer."""
         self._engine = engine_of(self.fmu) if self.fmu.ours else None
-        self.together = TOGETHER if self._exact else 1
+        self.pace = PACE if self._exact else 1
         self._made: list[tuple[int, int]] = []  # steps of each call, and how many of them were made in lanes
         self._importer = None if self.fmu.ours else ImporterSteps(self.fmu, self.tolerance)
 

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.inference.problem import Unknown
-from identification.measurement.pooling import Pool
+from identification.inference.problem import Prior, Unknown
+from identification.measurement.pooling import Pool, weighed
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -35,22 +35,26 @@ CAUSES: Mapping[str, str] = {
     WEAR: "friction changes with time, within the logs or from one to the next (wear, heat, humidity)",
 }
 MIDDLE_ANGLE = "middle_angle"  # of the disturbed oscillator
+WHERE = ("turned", "angle", "share", "log", "load")  # fields of a place
+CELL, SURE = "load", 0.01  # the force of a load cell as a term: 1 of it, give or take so much
 LARGEST = 0.9  # of a relative term: friction does not change its sign
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
     """Where and when friction acted, arrays that broadcast to one shape. turned: rad, angle of the drive; angle: rad,
-    of the body; share: of the log that is gone, -1/2 to 1/2; log: number of the log."""
+    of the body; share: of the log that is gone, -1/2 to 1/2; log: number of the log; load: normal force by a load
+    cell over its mean."""
 
     turned: np.ndarray
     angle: np.ndarray
     share: np.ndarray
     log: np.ndarray
+    load: np.ndarray
 
     def of(self, rows: np.ndarray | slice) -> Place:
         """Rows (k,) of the first axis."""
-        return Place(*(getattr(self, name)[rows] for name in ("turned", "angle", "share", "log")))
+        return Place(*(getattr(self, name)[rows] for name in WHERE))
 
 
 @dataclass(frozen=True)
@@ -74,9 +78,16 @@ class Term:
                 value = np.sin(self.order * place.turned)
             case "angle":
                 value = (place.angle - self.reference) ** self.order
+            case "load":
+                value = place.load - 1
             case _:
                 value = place.share**self.order
         return value if self.log is None else value * (place.log == self.log)
+
+    @property
+    def first(self) -> float:
+        """Value where a search begins."""
+        return float(self.moves == "load")
 
     @property
     def parameter(self) -> str:
@@ -85,7 +96,10 @@ class Term:
 
     @property
     def unknown(self) -> Unknown:
-        """As an unknown of a problem, without prior."""
+        """As an unknown of a problem; only what a load cell shows has a prior."""
+        if self.moves == "load":
+            prior = Prior(self.name, 1.0, "1", SURE, "load cell")
+            return Unknown(self.name, "1", 0.0, 2.0, "share of what the load cell shows that friction follows", prior)
         if self.moves == "angle":
             unit, reach = ("1/rad" if self.order == 1 else f"1/rad^{self.order}"), np.inf
         else:
@@ -106,7 +120,8 @@ def terms_of(ready: Pool, causes: Sequence[str]) -> tuple[Term, ...]:
         raise StickslipError("Disturbances are estimated with one driving disc. Fit the logs of each disc by itself.")
     if FORCE in causes and FORCE_EACH in causes:
         raise StickslipError(f"'{FORCE}' and '{FORCE_EACH}' are one disturbance. Name one of them.")
-    return tuple(term for cause in CAUSES if cause in causes for term in _terms(ready, cause))
+    loaded = (Term(CELL, CELL, "load", 1),) if len(ready.contacts) == 1 and weighed(ready.motions) else ()
+    return (*loaded, *(term for cause in CAUSES if cause in causes for term in _terms(ready, cause)))
 
 
 def _terms(ready: Pool, cause: str) -> list[Term]:
@@ -175,15 +190,18 @@ def _disturbed_oscillator(name: str, disc: str, law: str, parameters: tuple[tupl
     middle = Parameter("middle", 0.0, "s", "middle of the log")
     share = (TIME - middle) / Parameter("duration", 1.0, "s", "duration of the log", positive=True)
     away = theta - Parameter(MIDDLE_ANGLE, 0.0, "rad", "angle at which friction is that of the law")
-    turn, bend, wear = sympy.Integer(1), sympy.Integer(1), sympy.Integer(1)
+    turn, bend, wear, load = (sympy.Integer(1) for _ in range(4))
     for what, order in parameters:
         if what == "angle":
             unit = "1/rad" if order == 1 else f"1/rad{order}"
             bend += Parameter(f"angle{order}", 0.0, unit, f"of power {order} of the angle") * away**order
+        elif what == "load":
+            cell = Input("load", 1.0, "1", "normal force by a load cell over its mean")
+            load += Parameter(f"load{order}", 1.0, "1", "share of it that friction follows") * (cell - 1)
         elif what == "time":
             wear += Parameter(f"time{order}", 0.0, "1", f"of power {order} of the share of the log") * share**order
         else:
             amplitude = Parameter(f"{what}{order}", 0.0, "1", f"of the {what} of {order} turns of the drive")
             turn += amplitude * of[what](order * turned)
-    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend * wear)}), name=name)
+    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend * wear * load)}), name=name)
     return lower(variant(own, laws={disc: law}))

@@ -17,10 +17,10 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
-from identification.estimators.disturbances import Place, Term, disturbed
+from identification.estimators.disturbances import WHERE, Place, Term, disturbed
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
-from identification.measurement.motion import drive_angle
+from identification.measurement.motion import DiscMotion, drive_angle
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
@@ -99,10 +99,8 @@ class Regression:
         assert self.where is not None
         nodes = np.arange((len(self.average) // 2) % every, len(self.average), every)
         average = self.average[nodes] / self.average[nodes].sum()
-        turned, angle = self.where.turned[:, nodes], self.where.angle[:, nodes]
-        return replace(
-            self, slip=self.slip[:, nodes], average=average, where=replace(self.where, turned=turned, angle=angle)
-        )
+        thin = {name: getattr(self.where, name)[:, nodes] for name in ("turned", "angle", "load")}
+        return replace(self, slip=self.slip[:, nodes], average=average, where=replace(self.where, **thin))
 
     def whitened(self, values: np.ndarray) -> np.ndarray:
         """Values (n,) or (n, m) cluster by cluster times ``whiten``."""
@@ -159,7 +157,7 @@ class RegressionProblem(FrictionProblem):
         """The law's own guess, without disturbances."""
         these = self.regression
         guess = self.law.start(these.along(self.law, these.speed), these.measured)
-        return np.concatenate([guess, np.zeros(len(self.terms))])
+        return np.concatenate([guess, [term.first for term in self.terms]])
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Whitened residuals of the averaged law."""
@@ -246,22 +244,27 @@ class RegressionProblem(FrictionProblem):
         return slopes
 
 
-def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int]) -> list[Place]:
-    """Where drive and body stood at the samples of each segment, (m,) each."""
+def load_factor(motion: DiscMotion, force: float) -> np.ndarray:
+    """Normal force (n,) of the one disc by its load cell over a mean ``force`` N; ones without a cell."""
+    return np.ones(len(motion.time)) if motion.loads is None else motion.loads[0] / force
+
+
+def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: float) -> list[Place]:
+    """Where drive and body stood at the samples of each segment, (m,) each. force: N, mean of a load cell."""
     motions = {id(segment.motion): segment.motion for segment in segments}
     turned = {key: drive_angle(motion, int(motion.log.contacts[0][-1])) for key, motion in motions.items()}
     places = []
     for segment, log in zip(segments, logs, strict=True):
         inside, time = slice(segment.first, segment.last), segment.motion.time
         share = (time[inside] - time[0]) / (time[-1] - time[0]) - 0.5
-        places.append(Place(turned[id(segment.motion)][inside], segment.angle, share, np.full(len(share), log)))
+        load = load_factor(segment.motion, force)[inside]
+        places.append(Place(turned[id(segment.motion)][inside], segment.angle, share, np.full(len(share), log), load))
     return places
 
 
 def joined(places: Sequence[Place]) -> Place:
     """One after the other."""
-    columns = ("turned", "angle", "share", "log")
-    return Place(*(np.concatenate([getattr(one, name) for one in places]) for name in columns))
+    return Place(*(np.concatenate([getattr(one, name) for one in places]) for name in WHERE))
 
 
 Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], Regression]

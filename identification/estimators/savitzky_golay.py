@@ -18,7 +18,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, Estimator, Options
-from identification.estimators.disturbances import Place
+from identification.estimators.disturbances import WHERE, Place
 from identification.estimators.regression import Regression, joined, regress, whereabouts
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
@@ -91,7 +91,7 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
             )
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
-    where = joined(whereabouts(segments, logs))
+    where = joined(whereabouts(segments, logs, rig.N))
     sign = np.array([float(segment.sign) for segment in segments])[cluster]
     return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, sign)
 
@@ -118,7 +118,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
     assert samples.where is not None and samples.sign is not None
     place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
-    place = Place(*(getattr(place, name)[:, None] for name in ("turned", "angle", "share", "log")))
+    place = Place(*(getattr(place, name)[:, None] for name in WHERE))
     count = odd_count(WINDOW * period, segments[0].motion.step)
     noise = _noise_gain(count, count, segments[0].motion.step, rig)[count // 2] / (rig.R * rig.N)
     return Regression(

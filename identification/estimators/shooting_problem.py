@@ -11,6 +11,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import Options
 from identification.estimators.disturbances import Term, disturbed_oscillator
+from identification.estimators.regression import load_factor
 from identification.estimators.shooting_segments import LINE, Runs, ShootingProblem, ShootingSegment, Start, directions
 from identification.inference.problem import Prior, Unknown
 from identification.laws.law import FittableLaw, unknowns
@@ -53,7 +54,8 @@ def shooting_problem(
         first=np.concatenate(
             [
                 q,
-                np.zeros(len(law.parameters) + len(terms) - len(q)),
+                [0.0] * (len(law.parameters) - len(q)),
+                [term.first for term in terms][max(len(q) - len(law.parameters), 0) :],
                 [unknown.prior.value for unknown in others if unknown.prior is not None],
             ]
         ),
@@ -64,6 +66,7 @@ def shooting_problem(
         terms=terms,
         workers=options.workers,
         turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
+        loads=_loads(ready) if any(term.moves == "load" for term in terms) else {},
     )
 
 
@@ -97,6 +100,16 @@ def _runs(ready: Pool, law: FittableLaw, names: Sequence[str], terms: Sequence[T
             fmu = Fmu.open(built(model, contacts=contacts, laws=dict.fromkeys(contacts, law.reference)))
         runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
     return runs
+
+
+def _loads(ready: Pool) -> dict[int, Signal]:
+    """Normal force by the load cell over its mean in each log, for the model."""
+    signals = {}
+    for number, motion in enumerate(ready.motions):
+        (signal,) = drive_signals(motion)
+        factor = load_factor(motion, ready.values.N)
+        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, factor))
+    return signals
 
 
 def _turned(ready: Pool) -> dict[int, Signal]:

@@ -131,7 +131,8 @@ class ShootingProblem(FrictionProblem):
     """Shooting segments of pooled logs under one law.
 
     terms: disturbances, whose values follow those of the law in x; turned: rad, angle of the drive by log, where they
-    need it; first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the
+    need it; loads: 1, normal force by a load cell over its mean, likewise;
+    first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the
     unknowns move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves
     steps; workers: threads.
     """
@@ -148,6 +149,7 @@ class ShootingProblem(FrictionProblem):
     residual_unit: str = "m"
     terms: tuple[Term, ...] = ()
     turned: Mapping[int, Signal] = field(default_factory=dict)
+    loads: Mapping[int, Signal] = field(default_factory=dict)
     workers: int | None = None
     _last: deque[tuple[bytes, Evaluation, list[Start]]] = field(
         default_factory=lambda: deque(maxlen=KEPT), init=False, repr=False
@@ -277,6 +279,8 @@ class ShootingProblem(FrictionProblem):
         inputs = {f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)}
         if segment.log in self.turned:
             inputs["turned"] = self.turned[segment.log]
+        if segment.log in self.loads:
+            inputs["load"] = self.loads[segment.log]
         count = len(self.law.parameters)
         for value, term in zip(x[count:], self.terms, strict=False):
             moves = self.moved(segment)[term.name]

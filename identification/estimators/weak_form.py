@@ -45,7 +45,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     count = odd_count(WINDOW * period, step)
     average, weights = bump(count, step, rig)
     slips, measured, clusters, whiten, places = [], [], [], [], []
-    for number, (segment, where) in enumerate(zip(segments, whereabouts(segments, logs), strict=True)):
+    for number, (segment, where) in enumerate(zip(segments, whereabouts(segments, logs, rig.N), strict=True)):
         speed = savitzky_golay(segment.angle, step, SPEED_WINDOW * period, SPEED_ORDER, 1)
         slip = segment.sign * (rig.r * segment.drive - rig.R * speed)
         spare = len(slip) - count
@@ -64,6 +64,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
                 angles,
                 where.share[middle],
                 where.log[middle],
+                np.lib.stride_tricks.sliding_window_view(where.load, count)[begins],
             )
         )
     cluster = np.concatenate(clusters)

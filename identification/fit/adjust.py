@@ -17,7 +17,6 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, FrictionProblem, Options
 from identification.inference.adjustment import (
     UNKNOWN,
-    Adjustment,
     Contradiction,
     Pull,
     Reading,
@@ -35,6 +34,9 @@ NEAR = 0.05  # of the deviation of a constant: a step of it that is not worth an
 TOLERANCE = 1e-8  # relative, of these searches
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact
 REFUSED = 0.02  # relative: R or r off by more is no uncertainty, and no widening covers it
+WRONG = 4.0  # standard errors of a residual: one chance in a thousand that it occurs in any range of slip speed or log
+LEAST_CHANCE = 1e-300
+KNOWN = 0.8  # of the deviation as stated: where that much is left, a constant is as it was stated
 SURE = 1e3  # times less sure than another reading: one of two that contradict each other is left out
 
 
@@ -76,14 +78,24 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
     """
     try:
         found = _adjusted(ready, made, options, slips=made.problem.tested(made.solution))
-        logs = [motion.log.name for motion in ready.motions]
-        white = whiteness(found.estimate.solution.evaluation, logs)
-        if white.beyond or white.repeated:
+        missed = _missed(found.estimate)
+        # micro-slip too shows in slips, far less than constants that are off
+        if missed > WRONG and missed > 0.5 * _missed(made):
             found = _adjusted(ready, made, options, slips=False)
     except KeyboardInterrupt:
         said = "Interrupted: the rig constants are as stated, not adjusted to the logs."
         return as_stated(replace(made, warnings=(*made.warnings, said)))
     return found
+
+
+def _missed(made: Estimate) -> float:
+    """How surely the residuals show that the model misses something: standard errors of the most telling of them."""
+    from scipy.special import ndtri
+
+    here = made.solution.evaluation
+    white = whiteness(here, [str(number) for number in range(int(here.log.max()) + 1)])
+    course = [float(-ndtri(max(one.course, LEAST_CHANCE) / 2)) for one in white.logs if one.course is not None]
+    return max([abs(one.deviations) for one in white.speeds] + course, default=0.0)
 
 
 def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adjusted:
@@ -96,10 +108,10 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
     here = made.solution.evaluation
     for _ in range(ROUNDS):
         said, best, slope = _said(ready, problem, x, here, free, slips)
-        now, held = _held(names, at, readings, said)
+        now = adjusted(names, at, readings, said)
         sd = np.sqrt(np.diag(now.covariance))
         if np.all(np.abs(now.step) <= NEAR * sd):
-            found = contradiction(names, at, readings, said, held)
+            found = contradiction(names, at, readings, said)
             if found is None:
                 break
             _check_lengths(found, stated)
@@ -120,11 +132,11 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
         fixed = options.given.fixed(problem)
         solution = solve(problem, x, fixed=fixed, tolerance=TOLERANCE)
     kept = tuple(
-        replace(new, standard_uncertainty=float(value * s), stated=new.name not in held, source=_source(old, float(s)))
+        replace(new, standard_uncertainty=float(value * s), source=_source(old, float(s)))
         for old, new, value, s in zip(stated, problem.held, at, sd, strict=True)
     )
     estimate = replace(made, problem=problem.with_held(kept), solution=solution)
-    turned = tuple(Conflict(one, _steps(names, at, readings, said, held, one)) for one in conflicts)
+    turned = tuple(Conflict(one, _steps(names, at, readings, said, one)) for one in conflicts)
     return Adjusted(estimate, now.covariance, stated, turned)
 
 
@@ -136,19 +148,7 @@ def _reading(prior: Prior) -> Reading:
 def _source(stated: Prior, deviation: float) -> str:
     """Where an adjusted constant is from; one of which nothing more is known than was stated is that."""
     before = stated.standard_uncertainty / stated.value
-    return stated.source if stated.stated and deviation > 0.99 * before else f"{stated.source}; adjusted"
-
-
-def _held(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull
-) -> tuple[Adjustment, tuple[str, ...]]:
-    """The adjustment, and the constants that had to be held for it: nobody says how well they are known."""
-    held: tuple[str, ...] = ()
-    while True:
-        found = adjusted(names, at, readings, said, held)
-        if not found.open:
-            return found, held
-        held = (*held, found.open[0])
+    return stated.source if deviation >= KNOWN * before else f"{stated.source}; adjusted"
 
 
 def _moved(held: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
@@ -187,7 +187,6 @@ def _steps(
     at: np.ndarray,
     readings: Sequence[Reading],
     said: Pull,
-    held: Sequence[str],
     conflict: Contradiction,
 ) -> tuple[np.ndarray, ...]:
     """How the constants would move if each of the readings that contradict each other were right."""
@@ -202,7 +201,7 @@ def _steps(
             else one
             for one in readings
         ]
-        steps.append(adjusted(names, at, others, said, held).step)
+        steps.append(adjusted(names, at, others, said).step)
     return tuple(steps)
 
 

@@ -170,4 +170,5 @@ def _carried(begin: _Fit, problem: RegressionProblem) -> np.ndarray:
     """The solution of a fit as a start of another; 0 for what it does not have."""
     names = [unknown.name for unknown in begin.problem.unknowns]
     values = dict(zip(names, begin.found.values, strict=True))
-    return np.array([values.get(unknown.name, 0.0) for unknown in problem.unknowns])
+    first = {term.name: term.first for term in problem.terms}
+    return np.array([values.get(one.name, first.get(one.name, 0.0)) for one in problem.unknowns])

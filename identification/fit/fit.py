@@ -106,7 +106,7 @@ class _Work:
         estimator = by or self.estimator
         told = self.stages.of(stage)
         progress = by_evaluations(estimator.searches, told, self.options.progress)
-        options = replace(self.options, disturbances=terms, progress=progress)
+        options = replace(self.options, disturbances=terms or terms_of(self.ready, ()), progress=progress)
         made = adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
         told(1.0)
         return made

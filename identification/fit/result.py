@@ -34,10 +34,21 @@ if TYPE_CHECKING:
     import pandas
     from lmfit import Minimizer
 
-VERSION = 3  # of the format of a fit
+VERSION = 4  # of the format of a fit
 LEVEL = 0.95  # of intervals
 MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
 AT_LEAST = "at least "  # before an interval that lacks the uncertainty of a constant
+NAMES = {  # in JSON, as the tables have them
+    "standard_deviation": "sd_noise",
+    "plain_deviation": "sd_white",
+    "scale_deviation": "sd_rig_constants",
+    "law_deviation": "sd_law",
+    "bound": "sd_bound",
+    "description": "meaning",
+    "standard_uncertainty": "sd",
+    "source": "from",
+}
+LISTED = ("parameters", "nuisance", "plain", "constants")  # whose members have these
 WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: they follow from the rest
 
 
@@ -105,7 +116,7 @@ class Constant(Shown):
 
 
 @dataclass(frozen=True)
-class Reading(Shown):
+class StatedConstant(Shown):
     """A stated constant that contradicts the others. other: what it would have to be by them; deviations: by which it
     is off; together: readings that cannot be told apart by this; parameters: of the law, if this reading is right."""
 
@@ -228,7 +239,7 @@ class FrictionFit(Pictured):
     causes: tuple[Cause, ...] = ()
     plain: tuple[FittedParameter, ...] = ()
     constants_correlation: tuple[tuple[float, ...], ...] = ()
-    contradictions: tuple[Reading, ...] = ()
+    contradictions: tuple[StatedConstant, ...] = ()
     rivals: tuple[RivalLaw, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
@@ -243,7 +254,7 @@ class FrictionFit(Pictured):
                 "unit": one.unit,
                 **dict(zip(WRITTEN, (*self.interval(one.name), self.at_least(one.name)), strict=True)),
                 "sd_noise": one.standard_deviation,
-                "sd_constants": one.scale_deviation,
+                "sd_rig_constants": one.scale_deviation,
                 "sd_law": one.law_deviation,
                 "sd_bound": one.bound,
                 "efficiency": one.efficiency,
@@ -381,6 +392,7 @@ class FrictionFit(Pictured):
             first = {key: one.pop(key) for key in ("name", "value", "unit")}
             first |= dict(zip(WRITTEN, (*ends, self.at_least(first["name"])), strict=True))
             one |= {**first, **{key: one.pop(key) for key in tuple(one)}}
+        plain |= {key: [_renamed(one, NAMES) for one in plain[key]] for key in LISTED}
         return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
@@ -411,6 +423,10 @@ class FrictionFit(Pictured):
         values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved")}
         if isinstance(values.get("parameters"), list):
             values["parameters"] = [_without_written(one) for one in values["parameters"]]
+        kept = {written: name for name, written in NAMES.items()}
+        for key in LISTED:
+            if isinstance(values.get(key), list):
+                values[key] = [_renamed(one, kept) for one in values[key]]
         fit = from_plain(FrictionFit, values, "The fitted law")
         n = len(fit.parameters)
         if [len(row) for row in fit.correlation] != [n] * n:
@@ -418,6 +434,11 @@ class FrictionFit(Pictured):
         if len(fit.materials) not in (0, len(fit.contacts)):
             raise StickslipError("The fitted law names contacts and materials of different number. Fit again.")
         return fit
+
+
+def _renamed(one: Any, names: Mapping[str, str]) -> Any:
+    """A member of a list with other names of its fields."""
+    return {names.get(key, key): value for key, value in one.items()} if isinstance(one, dict) else one
 
 
 def _without_written(parameter: Any) -> Any:

@@ -26,6 +26,7 @@ from identification.measurement.motion import (
     Passes,
     SensorFit,
     drive_edges,
+    savitzky_golay,
 )
 from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
 from rig_io.logs.log import RigLog
@@ -34,6 +35,7 @@ from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 
 DRIVE_EDGES = (6, 9, 13, 19, 28, 42, 64)  # of the drive's encoder between knots of its speed, to be chosen from
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
+LOAD_WINDOW = 0.05  # s, over which the noise of a load cell is smoothed; forces of the rig change once per turn
 LEAST_EDGES = 20  # of an encoder alone
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
 JITTER = 0.3  # of the sample interval, rms: a clock that wanders more is no clock
@@ -137,7 +139,30 @@ def disc_motion(log: RigLog) -> DiscMotion:
     filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
     angle = np.interp(time, stamps[good], angle[good])
     drives = np.stack([smooth_drive(log, time, contact) for contact in log.contacts])
-    return DiscMotion(log, time, angle, drives, filled, (*warnings, *said), passes)
+    return DiscMotion(log, time, angle, drives, filled, (*warnings, *said), passes, _loads(log, time))
+
+
+def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
+    """Normal forces (n_discs, n) in N at times (n,); None where not each disc in contact has a load cell.
+
+    Raises:
+        StickslipError: a cell that pulls.
+    """
+    names = [f"load{contact[-1]}" for contact in log.contacts]
+    if not names or not all(log.has(name) for name in names):
+        return None
+    step = float(time[1] - time[0])
+    made = []
+    for name in names:
+        known = np.isfinite(log.column(name))
+        force = savitzky_golay(np.interp(time, log.time[known], log.column(name)[known]), step, LOAD_WINDOW, 2, 0)
+        if force.min() <= 0:
+            raise StickslipError(
+                f"Log '{log.name}': the load cell '{name}' shows {force.min():.3g} N, a disc that is pulled or away. "
+                "Check its sign and its zero, or leave the column out."
+            )
+        made.append(force)
+    return np.stack(made)
 
 
 def _check_counts(log: RigLog) -> None:

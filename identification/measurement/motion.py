@@ -69,7 +69,8 @@ class DiscMotion:
     time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
     the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
     estimator uses a segment that holds one); warnings: what was done to the samples, in words. passes: edges of the
-    encoder where no other sensor shows the angle, which then is interpolated between them.
+    encoder where no other sensor shows the angle, which then is interpolated between them. loads: (n_discs, n)
+    N, normal forces by load cells, without their noise.
     """
 
     log: RigLog
@@ -79,6 +80,7 @@ class DiscMotion:
     filled: np.ndarray
     warnings: tuple[str, ...] = ()
     passes: Passes | None = None
+    loads: np.ndarray | None = None
 
     @property
     def drive(self) -> np.ndarray:

@@ -32,7 +32,7 @@ from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion,
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
 from rig_io.logs.arrangement import Arrangement
-from rig_io.logs.log import RIG_UNITS, RigLog
+from rig_io.logs.log import RIG_UNITS, Quantity, RigLog
 
 SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
 _ASSUMED: dict[Arrangement, str] = {
@@ -218,6 +218,7 @@ def pool(
     motions = tuple(motion for motion, _ in found)
     priors = (*priors, *_nominal_speeds(motions), *_laser_gain(motions, sensors))
     zero = _zero(raw, free_decay)
+    priors = tuple(_by_cells(prior, motions, contacts) for prior in priors)
     warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     return Pool(
@@ -391,7 +392,7 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
         )
     stated = []
     for name, entry in names.items():
-        quantity = log.rig.quantity(entry)
+        quantity = _stated(log, entry)
         if not quantity.value > 0:
             raise StickslipError(
                 f"The rig constant {entry} is {quantity.value:g} {quantity.unit}; a fit needs it positive. Mend it in "
@@ -431,6 +432,32 @@ def _nominal_speeds(motions: Sequence[DiscMotion]) -> tuple[Prior, ...]:
         source = f"nominal speed of '{motion.log.name}'" + ("" if known else ", uncertainty unknown")
         found.append(Prior(speed_name(place), 1.0, "1", max(known, default=0.0), source, bool(known)))
     return tuple(found)
+
+
+def _stated(log: RigLog, entry: str) -> Quantity:
+    """A constant as a log states it; a normal force that is not stated as its load cell shows it."""
+    cell = entry.replace("N", "load")
+    if getattr(log.rig, entry) is None and log.has(cell):
+        return Quantity(float(np.nanmean(log.column(cell))), RIG_UNITS[entry])
+    return log.rig.quantity(entry)
+
+
+def weighed(motions: Sequence[DiscMotion]) -> bool:
+    """Whether load cells show the normal forces in all logs."""
+    return all(motion.loads is not None for motion in motions)
+
+
+def _by_cells(prior: Prior, motions: Sequence[DiscMotion], contacts: Sequence[str]) -> Prior:
+    """A normal force as its load cell shows it, on average over the logs; what a cell does not show stays."""
+    disc = {"N": contacts[0], "N0": "disc0", "N1": "disc1"}.get(prior.name)
+    if disc is None or not weighed(motions):
+        return prior
+    rows = [m.loads[m.log.contacts.index(disc)] for m in motions if m.loads is not None and disc in m.log.contacts]
+    force = float(np.mean(np.concatenate(rows)))
+    cells = [getattr(motion.log.calibration, f"load{disc[-1]}") for motion in motions if disc in motion.log.contacts]
+    known = None if cells[0] is None else cells[0].gain_deviation
+    source = "load cell" + (", uncertainty unknown" if known is None else "")
+    return Prior(prior.name, force, "N", (known or 0.0) * force, source, known is not None)
 
 
 def _laser_gain(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prior, ...]:
@@ -479,6 +506,17 @@ def _warnings(
             f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
             f"{LINE_ERROR:.0%} of the pitch, micro-slip in stick cannot be seen, and disturbances are not sought, only "
             "estimated where they are named. A laser beside it would tell more."
+        )
+    cells = [log.name for log in logs if any(log.has(f"load{contact[-1]}") for contact in log.contacts)]
+    if cells and not all(prior.source.startswith("load cell") for prior in priors if prior.name in ("N", "N0", "N1")):
+        found.append(
+            f"The load cell is not in all logs, or not on each disc in contact (it is in {' and '.join(cells)}): the "
+            "normal force was taken as stated, and constant."
+        )
+    elif cells and any(len(log.contacts) > 1 for log in logs):
+        found.append(
+            "Of two discs the mean of each load cell was taken as its normal force: how it changes is followed with "
+            "one disc alone."
         )
     nominal = [log.name for log in logs if nominal_drives(log)]
     if nominal:

@@ -25,7 +25,6 @@ from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import (
     Calibration,
-    EncoderCalibration,
     Experiment,
     LaserCalibration,
     Quantity,
@@ -36,6 +35,7 @@ from rig_io.packages.datapackage import check_target, write_package
 from rig_io.repair.table import SHORTEST
 from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
+from rig_io.sensors.load_cell import LoadCell
 from rig_io.sensors.motion import Motion, integrated
 
 if TYPE_CHECKING:
@@ -128,9 +128,9 @@ class Emulation(Shown):
     may be None: not fitted, or ideal. speed_deviation: of the drives from their nominal speeds, relative, drawn for
     each log. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
-    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. at_rest: the
-    disc is let go at ``start_angle``, not carried along by disc 0. holds: s each, for which the drives stop one after
-    the other (drive.py).
+    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. load_cell:
+    of each driving disc. at_rest: the disc is let go at ``start_angle``, not carried along by disc 0. holds: s each,
+    for which the drives stop one after the other (drive.py).
     """
 
     name: str
@@ -148,6 +148,7 @@ class Emulation(Shown):
     drive_encoder: Encoder | None = field(default_factory=Encoder)
     ripple: Ripple | None = field(default_factory=Ripple)
     speed_deviation: float = 0.0
+    load_cell: LoadCell | None = None
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
     disturbances: Disturbances | None = None
@@ -216,7 +217,8 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         raise StickslipError(f"The seed {seed} and the number {number} of a log must not be negative.")
     total = settings.transient + settings.duration
     drives = [_drive(settings, i, total, seed, number) for i in range(len(settings.discs))]
-    motion = _shifted(_simulated(settings, drives, total, _loads(settings, drives, seed, number)), settings.transient)
+    factors = _loads(settings, drives, seed, number)
+    motion = _shifted(_simulated(settings, drives, total, factors), settings.transient)
     samples = int(np.floor(settings.duration * settings.sampling_rate + 1e-9)) + 1
     ticks = np.round(np.arange(samples) / settings.sampling_rate, 9)
     columns: dict[str, np.ndarray] = {}
@@ -235,7 +237,14 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         if moved is not None:  # the counter runs on from log to log
             turned = replace(turned, angle=turned.angle + begin)
         shafts[f"drive{i}"] = (settings.drive_encoder, turned, _DRIVES[i])
-    calibrations: dict[str, EncoderCalibration] = {}
+    calibrations: dict[str, Any] = {}
+    for i in range(len(settings.discs) if settings.load_cell is not None else 0):
+        assert settings.load_cell is not None
+        factor = factors.get(f"load{i}")
+        over = np.ones(samples) if factor is None else np.interp(ticks + settings.transient, factor.time, factor.value)
+        streams = _rng(seed, _LOADS[i]), _rng(seed, _LOADS[i], number)
+        columns[f"load{i}"] = settings.load_cell.read(settings.rig.value(f"N{i}") * over, *streams)
+        calibrations[f"load{i}"] = settings.load_cell.calibration
     for shaft, (encoder, turning, stream) in shafts.items():
         if encoder is not None:
             count, edge_time = encoder.ruled(_rng(seed, stream)).read(turning, ticks)
@@ -307,7 +316,7 @@ def standard_set(name: str = "paper/rubber", speeds: Sequence[float] | None = No
     return [*runs, free_decay(**decay)]
 
 
-_LASER, _ENCODER, _DRIVES, _DISTURBED = 1, 2, (3, 4), 5  # streams of random numbers
+_LASER, _ENCODER, _DRIVES, _DISTURBED, _LOADS = 1, 2, (3, 4), 5, (6, 7)  # streams of random numbers
 
 
 def _rng(seed: int, *stream: int) -> np.random.Generator:

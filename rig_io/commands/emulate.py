@@ -73,6 +73,9 @@ def emulate(
     drive_encoder: Annotated[
         bool, typer.Option(help="Fit the drives' encoders; without, they turn at their nominal speeds within 0.5 %.")
     ] = True,
+    load_cell: Annotated[
+        bool, typer.Option("--load-cell", help="Fit load cells of the normal forces, whose gain is known to 0.5 %.")
+    ] = False,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -84,6 +87,7 @@ def emulate(
 
     from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulator import MicroSlip, standard_set
+    from rig_io.sensors.load_cell import LoadCell
 
     if place.suffix == ".toml":
         said = (
@@ -99,7 +103,7 @@ def emulate(
             start,
         )
         left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
-        if said != left or not (ripple and laser and encoder and drive_encoder):
+        if said != left or not (ripple and laser and encoder and drive_encoder) or load_cell:
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -111,6 +115,7 @@ def emulate(
     fitted = {"laser": None} if not laser else {}
     fitted |= {"encoder": None} if not encoder else {}
     fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
+    fitted |= {"load_cell": LoadCell()} if load_cell else {}
     fitted |= {"ripple": None} if not ripple else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}

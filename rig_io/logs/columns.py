@@ -36,8 +36,8 @@ COLUMNS: dict[str, Column] = {
         *_drive(0),
         *_drive(1),
         Column("angle", "rad", "angle of the disc, already converted"),
-        Column("load0", "N", "normal force of driving disc 0 by a load cell; no estimator reads it"),
-        Column("load1", "N", "normal force of driving disc 1 by a load cell; no estimator reads it"),
+        Column("load0", "N", "normal force of driving disc 0 by a load cell"),
+        Column("load1", "N", "normal force of driving disc 1 by a load cell"),
         Column("trigger", "1", "a mark that two recorders share; it joins their clocks"),
     )
 }

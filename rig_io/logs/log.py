@@ -131,6 +131,14 @@ class EncoderCalibration:
 
 
 @dataclass(frozen=True)
+class LoadCalibration:
+    """Load cell of a driving disc. gain_deviation: relative standard deviation of its gain, None where it is not
+    known."""
+
+    gain_deviation: float | None = None
+
+
+@dataclass(frozen=True)
 class Calibration(Shown):
     """Calibration of each instrument in the log; None where the rig has none."""
 
@@ -138,6 +146,8 @@ class Calibration(Shown):
     encoder: EncoderCalibration | None = None
     drive0: EncoderCalibration | None = None
     drive1: EncoderCalibration | None = None
+    load0: LoadCalibration | None = None
+    load1: LoadCalibration | None = None
 
     def need(self, instrument: str) -> Any:
         """Calibration of one instrument.

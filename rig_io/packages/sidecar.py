@@ -25,6 +25,7 @@ from rig_io.logs.log import (
     EncoderCalibration,
     Experiment,
     LaserCalibration,
+    LoadCalibration,
     Quantity,
     RigConstants,
     RigLog,
@@ -34,6 +35,7 @@ from rig_io.repair.plausible import check_radius
 from rig_io.repair.table import conversion
 
 SIDECAR = "datapackage.json"
+LOADS = ("load0", "load1")
 LICENCE = {
     "name": "CC0-1.0",
     "title": "Creative Commons Zero v1.0",
@@ -114,6 +116,9 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
     made: dict[str, Any] = {}
     for instrument in entries:
         at = f"{where}: calibration of '{instrument}'"
+        if instrument in LOADS:
+            made[instrument] = _load(mapping(entries, instrument, where), at)
+            continue
         if instrument not in kinds:
             raise StickslipError(f"{at}: there is no such instrument.{nearest(instrument, kinds)}")
         kind, entry = kinds[instrument], dict(mapping(entries, instrument, where))
@@ -142,6 +147,17 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
             entry |= {key: int(entry[key]) for key in (needed, "counter_bits") if key in entry}
         made[instrument] = kind(**entry)
     return Calibration(**made)
+
+
+def _load(entry: Mapping[str, Any], at: str) -> LoadCalibration:
+    for key in entry:
+        if key != "gain_deviation":
+            raise StickslipError(f"{at} has the unknown entry '{key}'. Expected 'gain_deviation', relative.")
+    known = entry.get("gain_deviation")
+    known = None if known is None else _number(known, f"{at}, 'gain_deviation'")
+    if known is not None and known < 0:
+        raise StickslipError(f"{at}: a gain_deviation of {known:g} is none. Give a positive share of the gain.")
+    return LoadCalibration(known)
 
 
 def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
@@ -207,7 +223,9 @@ def _resource(log: RigLog, work: Path, rig: dict[str, Any]) -> dict[str, Any]:
     experiment = {k: v for k, v in asdict(log.experiment).items() if v or k in ("kind", "contacts")}
     if len(log.contacts) < 2:
         del experiment["arrangement"]
-    instruments = [i for i in ("laser", "encoder", "drive0", "drive1") if getattr(log.calibration, i) is not None]
+    instruments = [
+        i for i in ("laser", "encoder", "drive0", "drive1", *LOADS) if getattr(log.calibration, i) is not None
+    ]
     resource: dict[str, Any] = {
         "profile": "tabular-data-resource",
         "name": log.name,

@@ -22,3 +22,15 @@ def test_an_encoder_alone_and_a_nominal_speed_from_files(stickslip, tmp_path: Pa
     assert stated["drive_speed_uncertainty"] == [0.83 * 0.005]
     refused = stickslip("fit", folder, "--set", "w=0.8")
     assert refused.code != 0 and "One speed is said, 0.8 rad/s, and 2 logs do not record theirs" in refused.err
+
+
+def test_a_load_cell_from_files(stickslip, tmp_path: Path) -> None:
+    folder = tmp_path / "logs"
+    made = ("--load-cell", "--speeds", "0.83,1.4", "--duration", "8", "--disturbance", "once=5%")
+    assert stickslip("emulate", folder, *made).code == 0
+    found = stickslip("fit", folder, "--estimator", "weak-form", "--json")
+    assert found.code == 0
+    (force,) = (one for one in found.json["constants"] if one["name"] == "N")
+    assert force["from"] == "load cell" and abs(force["sd"] / force["value"] - 0.005) < 1e-4
+    for one, truth in zip(found.json["parameters"], (0.65, 0.35, 15.0), strict=True):
+        assert abs(one["value"] - truth) < 0.08 * truth

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +16,11 @@ from identification.measurement.disc_motion import disc_motion
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
+from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.emulator import MATERIALS, emulate, standard_set
 from rig_io.logs.log import RigLog
+from rig_io.packages.datapackage import read_package, write_package
+from rig_io.sensors.load_cell import LoadCell
 
 TRUTH = MATERIALS["paper/rubber"].values
 
@@ -110,6 +114,12 @@ def bench(**instruments: object) -> list[RigLog]:
     return [emulate(one, 6, number) for number, one in enumerate(settings)]
 
 
+@pytest.fixture(scope="module")
+def weighed() -> list[RigLog]:
+    """Logs whose normal force changes by 5 % once per turn of the drive, as a load cell shows."""
+    return bench(disturbances=Disturbances(once=0.05), load_cell=LoadCell(gain_error=0.005))
+
+
 def derivative(fit: FrictionFit, name: str) -> tuple[np.ndarray, np.ndarray]:
     """By difference, and as the problem has it."""
     assert fit.solved is not None
@@ -187,3 +197,33 @@ def test_a_log_that_begins_before_the_motion_has_settled_is_compared_from_its_ow
     settled = [emulate(replace(one, transient=20.0), 3, number) for number, one in enumerate(settings[:1])]
     (steady,) = compare_families(shot, settled, uncertainty=False)
     assert steady.members[0].settling is None
+
+
+@pytest.mark.parametrize("estimator", ["shooting", "whole-cycle", "weak-form", "savitzky-golay"])
+def test_the_force_of_a_load_cell_takes_the_place_of_a_constant(weighed: list[RigLog], estimator: str) -> None:
+    fit = fit_friction(weighed, estimator=estimator)
+    assert all(abs(one.value - TRUTH[one.name]) < 3 * one.total_deviation for one in fit.parameters)
+    assert fit["p"].total_deviation < 0.04 * fit["p"].value  # 0.4 of it with a constant force
+    force = fit.constant("N")
+    assert force.source == "load cell" and force.standard_uncertainty == pytest.approx(0.005 * force.value, rel=0.01)
+    if estimator == "shooting":
+        (share,) = (one for one in fit.nuisance if one.name == "load")
+        assert share.value == pytest.approx(1.0, abs=4 * share.standard_deviation)
+        assert share.standard_deviation < 0.003
+        slope, column = derivative(fit, "load")
+        assert slope == pytest.approx(column, abs=1e-3 * np.abs(slope).max())
+
+
+def test_what_a_load_cell_says_survives_the_files(weighed: list[RigLog], tmp_path: Path) -> None:
+    read = read_package(write_package(tmp_path / "logs", weighed))
+    assert read[0].calibration.load0 == weighed[0].calibration.load0 is not None
+    unstated = [replace(log, rig=replace(log.rig, N0=None)) for log in read]
+    assert pool(unstated).values.N == pool(read).values.N == pytest.approx(4.905, rel=0.02)
+
+
+def test_a_load_cell_that_cannot_be_used_is_said(weighed: list[RigLog]) -> None:
+    half = replace(weighed[1], columns={name: row for name, row in weighed[1].columns.items() if name != "load0"})
+    assert any("The load cell is not in all logs" in warning for warning in pool([weighed[0], half]).warnings)
+    pulled = replace(weighed[0], columns={**weighed[0].columns, "load0": -weighed[0].column("load0")})
+    with pytest.raises(StickslipError, match="a disc that is pulled or away"):
+        disc_motion(pulled)

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, solved, tangent_of
+from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
@@ -42,6 +42,8 @@ SAME_TIME = 0.1
 SHARES = 2001
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+# how far beyond a point, in u, the motion is looked for that goes on by other events
+BEYOND = (1e-6, 1e-5, 1e-4)
 # so near to its half, in u, a motion of twice the period is one of the period
 HALF = 1e-4
 
@@ -267,6 +269,29 @@ def _with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing,
         return _growing(found, own)
     except Lost:
         return None
+
+
+def exchanged(touch: Touch) -> Node:
+    """The motion beyond a point where one event takes the place of another: that is of another word, and begins with no
+    event that is weak.
+
+    Raises:
+        Lost: none is near.
+    """
+    node = touch.node
+    for distance in BEYOND:
+        guess = touch.u.copy()
+        guess[-1] += distance * np.sign(node.tangent[-1])
+        try:
+            border = parameter(float(guess[-1] * node.scales[-1]))
+            found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
+        except Lost:
+            continue
+        outward = found.tangent[-1] * node.tangent[-1] > 0.0
+        found = found if outward else found.turned()
+        if found.word != node.word:
+            return found
+    raise Lost("no motion of other events is near")
 
 
 def _meets(touch: Touch, node: Node, event: Passing) -> bool:

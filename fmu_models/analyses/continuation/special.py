@@ -27,7 +27,8 @@ class Special(Shown):
     Attributes:
         kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
             twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
-            "grazing-sliding corner", "touch", where the word changes; "jump", where no motion goes on.
+            "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "jump", where no motion goes
+            on.
         parameter, value: name and value of the parameter.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
@@ -86,7 +87,9 @@ def special_of(found: Found) -> Special:
         value = float(touch.z[-1])
         before, after = found.before, found.after
         words = (before.word if before else node.word, after.word if after else node.word)
-        if found.kind != "jump":
+        if found.kind != "jump" and touch.miss.turned:
+            kind = "sliding exchange"
+        elif found.kind != "jump":
             kind, more = _discontinuous(found, touch)
             common |= more
         else:

@@ -34,6 +34,8 @@ NEAR = 0.05  # of the deviation of a constant: a step of it that is not worth an
 TOLERANCE = 1e-8  # relative, of these searches
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact
 REFUSED = 0.02  # relative: R or r off by more is no uncertainty, and no widening covers it
+ROUGH = 1e-5  # relative, of a search that only judges a radius
+EXPLAINED = 0.25  # of what the model misses: so little is left with the radius that is right
 WRONG = 4.0  # standard errors of a residual: one chance in a thousand that it occurs in any range of slip speed or log
 LEAST_CHANCE = 1e-300
 KNOWN = 0.8  # of the deviation as stated: where that much is left, a constant is as it was stated
@@ -114,6 +116,8 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
             found = contradiction(names, at, readings, said)
             if found is None:
                 break
+            if slips and _lengths(found) and not _explained(made, found, options):
+                return _adjusted(ready, made, options, slips=False)
             _check_lengths(found, stated)
             conflicts = [one for one in conflicts if one.names != found.names]
             conflicts.append(found)
@@ -205,14 +209,38 @@ def _steps(
     return tuple(steps)
 
 
+def _lengths(found: Contradiction) -> dict[str, float]:
+    """R or r as all else asks for them, where one of them is off by more than its measurement can be."""
+    sides = zip(found.names, found.values, found.others, strict=True)
+    off = {name: (value, other) for name, value, other in sides if name in ("R", "r")}
+    refused = any(abs(other / value - 1) >= REFUSED for value, other in off.values())
+    return {name: other for name, (_, other) in off.items()} if refused else {}
+
+
+def _explained(made: Estimate, found: Contradiction, options: Options) -> bool:
+    """Whether what the model misses goes with a radius that the logs ask for. A law of the wrong form, or a
+    disturbance, asks for one too, and misses as much with it."""
+    before = _missed(made)
+    for name, other in _lengths(found).items():
+        held = tuple(replace(one, value=other) if one.name == name else one for one in made.problem.held)
+        moved = made.problem.with_held(held)
+        try:
+            x = solve(moved, made.solution.values, fixed=options.given.fixed(moved), tolerance=ROUGH).values
+            solution = replace(made.solution, values=x, evaluation=moved.evaluate(x))
+        except StickslipError:
+            continue
+        if _missed(replace(made, problem=moved, solution=solution)) < max(WRONG, EXPLAINED * before):
+            return True
+    return False
+
+
 def _check_lengths(found: Contradiction, stated: Sequence[Prior]) -> None:
     """R and r that contradict the logs are not widened: a wrong lever makes the law's form wrong too."""
-    sides = zip(found.names, found.values, found.others, strict=True)
-    off = [(name, value, other) for name, value, other in sides if name in ("R", "r")]
-    if all(abs(other / value - 1) < REFUSED for _, value, other in off):
+    off = _lengths(found)
+    if not off:
         return
     values = {one.name: one.value for one in stated}
-    shown = " or ".join(f"{name} = {other:.4g} m instead of {value:.4g}" for name, value, other in off)
+    shown = " or ".join(f"{name} = {other:.4g} m instead of {values[name]:.4g}" for name, other in off.items())
     raise ContradictedRadii(
         f"The radii R = {values['R']:.4g} m and r = {values['r']:.4g} m contradict the logs by "
         f"{found.deviations:.3g} standard deviations: the motion asks for {shown}. Measure both again, and check the "

@@ -35,12 +35,14 @@ from identification.inference.problem import (
 )
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
+from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import PreSliding, presliding
 from rig_io.logs.log import RIG_UNITS
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
+UNSEEN = 0.5  # of the range of friction: where more lies below all slip speeds seen, friction at rest is not known
 STIFFNESS = "sigma0"  # of bristles, N/m
 
 
@@ -131,6 +133,7 @@ def conclude(
             *ready.warnings,
             *_contradicting(contradictions, solved),
             *_warnings(law, found, parameters, segments),
+            *_unseen(law, found.values[:count], rows),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
             *(releases.warnings if releases else ()),
@@ -176,6 +179,22 @@ def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
     """Whether something is moved (n,) by constants of which nobody says how well they are known."""
     held = solved.estimate.problem.held
     return any(not one.stated and abs(slope) > 0 for one, slope in zip(held, by, strict=True))
+
+
+def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, ...]:
+    """What to say where the law changes most at slip speeds below all that were seen."""
+    if isinstance(law, JointLaw) or law.directed or law.at_rest is None:
+        return ()
+    least, greatest = float(np.abs(rows.least).min()), float(np.abs(rows.greatest).max())
+    course = law.value(np.array([0.0, *np.linspace(least, greatest, 50)]), q)
+    rest, slow = course[:2]
+    if not abs(rest - slow) > UNSEEN * np.ptp(course) > 0:
+        return ()
+    return (
+        f"The law goes from {rest:.4g} to {slow:.4g} below {least:.3g} m/s, the smallest slip speed in the logs: "
+        f"{law.names[law.at_rest]} is no measurement but what the form of the law makes of the rest. Record at lower "
+        "drive speeds, or take the level at which sticks let go.",
+    )
 
 
 def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float, ...], ...]:

@@ -136,6 +136,7 @@ class _Details:
         """Have the engine write here; forget what was."""
         self.rates = np.empty((rows, self.states))
         self.seen = []
+        c.misses.count = c.misses.pending = 0
         c.rates, c.event_speeds = self.rates.ctypes.data, self.speeds.ctypes.data
         c.event_speed_derivatives = self.speed_derivatives.ctypes.data
         c.misses.capacity, c.misses.list = len(self.misses), self.misses.ctypes.data

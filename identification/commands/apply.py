@@ -70,7 +70,10 @@ def apply(
     notes = _notes(source, kind)
     content = {
         "file": str(output),
-        "values": {one.target: {"value": one.value, "unit": one.unit, "sd": one.deviation} for one in values},
+        "values": {
+            one.target: {"value": one.value, "unit": one.unit, "sd": one.deviation, "at_least": one.at_least}
+            for one in values
+        },
         "notes": notes,
     }
     console.say(json, content, lambda out: _print(values, output, notes, out))
@@ -152,7 +155,7 @@ def _notes(source: Path | None, kind: str) -> list[str]:
 def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: Console) -> None:
     table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
     for one in values:
-        numbers = (like_sd(one.value, one.deviation), deviation(one.deviation))
+        numbers = (like_sd(one.value, one.deviation), one.words + deviation(one.deviation))
         table.add_row(one.target, *numbers, one.unit, one.description)
     out.print(table)
     for note in notes:

@@ -18,7 +18,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting, whole_cycle
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ShootingProblem
-from identification.inference.problem import solve
+from identification.inference.problem import Solution, solve
 from identification.laws import FittableLaw, bristled
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
@@ -26,6 +26,8 @@ from identification.measurement.presliding import presliding
 
 SCAN = (1e4, 3e4, 1e5, 3e5)  # N/m
 AS_RIGID = 1.05  # of the noise: rms residuals of the rigid model below leave nothing for bristles to explain
+FEW = 10  # cycles of a log that tell the stiffness to a per cent
+ROUGH = 1e-4  # relative, of the search that gives the stiffness alone
 DAMPING = 0.25  # of sqrt(sigma0 J)/R: bristles at first neither ring nor creep
 
 STRUCTURE = (
@@ -89,6 +91,31 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: 
     fixed = options.given.fixed(problem)
     found = solve(problem, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
     return Estimate(ESTIMATOR, problem.law, problem, found, whole_cycle.excess(found))
+
+
+def in_stick(slips: ShootingProblem, x: np.ndarray, stiffness: float) -> tuple[ShootingProblem, Solution] | None:
+    """Law and bristles from some cycles of each log; None where the LuGre model does not follow them to the noise.
+
+    slips: slip shooting, solved at x (m,); stiffness: first value, N/m. What else is estimated stays. None also for a
+    law that no bristles can be put before.
+    """
+    count, pair = len(slips.law.parameters), None if isinstance(slips.law, JointLaw) else bristled(slips.law)
+    if pair is None:
+        return None
+    try:
+        problem = _problem(slips, x, pair[1], stiffness, Options(workers=slips.workers)).with_held(slips.held)
+        logs = [segment.log for segment in problem.segments]
+        places = [place for log in dict.fromkeys(logs) for place in np.flatnonzero(np.equal(logs, log))[1 : 1 + FEW]]
+        problem = replace(
+            problem,
+            segments=tuple(problem.segments[place] for place in places),
+            starts=tuple(problem.starts[place] for place in places),
+        )
+        fixed = {u.name: float(v) for u, v in zip(slips.unknowns[count:], x[count:], strict=True)}
+        found = solve(problem, fixed=fixed, tolerance=ROUGH)
+    except StickslipError:
+        return None
+    return None if whole_cycle.excess(found) or any(found.at_bound) else (problem, found)
 
 
 def _problem(

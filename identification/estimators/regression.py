@@ -274,7 +274,14 @@ Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], R
 def regress(
     ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options
 ) -> tuple[RegressionProblem, Solution]:
-    """Equations of the pooled slip segments that hold ``window`` natural periods, and their solution.
+    """`reduced`, and its solution."""
+    problem, given = reduced(ready, law, equations, window, options), options.given
+    found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
+    return problem, found
+
+
+def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:
+    """Equations of the pooled slip segments that hold ``window`` natural periods.
 
     Raises:
         StickslipError: no segment holds the window, only one does, or friction has the wrong sign.
@@ -289,9 +296,7 @@ def regress(
     problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
     check_directions(law, problem.regression.sign)
-    given = options.given
-    found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
-    return problem, found
+    return problem
 
 
 def loose(ready: Pool) -> float:

@@ -32,7 +32,7 @@ from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
-from identification.measurement.pooling import SPEED, Pool, rig_values, speed_name
+from identification.measurement.pooling import SPEED, Pool, RigValues, rig_values, speed_name
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -274,6 +274,7 @@ class ShootingProblem(FrictionProblem):
             values |= law | {f"N{one.disc}": rig.forces[one.force]}
             if f"sigma0{one.disc}" in law:
                 start[f"z{one.disc}"] = segment.bristles
+            start |= self._aged(one.disc, segment, rig, float(omega))
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         inputs = {f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)}
@@ -292,6 +293,16 @@ class ShootingProblem(FrictionProblem):
         values |= {} if bent is None else {MIDDLE_ANGLE: bent.reference}
         with self.runs[contacts].taken() as run:
             return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
+
+    def _aged(self, disc: str, segment: ShootingSegment, rig: RigValues, omega: float) -> dict[str, float]:
+        """Age of the contacts at the start of a segment, s, of a law that knows one: that of steady slip at the speed
+        there. Slip since the release has renewed them, whatever they were in stick."""
+        age, variables = f"theta{disc}", self.runs[self.contacts(segment)].fmu.variables
+        if age not in variables:
+            return {}
+        drive = segment.drives[self.contacts(segment).index(f"disc{disc}")]
+        slip = abs(rig.r * float(np.interp(segment.start_time, drive.time, drive.value)) - rig.R * omega)
+        return {age: float(variables[f"D_c{disc}"].start) / max(slip, STUCK)}
 
     def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
         """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; with

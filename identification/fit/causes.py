@@ -31,7 +31,6 @@ from identification.measurement.pooling import Pool
 
 CHANCE = 0.01  # of any cause being taken up where there is none, by F alone
 WIDER = 1.5  # deviations after a selection
-THIN = 6  # samples of a window between nodes of its averages
 SEARCH = 1e-5  # relative, of the fits that only select
 TRIED = 2  # causes that are fitted in each round: those that promise most to first order
 
@@ -62,10 +61,8 @@ class _Search:
     """Fits of one law with sets of causes, each made once."""
 
     def __init__(self, ready: Pool, law: FittableLaw, workers: int | None = None) -> None:
-        first = weak_form.estimate(ready, law, Options(workers=workers))
-        assert isinstance(first.problem, RegressionProblem)
         self.ready = ready
-        self.bare = replace(first.problem, regression=first.problem.regression.thinned(THIN), again=None)
+        self.bare = weak_form.of_few_nodes(ready, law, Options(workers=workers))
         self.kept: dict[frozenset[str], _Fit] = {}
 
     def fit(self, causes: Sequence[str], begin: _Fit | None = None) -> _Fit:

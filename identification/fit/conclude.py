@@ -15,13 +15,14 @@ import numpy as np
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
+from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.releases import Constants, breakaway
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
-from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, Reading, SpeedBin
-from identification.inference.choice import Inference, infer
+from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin, StatedConstant
+from identification.inference.choice import Inference, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.problem import (
     Problem,
@@ -34,12 +35,15 @@ from identification.inference.problem import (
 )
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
+from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
-from identification.measurement.presliding import presliding
+from identification.measurement.presliding import PreSliding, presliding
 from rig_io.logs.log import RIG_UNITS
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
+UNSEEN = 0.5  # of the range of friction: where more lies below all slip speeds seen, friction at rest is not known
+STIFFNESS = "sigma0"  # of bristles, N/m
 
 
 def conclude(
@@ -86,6 +90,7 @@ def conclude(
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
+        elastic = _followed(solved, elastic) if elastic is not None and elastic.elastic else elastic
     releases = None
     alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
     if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
@@ -128,6 +133,7 @@ def conclude(
             *ready.warnings,
             *_contradicting(contradictions, solved),
             *_warnings(law, found, parameters, segments),
+            *_unseen(law, found.values[:count], rows),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
             *(releases.warnings if releases else ()),
@@ -141,6 +147,53 @@ def conclude(
         breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
+    )
+
+
+def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
+    """The stiffness of bristles in the LuGre model that follows some cycles of the logs, ringing and inertia in it;
+    that of the sticks where there is none."""
+    made = solved.estimate
+    slips, x = made.problem, made.solution.values
+    if made.estimator.name != shooting.ESTIMATOR.name or made.solution.fixed:
+        return elastic
+    if not isinstance(slips, ShootingProblem) or slips.terms:
+        return elastic
+    found = lugre.in_stick(slips, x, 1 / elastic.compliance)
+    if found is None:
+        return elastic
+    rest, seen, free = searched(*found)
+    known = coloured_covariance(rest, seen, "jackknife")
+    place = [one.name for one in rest.unknowns].index(STIFFNESS)
+    shifts = _shifts(found[0], found[1], rest, seen, free)
+    by = _by_logarithm(solved, shifts)[found[0].law.names.index(STIFFNESS)]
+    stiffness = float(seen.values[place])
+    noise, scale = np.sqrt(known[place, place]), np.sqrt(by @ solved.covariance @ by)
+    compliance, per = 1 / stiffness, 1 / stiffness**2
+    return PreSliding(
+        compliance, float(noise) * per, float(scale) * per, len(found[0].segments), at_least=_unknown(solved, by)
+    )
+
+
+def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
+    """Whether something is moved (n,) by constants of which nobody says how well they are known."""
+    held = solved.estimate.problem.held
+    return any(not one.stated and abs(slope) > 0 for one, slope in zip(held, by, strict=True))
+
+
+def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, ...]:
+    """What to say where the law changes most at slip speeds below all that were seen."""
+    if isinstance(law, JointLaw) or law.directed or law.at_rest is None:
+        return ()
+    least, greatest = float(np.abs(rows.least).min()), float(np.abs(rows.greatest).max())
+    course = law.value(np.array([0.0, *np.linspace(least, greatest, 50)]), q)
+    rest, slow = course[:2]
+    if not abs(rest - slow) > UNSEEN * np.ptp(course) > 0:
+        return ()
+    return (
+        f"The law goes from {rest:.4g} to {slow:.4g} below {least:.3g} m/s, the smallest slip speed in the logs: "
+        f"{law.names[law.at_rest]} is no measurement but what the form of the law makes of the rest. Record at lower "
+        "drive speeds, or take the level at which sticks let go.",
     )
 
 
@@ -257,7 +310,7 @@ def _by_logarithm(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> np.ndar
     return np.stack([shifts[one.name] * one.value for one in held], axis=1)
 
 
-def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray]) -> Iterator[Reading]:
+def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray]) -> Iterator[StatedConstant]:
     """What each of the readings that contradict each other would make of the law."""
     moves, made, found = _by_logarithm(solved, shifts), solved.estimate, conflict.found
     units = {one.name: one.unit for one in made.problem.held}
@@ -265,10 +318,10 @@ def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray
         law = made.solution.values + moves @ step
         parameters = {one.name: float(q) for one, q in zip(made.law.parameters, law, strict=False)}
         unit = units.get(name) or RIG_UNITS[name]
-        yield Reading(name, value, unit, other, found.deviations, found.names, parameters)
+        yield StatedConstant(name, value, unit, other, found.deviations, found.names, parameters)
 
 
-def _contradicting(readings: Sequence[Reading], solved: Adjusted) -> Iterator[str]:
+def _contradicting(readings: Sequence[StatedConstant], solved: Adjusted) -> Iterator[str]:
     """What is said of constants that contradict each other."""
     for together in dict.fromkeys(one.together for one in readings):
         mine = [one for one in readings if one.together == together]

@@ -11,7 +11,7 @@ from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
-from identification.fit.adjust import Adjusted, ContradictedRadii, adjust
+from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
 from identification.fit.causes import WIDER, find_causes
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
@@ -101,15 +101,18 @@ class _Work:
     law_spread: str
     stages: Stages
 
-    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
+    def searched(
+        self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = (), adjusting: bool = True
+    ) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
         estimator = by or self.estimator
         told = self.stages.of(stage)
         progress = by_evaluations(estimator.searches, told, self.options.progress)
         options = replace(self.options, disturbances=terms or terms_of(self.ready, ()), progress=progress)
-        made = adjust(self.ready, estimator.estimate(self.ready, self.law, options), options)
+        made = estimator.estimate(self.ready, self.law, options)
+        found = adjust(self.ready, made, options) if adjusting else as_stated(made)
         told(1.0)
-        return made
+        return found
 
     def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""
@@ -144,8 +147,12 @@ class _Work:
         try:
             made = self.searched("search")
             plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
-        except ContradictedRadii:
-            raise
+        except ContradictedRadii as error:
+            if len(self.ready.contacts) > 1:
+                raise
+            # so may a disturbance look; if none is found, it is the radii
+            failed, made = error, self.searched("search", by=ESTIMATORS.load(WEAK), adjusting=False)
+            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
         except StickslipError as error:
             # without a strong disturbance the model may not follow the logs at all; the weak form runs none
             if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:

@@ -156,16 +156,8 @@ def _quantity(one: Rival, law: FittableLaw, place: int) -> tuple[float, float] |
     it has none."""
     wanted = law.parameters[place]
     names = {(p.name, p.unit, p.description): i for i, p in enumerate(one.law.parameters)}
-    mine = _at_rest(one.law) if _at_rest(law) == place else names.get((wanted.name, wanted.unit, wanted.description))
+    mine = one.law.at_rest if law.at_rest == place else names.get((wanted.name, wanted.unit, wanted.description))
     if mine is None:
         return None
     covariance = white_covariance(one.problem, one.found)
     return float(one.found.values[mine]), float(np.sqrt(max(covariance[mine, mine], 0.0)))
-
-
-def _at_rest(law: FittableLaw) -> int | None:
-    """Which parameter is the friction coefficient at zero slip speed."""
-    q = np.array([0.5 + 0.1 * place for place in range(len(law.parameters))])
-    slope = law.gradient(np.zeros(1), q)[:, 0]
-    unit = np.flatnonzero(np.isclose(slope, 1.0) & np.isclose(q, law.value(np.zeros(1), q)[0]))
-    return int(unit[0]) if len(unit) == 1 and np.count_nonzero(slope) == 1 else None

@@ -116,7 +116,7 @@ class Constant(Shown):
 
 
 @dataclass(frozen=True)
-class Reading(Shown):
+class StatedConstant(Shown):
     """A stated constant that contradicts the others. other: what it would have to be by them; deviations: by which it
     is off; together: readings that cannot be told apart by this; parameters: of the law, if this reading is right."""
 
@@ -239,7 +239,7 @@ class FrictionFit(Pictured):
     causes: tuple[Cause, ...] = ()
     plain: tuple[FittedParameter, ...] = ()
     constants_correlation: tuple[tuple[float, ...], ...] = ()
-    contradictions: tuple[Reading, ...] = ()
+    contradictions: tuple[StatedConstant, ...] = ()
     rivals: tuple[RivalLaw, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 

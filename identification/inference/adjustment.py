@@ -24,7 +24,6 @@ from identification.inference.problem import Evaluation, Problem, prior_precisio
 SUSPECT = 3.0  # standard deviations of a residual: 3 in a thousand readings that are right
 TOGETHER = 0.9  # correlation of residuals from which on readings cannot be told apart
 UNKNOWN = 0.3  # relative deviation given to a constant of which nobody says how well it is known
-OPEN = 0.05  # relative deviation from which on the others say nothing of such a constant
 CHECKED = 1e-3  # share of a reading's variance that its residual must keep to tell anything
 
 
@@ -68,12 +67,10 @@ class Contradiction:
 
 @dataclass(frozen=True, eq=False)
 class Adjustment:
-    """step: (n,) of the logarithms of the constants; covariance: (n, n) of them; open: those of which neither readings
-    nor residuals say how well they are known, in the order in which they would be held."""
+    """step: (n,) of the logarithms of the constants; covariance: (n, n) of them."""
 
     step: np.ndarray
     covariance: np.ndarray
-    open: tuple[str, ...]
 
 
 def pull(
@@ -122,39 +119,34 @@ def _design(names: Sequence[str], readings: Sequence[Reading]) -> np.ndarray:
     return np.array([[float(one.powers.get(name, 0)) for name in names] for one in readings])
 
 
-def adjusted(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull, held: Sequence[str] = ()
-) -> Adjustment:
-    """Constants (n,) ``at`` their present values adjusted to readings and residuals; those ``held`` stay."""
-    free = np.array([name not in held for name in names])
-    design = _design(names, readings)[:, free]
+def adjusted(names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull) -> Adjustment:
+    """Constants (n,) ``at`` their present values adjusted to readings and residuals.
+
+    One of which nobody says how well it is known stays; the others are adjusted as if it could be anything.
+    """
+    design = _design(names, readings)
     weight = np.array([one.deviation**-2 for one in readings])
-    off = np.array([np.log(one.value) for one in readings]) - _design(names, readings) @ np.log(at)
+    off = np.array([np.log(one.value) for one in readings]) - design @ np.log(at)
     normal = (design.T * weight) @ design
-    matrix = normal + said.information[np.ix_(free, free)]
-    inverse = np.linalg.inv(matrix)
-    step, covariance = np.zeros(len(names)), np.zeros((len(names),) * 2)
-    step[free] = inverse @ ((design.T * weight) @ off - said.score[free])
-    covariance[np.ix_(free, free)] = inverse @ (normal + said.spread[np.ix_(free, free)]) @ inverse
-    unsure = {one.name for one in readings if not one.stated}
-    deviation = np.sqrt(np.diag(covariance))
-    open_ = tuple(n for n, sd in zip(names, deviation, strict=True) if n in unsure and sd > OPEN)
-    return Adjustment(step, covariance, open_)
+    inverse = np.linalg.inv(normal + said.information)
+    unknown = {one.name for one in readings if not one.stated}
+    moves = np.array([name not in unknown for name in names], dtype=float)
+    step = moves * (inverse @ ((design.T * weight) @ off - said.score))
+    return Adjustment(step, np.outer(moves, moves) * (inverse @ (normal + said.spread) @ inverse))
 
 
 def contradiction(
-    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull, held: Sequence[str] = ()
+    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull
 ) -> Contradiction | None:
     """The readings that contradict the others most; None where none does."""
-    free = np.array([name not in held for name in names])
-    design = _design(names, readings)[:, free]
+    design = _design(names, readings)
     variance = np.array([one.deviation**2 for one in readings])
-    found = adjusted(names, at, readings, said, held)
-    residual = np.array([np.log(one.value) for one in readings]) - _design(names, readings) @ (np.log(at) + found.step)
     weighted = design.T / variance
-    inverse = np.linalg.inv(weighted @ design + said.information[np.ix_(free, free)])
+    inverse = np.linalg.inv(weighted @ design + said.information)
+    off = np.array([np.log(one.value) for one in readings]) - design @ np.log(at)
+    residual = off - design @ (inverse @ (weighted @ off - said.score))
     kept = np.eye(len(readings)) - design @ inverse @ weighted
-    of_logs = inverse @ said.spread[np.ix_(free, free)] @ inverse
+    of_logs = inverse @ said.spread @ inverse
     spread = (kept * variance) @ kept.T + design @ of_logs @ design.T
     checked = (np.diag(kept) > CHECKED) & np.array([one.stated for one in readings])
     sd = np.sqrt(np.where(checked, np.diag(spread), np.inf))

@@ -89,6 +89,10 @@ def clustered_covariance(
     of them; prior: (m, m) precisions.
     """
     known = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
+    # in units of their own: beside coefficients of friction a stiffness in N/m is smaller than rounding
+    units = np.sqrt(np.sum(gradient**2, axis=0) + np.diag(known))
+    units[units == 0] = 1.0
+    gradient, known = gradient / units, known / np.outer(units, units)
     normal = gradient.T @ gradient + known
     shifts = []
     order = np.argsort(cluster, kind="stable")
@@ -99,7 +103,8 @@ def clustered_covariance(
     table = np.array(shifts)
     table = table - table.mean(axis=0)
     inverse = np.linalg.inv(normal)
-    return (len(table) - 1) / len(table) * table.T @ table + inverse @ known @ inverse
+    found = (len(table) - 1) / len(table) * table.T @ table + inverse @ known @ inverse
+    return found / np.outer(units, units)
 
 
 def student(freedom: int, level: float) -> float:

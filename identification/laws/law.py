@@ -23,6 +23,15 @@ class FittableLaw(LawFunctions):
         """For another process, which makes it from its declaration again."""
         return _again, (self.reference, self.parameters)
 
+    @property
+    def at_rest(self) -> int | None:
+        """Which parameter is the friction coefficient at zero slip speed; None if none is."""
+        q = np.array([0.5 + 0.1 * place for place in range(len(self.parameters))])
+        rest = np.zeros(1)
+        slope, value = self.gradient(rest, q)[:, 0], self.value(rest, q)[0]
+        place = np.flatnonzero(np.isclose(slope, 1.0) & np.isclose(q, value))
+        return int(place[0]) if len(place) == 1 and np.count_nonzero(slope) == 1 else None
+
     def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:
         """First guess (m,) from slip speeds v (n,) and rough coefficients mu (n,).
 

@@ -31,28 +31,32 @@ TRIM = 1.0  # smoothing windows at the begin of a stick
 LEAST = 2.0  # smoothing windows that must be left of it
 FEWEST = 5  # sticks, below which their spread is not known
 SIGNIFICANT = 3.0  # standard deviations: one of a thousand rigid contacts
+MODEL = 0.25  # relative: bristles of 5e4 N/m ring for longer than what is left out, and seem softer by 20 to 45 %
 UNKNOWN_GAIN = 2e-3  # relative, of a laser that no encoder has checked
 
 
 @dataclass(frozen=True)
 class PreSliding:
     """compliance: m/N, and its standard deviations: noise, from the scatter of sticks; scale, from r, R and the gain of
-    the angle; sticks: number used."""
+    the angle (all constants, where the LuGre model was followed); model, of what is left out of it (inertia, ringing);
+    sticks: number used; at_least: whether nobody says how well r or R are known."""
 
     compliance: float
     noise_deviation: float
     scale_deviation: float
     sticks: int
+    model_deviation: float = 0.0
+    at_least: bool = False
 
     @property
     def deviation(self) -> float:
         """Of the compliance, m/N."""
-        return float(np.hypot(self.noise_deviation, self.scale_deviation))
+        return float(np.hypot(np.hypot(self.noise_deviation, self.scale_deviation), self.model_deviation))
 
     @property
     def elastic(self) -> bool:
         """Whether the contact is surely not rigid."""
-        return self.compliance > SIGNIFICANT * self.deviation
+        return self.compliance > SIGNIFICANT * float(np.hypot(self.noise_deviation, self.scale_deviation))
 
     @property
     def stiffness(self) -> float | None:
@@ -70,6 +74,7 @@ class PreSliding:
         if not self.elastic:
             return ()
         stiffness = value_with_sd(self.stiffness or 0.0, self.stiffness_deviation, "N/m")
+        stiffness = stiffness.replace("± ", "± at least ") if self.at_least else stiffness
         return (
             f"In stick the contact gives way: pre-sliding stiffness {stiffness}. The fit takes it as rigid: "
             "coefficients from slip change little, but the cycle of the rigid model is wrong (amplitude, period). Fit "
@@ -96,7 +101,8 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
     compliance = float(load @ place) / power
     noise = float(np.sqrt(clustered_covariance(load[:, None], compliance * load - place, cluster)[0, 0]))
     scale = abs(float(load @ border)) / power * _scale_deviation(ready)
-    return PreSliding(compliance, noise, scale, len(rows))
+    at_least = any(prior.name in ("r", "R") and not prior.stated for prior in ready.priors)
+    return PreSliding(compliance, noise, scale, len(rows), MODEL * abs(compliance), at_least)
 
 
 def _scale_deviation(ready: Pool) -> float:

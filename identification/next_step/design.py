@@ -282,8 +282,8 @@ def _holds(fit: FrictionFit) -> str:
         return ""
     low, high = fit.breakaway.span
     return (
-        f" Breakaway ages, but the sticks last {low:.2g} to {high:.2g} s alone: one log with holds over two decades, the "
-        "drive stopped for 0.3, 3 and 30 s in turn, twice each, would tell how fast."
+        f" Breakaway ages, but the sticks last {low:.2g} to {high:.2g} s alone: one log with holds over two decades, "
+        "the drive stopped for 0.3, 3 and 30 s in turn, twice each, would tell how fast."
     )
 
 

@@ -63,10 +63,11 @@ def parameter_table(fit: FrictionFit) -> Table:
 
 def plain_table(fit: FrictionFit) -> Table:
     """The parameters without the disturbances that were found, and with them."""
-    rows = [
-        [q.name, measured(one.value, one.total_deviation), measured(q.value, q.total_deviation), q.unit]
-        for one, q in zip(fit.plain, fit.parameters, strict=True)
-    ]
+    rows = []
+    for one, q in zip(fit.plain, fit.parameters, strict=True):
+        both = (measured(part.value, part.total_deviation) for part in (one, q))
+        least = fit.words_at_least(q.name)
+        rows.append([q.name, *(replace(cell, words=cell.words.replace("± ", f"± {least}")) for cell in both), q.unit])
     causes = ", ".join(cause.name for cause in fit.causes)
     return table(f"Plain fit, and with {causes}", ("", "plain ± sd", "corrected ± sd", "unit"), rows)
 

@@ -48,7 +48,11 @@ def _entries(values: Sequence[HandedValue]) -> list[Entry]:
             one.value,
             one.unit,
             one.description
-            + ("" if one.deviation is None else f"; fitted, standard deviation {deviation(one.deviation)} {one.unit}"),
+            + (
+                ""
+                if one.deviation is None
+                else f"; fitted, standard deviation {one.words}{deviation(one.deviation)} {one.unit}"
+            ),
         )
         for one in values
     ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.fit.result import FrictionFit
+from identification.fit.result import AT_LEAST, FrictionFit
 from identification.fitted_model.model import FittedModel, fitted_model
 
 if TYPE_CHECKING:
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class HandedValue:
     """One value. name: in the rig's FMU; target: where it goes, if it has another name there; deviation: standard
-    deviation, noise and rig constants together (None: a constant); all in ``unit``."""
+    deviation, all parts together (None: a constant); at_least: whether it lacks a part of unknown size; all in
+    ``unit``."""
 
     name: str
     target: str
@@ -25,6 +26,12 @@ class HandedValue:
     unit: str
     deviation: float | None
     description: str
+    at_least: bool = False
+
+    @property
+    def words(self) -> str:
+        """What is said before the deviation."""
+        return AT_LEAST if self.at_least else ""
 
     def in_unit(self, unit: str | None, where: str) -> float:
         """The value in the unit of where it goes.
@@ -88,6 +95,7 @@ def _value(fit: FrictionFit, model: FittedModel, name: str) -> HandedValue:
         unit=variable.unit or "1",
         deviation=one.total_deviation if one is not None and same else None,
         description=str(variable.description or name),
+        at_least=one is not None and same and fit.at_least(one.name),
     )
 
 

@@ -56,7 +56,7 @@ class Case:
     def truth(self) -> dict[str, float]:
         """Parameters by name."""
         discs = [material(name) for name in self.materials]
-        values = {f"{name}{i}": getattr(disc, name) for i, disc in enumerate(discs) for name in ("mu_s", "mu_k", "p")}
+        values = {f"{name}{i}": disc.values[name] for i, disc in enumerate(discs) for name in ("mu_s", "mu_k", "p")}
         return values | {name: self.changeover for key, name in CHANGEOVER.items() if key == self.arrangement}
 
 

@@ -171,7 +171,8 @@ def test_a_constant_set_without_uncertainty_is_not_taken_as_exact(stickslip):
     assert bare["at_least"]
     # mu_s goes with 1/N; the rest of its deviation comes from J
     known = fitted("--set", "N=4.905±2%")
-    assert not known["at_least"] and known["value"] == bare["value"]
+    # the derivative of the slips by N, which tells nothing of it, is zero to rounding of its differences
+    assert not known["at_least"] and known["value"] == pytest.approx(bare["value"], rel=1e-8)
     assert known["sd_rig_constants"] == pytest.approx(
         np.hypot(bare["sd_rig_constants"], 0.02 * bare["value"]), rel=1e-3
     )

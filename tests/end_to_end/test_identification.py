@@ -13,9 +13,15 @@ import pytest
 from benchmark_scripts import benchmark_script
 
 from fmu_models.base.errors import StickslipError
+from identification.estimators import ESTIMATORS
+from identification.estimators.base import Options
+from identification.fit.adjust import as_stated
+from identification.fit.conclude import conclude
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.inference.choice import Inference
+from identification.laws import find_law
+from identification.laws.joint_law import sought_law
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
@@ -78,24 +84,87 @@ def test_a_fit_says_what_it_assumed_and_used(logs: list[RigLog], fit: FrictionFi
     # J alone scales k and c with it when their ratios are given: mu follows one to one, p does not move
     assert [fit.constant("J").sensitivity[name] for name in TRUTH] == pytest.approx([1, 1, 0], abs=1e-3)
     assert [fit.constant("N").sensitivity[name] for name in TRUTH] == pytest.approx([-1, -1, 0], abs=1e-3)
-    # so that the scale uncertainty of mu is that of J and N together (R adds a little)
-    assert fit["mu_s"].scale_deviation == pytest.approx(0.65 * np.hypot(3e-4 / 0.0548, 0.005 / 4.905), rel=0.02)
+    # with k/J and c/J the stated k and c are readings of J too; the scale uncertainty of mu is that of J and N together
+    of_J = (sum((getattr(RIG, one).standard_uncertainty / RIG.value(one)) ** -2 for one in "Jkc")) ** -0.5
+    assert fit.constant("J").standard_uncertainty == pytest.approx(of_J * fit.constant("J").value, rel=1e-3)
+    assert fit["mu_s"].scale_deviation == pytest.approx(0.65 * np.hypot(of_J, 0.005 / 4.905), rel=0.02)
     assert FrictionFit.from_json(fit.to_json()) == fit
 
 
 @pytest.mark.parametrize("estimator", SLIP)
 def test_sensitivities_predict_a_fit_with_other_constants(logs: list[RigLog], estimator: str) -> None:
     sliding = logs[:3]
-    first = fit_friction(sliding, estimator=estimator)
+
+    def held(logs: list[RigLog]) -> FrictionFit:
+        """With the constants as they are stated."""
+        ready = pool(logs)
+        law = sought_law(find_law("Conti"), ready.contacts, ready.arrangement)
+        return conclude(ready, as_stated(ESTIMATORS.load(estimator).estimate(ready, law, Options())), Inference())
+
+    first = held(sliding)
     # another r moves the ends of the slip segments, to which Savitzky-Golay values answer with their noise
     for name in ("k", "c") if estimator == "savitzky-golay" else ("k", "c", "r"):
         value = getattr(RIG, name)
         moved = replace(RIG, **{name: Quantity(value.value * 1.002, value.unit)})
-        second = fit_friction([replace(log, rig=moved) for log in sliding], estimator=estimator)
+        second = held([replace(log, rig=moved) for log in sliding])
         change = np.log(second.law_values / first.law_values) / np.log(1.002)
         said = [float(first.constant(name).sensitivity[parameter] or 0) for parameter in TRUTH]
         # samples enter and leave at the ends of segments, with their noise: 0.02 % of p, a tenth of its deviation
         np.testing.assert_allclose(change, said, rtol=0.1, atol=0.12 if estimator == "shooting" else 0.03)
+
+
+def off(logs: list[RigLog], **shares: float) -> list[RigLog]:
+    """The logs with stated constants off by these shares."""
+    moved = {
+        name: replace(one, value=one.value * (1 + shares[name])) for name, one in vars(RIG).items() if name in shares
+    }
+    return [replace(log, rig=replace(log.rig, **moved)) for log in logs]
+
+
+def test_slips_adjust_the_constants_that_are_stated(logs: list[RigLog]) -> None:
+    # each off by one of its deviations: as stated they move p by 5 %
+    found = fit_friction(off(logs[:3], J=5.5e-3, k=-5.7e-3, c=0.018))
+    assert found.contradictions == ()
+    J, k, c = (found.constant(name) for name in "Jkc")
+    assert k.value / J.value == pytest.approx(2.62 / 0.0548, rel=2e-4)
+    assert c.value / J.value == pytest.approx(0.055 / 0.0548, rel=1e-2)
+    assert J.before == pytest.approx(0.0548 * 1.0055) and J.before_uncertainty == 3e-4 and "adjusted" in J.source
+    # what is left is their common scale, which moves mu and leaves p
+    assert found["p"].scale_deviation < 3e-3 * 15 and found["p"].value == pytest.approx(15, rel=0.01)
+    assert found["mu_s"].scale_deviation == pytest.approx(0.65 * 4e-3, rel=0.1)
+    places = [[one.name for one in found.constants].index(name) for name in "Jk"]
+    assert found.correlation_of_constants[places[0], places[1]] > 0.999
+
+
+@pytest.mark.parametrize("name", ["J", "k"])
+def test_of_two_constants_that_contradict_each_other_both_readings_are_shown(logs: list[RigLog], name: str) -> None:
+    found = fit_friction(off(logs[:3], **{name: 0.05}), estimator="weak-form")
+    assert {one.name for one in found.contradictions} == {"J", "k"}
+    assert all(low < TRUTH[one] < high for one in TRUTH for low, high in [found.interval(one)])
+    right = next(one for one in found.contradictions if one.name != name)
+    assert [right.parameters[one] for one in TRUTH] == pytest.approx(list(TRUTH.values()), rel=0.02)
+    (wrong,) = (one for one in found.contradictions if one.name == name)
+    assert wrong.other / wrong.value == pytest.approx(1 / 1.05, rel=0.01)
+    assert any("contradict each other" in one and "cannot be known" in one for one in found.warnings)
+    assert FrictionFit.from_json(found.to_json()) == found
+
+
+def test_radii_that_the_logs_contradict_are_refused_and_a_wrong_force_cannot_be_known(logs: list[RigLog]) -> None:
+    with pytest.raises(
+        StickslipError, match=r"r = 0.057 m contradict the logs.* r = 0.06 instead|r = 0.0[56].* instead"
+    ):
+        fit_friction(off(logs[:3], r=-0.05), estimator="weak-form")
+    found = fit_friction(off(logs[:3], N0=0.05), estimator="weak-form")
+    assert found.contradictions == () and found["mu_s"].value == pytest.approx(0.65 / 1.05, rel=0.01)
+
+
+def test_a_constant_without_uncertainty_stays_and_tells_the_others_nothing(logs: list[RigLog]) -> None:
+    bare = [replace(log, rig=replace(log.rig, k=Quantity(2.63, "N*m/rad"))) for log in logs[:3]]
+    found = fit_friction(bare, estimator="weak-form")
+    k, J = found.constant("k"), found.constant("J")
+    assert (k.stated, k.value, k.standard_uncertainty) == (False, 2.63, 0.0) and found.at_least("mu_s")
+    # as stated: an exact k would leave it 5e-5 of uncertainty
+    assert J.standard_uncertainty == pytest.approx(3e-4, rel=0.01)
 
 
 def test_bootstrap_agrees_with_the_jackknife(logs: list[RigLog]) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_models import Strobe, branch, branches, load
+from fmu_models import Strobe, branch, branches, load, simulate
 
 POINTS = [
     one
@@ -156,7 +156,7 @@ def test_the_impact_pair():
     for known in [*of("pair_e0.6_up"), *of("pair_e0.6_down")]:
         check(known, found.special)
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
-    twins = found.switch(pitchfork)
+    twins = found.switch(pitchfork, points=80)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
 
@@ -187,3 +187,49 @@ def test_the_hinge():
     (flip,) = [one for one in upper.special if one.kind == "flip"]
     (doubled,) = upper.switch(flip)
     check(of("hinge_222")[0], doubled.special)
+
+
+def two_discs(normal_force, w1, w0, period):
+    law = {"mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0, "mu_s1": 0.65, "mu_k1": 0.35, "p1": 15.0}
+    parameters = {**law, "N0": normal_force, "N1": normal_force, "w1": w1, "w0": w0}
+    return Strobe(load("disc_rig"), period=period, autonomous=True, parameters=parameters)
+
+
+def test_one_of_two_discs_loses_its_stick():
+    found = branch(two_discs(4.8693068, -0.5, 1.1, 1.26), "w0", (0.9, 1.5), settle=True)
+    check(of("disc_b_paper/rubber_w1-.5_N4.8693068")[0], found.special)
+
+
+def test_two_discs_exchange_their_stick():
+    found = branch(two_discs(4.905, 0.83, 0.6, 1.1), "w0", (0.3, 1.2), settle=True)
+    (exchange,) = found.special
+    assert exchange.value == pytest.approx(0.83, abs=1e-12) and exchange.kind == "sliding exchange"
+    assert {word[0][0] for word in exchange.words} == {"disc0", "disc1"}
+    assert [kind for kind, _ in found.ends] == ["range", "range"]
+
+
+def simulate_to_zero(system, start):
+    """The state at phase 0, from the one where the points of the hinge are told."""
+    late = 3.2781872347608427 / (2 * math.pi)
+    run = simulate(
+        system.fmu,
+        1 / 0.36554,
+        start_time=late / 0.36554,
+        start=start,
+        parameters=system.values,
+        output_times=[1 / 0.36554],
+    )
+    return {name: float(run[name][0]) for name in system.states}
+
+
+def test_the_hinge_breaks_its_symmetry():
+    system = Strobe(load("hinge_clearance"), forcing="f", parameters={"f": 0.36554})
+    start = {"x": 0.009062681990670852, "v": 0.0201728380673976}
+    start = simulate_to_zero(system, start)
+    found = branch(system, "f", (0.36, 0.38), start=start)
+    grazing, turn = of("hinge_low_down")
+    check(grazing, found.special, discontinuous=1e-9)
+    # called a fold there: the parameter turns, where the motion becomes its own mirror twin
+    (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
+    assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10)
+    assert near(counted(pitchfork, pitchfork.multipliers), as_complex(turn["multipliers"]), 1e-7)

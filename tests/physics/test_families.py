@@ -287,8 +287,9 @@ def test_period_chart_of_the_support():
     # there the reference, which takes points 1e-7 apart for different, sees twice the period: the multiplier of the
     # stable motion is -0.9901, and 3000 periods leave more of the way to it than that
     assert (12, 18) in differ
-    # from rest to the motion at (3, 10) leads a way through chaos: last digits of a processor decide when it ends
-    assert set(differ) <= {(3, 10), (12, 18)} and periods[3, 10] in (0, 1)
+    # from rest to the motions at (3, 9) and (3, 10) leads a way through chaos: last digits decide when it ends; starts
+    # 1e-13 apart arrive after 300 to 3000 periods, and some of them later
+    assert set(differ) <= {(3, 9), (3, 10), (12, 18)} and set(periods[3, 9:11]) <= {0, 1}
     motion = settled(support(**TABLE_2, omega=0.92, f0=0.66), 3000, **REST)
     assert (motion.period, motion.stability.stable) == (2, True)
     assert motion.stability.eigenvalues[0].real == pytest.approx(-0.990104, abs=1e-6)

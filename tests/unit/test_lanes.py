@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from fmu_models.analyses.basins import basins
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.jobs import ESCAPED, Jobs
 from fmu_models.base.errors import StickslipError
@@ -19,6 +20,7 @@ from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
 from fmu_models.oscillators import load as declaration
+from fmu_models.report.model_sheet import sheet
 
 T = 2.0 * math.pi
 GO = np.zeros(1, np.int32)
@@ -148,3 +150,18 @@ def test_what_rests_on_its_table_is_left_to_the_series_and_counted():
 def test_a_stepper_that_is_none_is_refused():
     with pytest.raises(StickslipError, match=r"no stepper 'euler'\. Choose auto or taylor"):
         Strobe(load("discontinuous_support"), forcing="omega", stepper="euler")
+
+
+def test_basins_are_those_of_the_series_pixel_by_pixel():
+    line = np.linspace(-8.0, 8.0, 21)
+    system = Strobe(load("discontinuous_support"), forcing="omega", parameters={"omega": 1.1})
+    found, series = (basins(one, x=line, v=line) for one in (system, system.stepped_by("taylor")))
+    assert np.array_equal(found.labels, series.labels)
+    assert found.how.startswith("exact flow, up to")
+    assert series.how == ""
+
+
+def test_show_says_what_is_in_the_way_of_the_exact_flow():
+    exact = sheet(declaration("disc_rig"))["exact_flow"]
+    assert not exact["linear"] and len(exact["obstacles"]) == 2
+    assert sheet(declaration("impact_pair"))["exact_flow"] == {"linear": True, "lanes": True, "obstacles": []}

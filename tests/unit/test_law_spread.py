@@ -68,6 +68,23 @@ def test_a_law_that_fits_worse_than_one_nested_in_it_is_sought_from_there(expone
     assert found.fitted["Conti"].sum == pytest.approx(np.sum(simple**2), rel=1e-6)
 
 
+def test_a_fall_below_all_slip_speeds_is_said() -> None:
+    bump = Material("paper/rubber", {"mu_s": 0.65, "mu_k": 0.45, "v_s": 0.002, "mu_v": 0.1}, "stribeck")
+    runs = [Emulation(f"{w:g}", (Disc(bump, w),), duration=5.0) for w in (0.1, 0.2)]
+    fit = fit_friction([emulate(one, 7, number) for number, one in enumerate(runs)], estimator="weak-form")
+    assert any("the smallest slip speed in the logs: mu_s is no measurement" in said for said in fit.warnings)
+
+
+def test_contacts_that_age_are_shot_from_the_age_of_their_slip() -> None:
+    ageing = Material("paper/rubber", {"mu_r": 0.5, "weakening": 0.06, "a": 0.01, "D_c": 1e-4}, "dieterich")
+    runs = [Emulation(f"{w:g}", (Disc(ageing, w),), duration=5.0) for w in (0.41, 1.4)]
+    fit = fit_friction([emulate(one, 7, number) for number, one in enumerate(runs)], law="Dieterich")
+    assert fit.estimator == "shooting" and fit.whiteness is not None and not fit.whiteness.warnings
+    assert fit["mu_r"].value == pytest.approx(0.5, abs=1e-3)
+    assert fit["weakening"].value == pytest.approx(0.06, abs=1e-3)
+    assert any("does not tell a and D_c" in said for said in fit.warnings)
+
+
 def test_laws_are_shot_at_the_same_residuals(exponential: Pool) -> None:
     """Conti's law with no viscous friction is Conti's law, to the last residual."""
     first = shooting.estimate(exponential, find_law("Tustin"), Options())

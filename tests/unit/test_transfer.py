@@ -70,6 +70,17 @@ def test_a_copied_fmu_starts_from_the_fitted_values_and_runs_with_them(fit, tmp_
     assert sum(one != two for one, two in zip(before, after, strict=True)) == 4
 
 
+def test_a_deviation_that_lacks_a_constant_says_at_least_wherever_it_goes(fit, tmp_path) -> None:
+    J, *rest = fit.constants
+    unknown = replace(J, stated=False, sensitivity=dict.fromkeys(("mu_s", "mu_k", "p"), 1.0))
+    open_ended = replace(fit, constants=(unknown, *rest))
+    for known, said in ((fit, False), (open_ended, True)):
+        values = handed_values(known, only=["mu_s0", "k"])
+        assert {one.name: one.at_least for one in values} == {"mu_s0": said, "k": False}
+        path = write_parameter_set(tmp_path / f"{said}.ssv", values, fitted_model(known, fmi_version="2.0"))
+        assert ("standard deviation at least" in path.read_text("utf-8")) == said
+
+
 def test_what_does_not_match_is_refused_and_leaves_nothing(fit, rig, tmp_path) -> None:
     (value,) = handed_values(fit, only=["p0"])
     for changed, said in (

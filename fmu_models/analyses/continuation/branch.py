@@ -47,6 +47,7 @@ from fmu_models.analyses.cycles import last_cycle
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+from fmu_models.codegen.contact_states import TOUCHING
 from fmu_models.simulation.run import simulate
 
 # how far from a special a branch begins that is switched to, in u
@@ -188,7 +189,10 @@ def _begin(system: SectionSystem, problem: Problem, between: tuple[float, float]
     if settle and isinstance(problem, FlowProblem) and problem.autonomous:
         z = _last_cycle(problem, point, value)
     else:
-        z = (_settled(system, point) if settle else point)[: len(problem.states)]
+        point = _settled(system, point) if settle else point
+        if isinstance(problem, FlowProblem) and point[len(problem.states) :].any():
+            problem, point = _freed(problem, point, value)
+        z = point[: len(problem.states)]
         if isinstance(problem, FlowProblem) and problem.autonomous:
             z = np.append(z, problem.strobe.period or 0.0)
         z = np.append(z, value)
@@ -219,10 +223,33 @@ def _settled(system: SectionSystem, point: Vector) -> Vector:
     return point
 
 
+def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProblem, Vector]:
+    """The problem at a phase where no stop remembers, and the state there of a motion that begins in one that does."""
+    strobe = problem.strobe.at(**{problem.over: value})
+    length = strobe.every * float(strobe.periods({}, 1)[0])
+    events = strobe.trajectory(point, np.array([length])).events
+    memories = [name.removesuffix("_memory") for name in strobe.fmu.memories]
+    inside = {name for name, one in zip(memories, point[len(problem.states) :], strict=True) if one}
+    longest, middle = 0.0, 0.0
+    for i, event in enumerate(events):
+        (inside.add if event.after == TOUCHING else inside.discard)(event.contact)
+        pause = (events[i + 1].time if i + 1 < len(events) else length) - event.time
+        if not inside.intersection(memories) and pause > longest:
+            longest, middle = pause, event.time + pause / 2
+    if longest == 0.0:
+        raise StickslipError(
+            f"The motion of '{strobe.name}' near that start is never free of a stop that remembers its speed of entry: "
+            "start where it is."
+        )
+    moved = strobe.trajectory(point, np.array([middle]))
+    turns = middle / length * strobe.every
+    return replace(problem, phase=turns), np.array([float(moved[name][0]) for name in problem.states])
+
+
 def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
     """z of the cycle that a run from a point ends in, in the middle of its longest pause between events."""
     strobe = problem.strobe.at(**{problem.over: value})
-    run = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
+    run: dict[str, Any] = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
     cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
     if cycle is None:
         raise StickslipError(

@@ -18,9 +18,9 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
-from fmu_models.analyses.continuation.discontinuous import Touch, from_event, from_miss, other_word, repeats
+from fmu_models.analyses.continuation.discontinuous import Touch, exchanged, from_event, from_miss, other_word, repeats
 from fmu_models.analyses.continuation.equilibrium import hopf_of
-from fmu_models.analyses.continuation.node import Lost, Node, arclength, parameter, solved, tangent_of
+from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Passing, Problem, Vector
 from fmu_models.codegen.contact_states import AWAY, STICK
 
@@ -265,8 +265,12 @@ class Follower:
 
     def _closes(self, before: Node, node: Node) -> bool:
         """Whether the begin lies between two neighbours."""
-        if not any(_between(before, node, one / node.scales) for one in _images(self.begin, node.problem)):
+        images = _images(self.begin, node.problem)
+        z = next((one for one in images if _between(before, node, one / node.scales)), None)
+        seen = None if z is None else look(node.problem, z)
+        if z is None or seen is None:
             return False
+        self.way.nodes[-1] = replace(node, z=z, seen=seen, tangent=tangent_of(seen, node.scales, node.tangent))
         self.way.end = ("closed", "the branch is back at its begin")
         return True
 
@@ -297,7 +301,7 @@ class Follower:
             self._add(touch.node)
             before = touch.node
             try:
-                after = other_word(touch)
+                after = exchanged(touch) if touch.miss.turned else other_word(touch)
             except Lost as error:
                 self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
                 self.way.end = ("jump", f"the motion begins to touch '{touch.miss.contact}' there: {error}")

@@ -58,6 +58,7 @@ class Passing:
         time: s, from the start of the run.
         value: speed at which the indicator falls (per s), or the least value of one that does not.
         gradient: (len(z),) derivative of that.
+        turned: of a miss: an event of another contact turns what fell.
     """
 
     contact: str
@@ -68,6 +69,7 @@ class Passing:
     time: float
     value: float
     gradient: Vector
+    turned: bool = False
 
     @property
     def key(self) -> tuple[str, int, int, int]:
@@ -302,6 +304,7 @@ class FlowProblem(Problem):
             Passing(
                 names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
                 float(row["time"]) - start, float(row["value"]), gradient(passage.miss_derivatives[i]),
+                bool(row["slope"] != 0.0),
             )
             for i, row in enumerate(passage.misses)
         )  # fmt: skip

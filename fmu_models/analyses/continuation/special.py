@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.discontinuous import Touch, hull_crossings, repeats, with_event
+from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_event
 from fmu_models.analyses.continuation.follow import Found
+from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.problem import FlowProblem, Vector, Word
 from fmu_models.base.shown import Shown
@@ -27,7 +28,8 @@ class Special(Shown):
     Attributes:
         kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
             twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
-            "grazing-sliding corner", "touch", where the word changes; "jump", where no motion goes on.
+            "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "jump", where no motion goes
+            on.
         parameter, value: name and value of the parameter.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
@@ -86,7 +88,9 @@ def special_of(found: Found) -> Special:
         value = float(touch.z[-1])
         before, after = found.before, found.after
         words = (before.word if before else node.word, after.word if after else node.word)
-        if found.kind != "jump":
+        if found.kind != "jump" and touch.miss.turned:
+            kind = "sliding exchange"
+        elif found.kind != "jump":
             kind, more = _discontinuous(found, touch)
             common |= more
         else:

@@ -3,6 +3,7 @@
  *
  *     its slope at MISS_SAMPLES + 1 places: from below zero to above  -> bracket, halved to rounding
  *     there the indicator's slope vanishes, so that its derivative at a fixed time is that of the minimum
+ *     an event of another contact may turn it too: then the time of that event moves the minimum along
  */
 #include "near_miss.h"
 
@@ -65,6 +66,92 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
     }
 }
 
+/* slope in time of an indicator at s in the variable of the series, up to its sign */
+static double slope_in_time(const Run *r, const IndicatorSeries *f, double s)
+{
+    return indicator_slope(f->value, f->order, s) / (r->segment_rooted ? 2.0 * s : 1.0);
+}
+
+/* what falls where the step ends in an event of others */
+static void keep_falling(const Run *r, Tangents *tangents, int c, int slot, int side, double end, NearMisses *misses)
+{
+    IndicatorSeries f;
+    const double sign = side != 0 ? 1.0 : (double)location_indicator(r, c, (Slot)slot);
+    const int64_t row = misses->count + misses->pending;
+    indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
+    const double slope = sign * slope_in_time(r, &f, end);
+    if (r->falling[c][slot] || !(slope < 0.0) || row >= misses->capacity) {
+        return;
+    }
+    misses->list[row] = (NearMiss){.time = r->segment_start + r->segment_length,
+                                   .value = sign * polynomial_value(f.value, f.order, end),
+                                   .slope = slope,
+                                   .contact = c,
+                                   .slot = slot,
+                                   .side = side,
+                                   .state = r->at.state[c]};
+    for (int k = 0; k < tangents->count; k++) {
+        const Variation *l = variation_of(tangents, k);
+        indicator_series(r, l, k % PAIR, c, slot, side, &f);
+        const double at = variation_variable(r, l, r->segment_length);
+        misses->derivatives[row * tangents->count + k] = sign * polynomial_value(f.derivative, f.order, at)
+                                                         - slope * l->t[0][k % PAIR];
+    }
+    misses->pending++;
+}
+
+/* whether what fell before the event does not after it */
+static int turned(const Run *r, Tangents *tangents, const NearMiss *miss)
+{
+    IndicatorSeries f;
+    if (r->at.state[miss->contact] != miss->state || r->segment_rooted) {
+        return 0;
+    }
+    const double sign = miss->side != 0 ? 1.0 : (double)location_indicator(r, miss->contact, (Slot)miss->slot);
+    indicator_series(r, variation_of(tangents, 0), 0, miss->contact, miss->slot, miss->side, &f);
+    return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope;
+}
+
+/* what the event has turned; the rest is forgotten */
+static void settle_pending(const Run *r, Tangents *tangents, NearMisses *misses)
+{
+    const int n = tangents->count;
+    const int64_t first = misses->count;
+    for (int64_t from = first; from < first + misses->pending; from++) {
+        const NearMiss miss = misses->list[from];
+        if (!turned(r, tangents, &miss) || isnan(tangents_event(tangents, 0))) {
+            continue;
+        }
+        const int64_t row = misses->count++;
+        misses->list[row] = miss;
+        for (int k = 0; k < n; k++) {
+            misses->derivatives[row * n + k] = misses->derivatives[from * n + k]
+                                               + miss.slope * tangents_event(tangents, k);
+        }
+    }
+    misses->pending = 0;
+}
+
+typedef void (*OfIndicator)(const Run *r, Tangents *tangents, int c, int slot, int side, double end,
+                            NearMisses *misses);
+
+static void each_pending_indicator(const Run *r, Tangents *tangents, double end, NearMisses *misses, OfIndicator visit)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        for (int slot = 0; slot < SLOTS; slot++) {
+            if (location_indicator(r, c, (Slot)slot) == 0 || r->at.state[c] == CONTACT_CHATTERING) {
+                continue;
+            }
+            if (indicator_is_margin(r, c, slot)) {
+                visit(r, tangents, c, slot, 1, end, misses);
+                visit(r, tangents, c, slot, -1, end, misses);
+            } else {
+                visit(r, tangents, c, slot, 0, end, misses);
+            }
+        }
+    }
+}
+
 void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses *misses)
 {
     const double length = fmin(until - r->segment_start, r->segment_length);
@@ -72,18 +159,10 @@ void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses
     if (!(length > 0.0)) {
         return;
     }
-    for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
-            if (location_indicator(r, c, (Slot)slot) == 0 || r->at.state[c] == CONTACT_CHATTERING) {
-                continue;
-            }
-            if (indicator_is_margin(r, c, slot)) {
-                search_misses(r, tangents, c, slot, 1, end, misses);
-                search_misses(r, tangents, c, slot, -1, end, misses);
-            } else {
-                search_misses(r, tangents, c, slot, 0, end, misses);
-            }
-        }
+    settle_pending(r, tangents, misses);
+    each_pending_indicator(r, tangents, end, misses, search_misses);
+    if (r->segment_event && length >= r->segment_length) {
+        each_pending_indicator(r, tangents, end, misses, keep_falling);
     }
 }
 

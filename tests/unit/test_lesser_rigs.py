@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -109,7 +110,7 @@ def test_a_disc_that_no_sensor_sees_or_that_hardly_moves_is_refused(counted: lis
         disc_motion(replace(log, columns={**drive, **still}))
 
 
-def bench(**instruments: object) -> list[RigLog]:
+def bench(**instruments: Any) -> list[RigLog]:
     settings = standard_set(speeds=(0.83, 1.4), duration=8.0, **instruments)
     return [emulate(one, 6, number) for number, one in enumerate(settings)]
 

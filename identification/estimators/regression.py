@@ -1,9 +1,10 @@
 """Estimators that regress friction on slip speed.
 
 They reduce their logs to equations of one form,
-    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i,     i = 1..n,     d = 1 without disturbances,
-with residuals that depend on one another inside a slip segment (a cluster), whitened cluster by cluster by the known
-colour of the sensor noise. The rig's constants and the laser's gain and delay are taken as given.
+    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i - tilt_i sum_j average_j s(place_ij; a),     i = 1..n
+(d = 1, s = 0 without disturbances), with residuals that depend on one another inside a slip segment (a cluster),
+whitened cluster by cluster by the known colour of the sensor noise. The rig's constants and the laser's gain and delay
+are taken as given.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
-from identification.estimators.disturbances import Place, Term, disturbed
+from identification.estimators.disturbances import Place, Term, disturbed, shown
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import drive_angle
@@ -29,7 +30,7 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood.
+    where: where (n, w) drive and body stood; tilt: (n,) 1/rad, what the sensor shows too much counts as friction.
     """
 
     slip: np.ndarray
@@ -39,6 +40,7 @@ class Regression:
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
+    tilt: np.ndarray | None = field(default=None, kw_only=True)
 
     @property
     def speed(self) -> np.ndarray:
@@ -56,11 +58,20 @@ class Regression:
     def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
         (n, m)."""
-        assert self.where is not None
+        assert self.where is not None and self.tilt is not None
         q, a = np.split(x, [len(law.parameters)])
         friction, (factor, by) = law.value(self.slip, q), disturbed(terms, a, self.where)
-        slopes = [factor * slope for slope in law.gradient(self.slip, q)] + [friction * slope for slope in by]
-        return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
+        more, by_more = shown(terms, a, self.where)
+        slopes = [self._averaged(factor * slope) for slope in law.gradient(self.slip, q)]
+        slopes += [
+            self._averaged(friction * slope) + self.tilt * self._averaged(other)
+            for slope, other in zip(by, by_more, strict=True)
+        ]
+        return self._averaged(friction * factor) + self.tilt * self._averaged(more), np.stack(slopes, axis=1)
+
+    def _averaged(self, values: np.ndarray) -> np.ndarray:
+        """Of (n, w), or of what is the same in a row or in all of them."""
+        return np.broadcast_to(values, self.slip.shape) @ self.average
 
     def thinned(self, every: int) -> Regression:
         """The same with averages over every so many samples, for what is searched often."""
@@ -93,6 +104,7 @@ class Regression:
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
+            tilt=None if self.tilt is None else self.tilt[chosen],
         )
 
 
@@ -198,6 +210,11 @@ def joined(places: Sequence[Place]) -> Place:
     """One after the other."""
     columns = ("turned", "angle", "share", "log")
     return Place(*(np.concatenate([getattr(one, name) for one in places]) for name in columns))
+
+
+def tilts(segments: Sequence[SlipSegment], cluster: np.ndarray, rig: RigValues) -> np.ndarray:
+    """Friction (n,) for which the spring makes a radian that the sensor shows too much. cluster: (n,) segment."""
+    return np.array([segment.sign for segment in segments])[cluster] * rig.k / (rig.R * rig.N)
 
 
 Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], Regression]

@@ -18,7 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Place
-from identification.estimators.regression import Regression, joined, regress, whereabouts
+from identification.estimators.regression import Regression, joined, regress, tilts, whereabouts
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import odd_count, savitzky_golay
@@ -40,7 +40,7 @@ STRUCTURE = (
 class FrictionSamples:
     """Friction measured in slip. slip: (n,) m/s, >= 0; coefficient: (n,) 1, F sgn(v)/N; cluster: (n,) number of the
     slip segment; log: (n,) number of the log; weight: (n,) 1/standard deviation that sensor noise gives, relative;
-    where: (n,) drive and body stood.
+    where: (n,) drive and body stood; tilt: (n,) 1/rad, what the sensor shows too much counts as friction.
     """
 
     slip: np.ndarray
@@ -49,6 +49,7 @@ class FrictionSamples:
     log: np.ndarray
     weight: np.ndarray
     where: Place | None = None
+    tilt: np.ndarray | None = None
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
@@ -90,7 +91,8 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
     where = joined(whereabouts(segments, logs))
-    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where)
+    tilt = tilts(segments, cluster, rig)
+    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, tilt)
 
 
 def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
@@ -113,10 +115,11 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     slip, coefficient = samples.slip[::EVERY], samples.coefficient[::EVERY]
     cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
-    assert samples.where is not None
+    assert samples.where is not None and samples.tilt is not None
     place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
     place = Place(*(getattr(place, name)[:, None] for name in ("turned", "angle", "share", "log")))
-    return Regression(slip[:, None], np.ones(1), coefficient, cluster, samples.log[::EVERY], blocks, where=place)
+    log, tilt = samples.log[::EVERY], samples.tilt[::EVERY]
+    return Regression(slip[:, None], np.ones(1), coefficient, cluster, log, blocks, where=place, tilt=tilt)
 
 
 ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, estimate)

@@ -52,7 +52,7 @@ def shooting_problem(
     for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
         laws = dict.fromkeys(contacts, law.reference)
         model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
-        factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms))
+        factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if not term.of_sensor))
         if factors:
             reference = next((term.reference for term in terms if term.moves == "angle"), 0.0)
             fmu = disturbed_oscillator(contacts[0], law.reference, factors, reference)

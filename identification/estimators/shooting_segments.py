@@ -2,10 +2,11 @@
 
 A segment begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
 seen as the laser sees it:
-    y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
+    y_i = (1 + g_0)/(1 + g) R sin(theta(t_i - (delay - delay_0); s, x) + z) + R drift(t_i) + zero
+    r_i = (y_i - measured_i)/sd
 measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
-and what else is estimated (disturbances of friction, gain, delay, zero, J, k, c, R, r, N). For each x the best s of
-every segment is found by Gauss-Newton steps from the last one; with Q R = dr/ds,
+and what else is estimated (disturbances, among them z and the drift; gain, delay, zero, J, k, c, R, r, N). For each x
+the best s of every segment is found by Gauss-Newton steps from the last one; with Q R = dr/ds,
     r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
 Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
 """
@@ -23,7 +24,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.disturbances import Term, disturbed
+from identification.estimators.disturbances import Term, disturbed, shown
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Unknown
@@ -171,9 +172,10 @@ class ShootingProblem(FrictionProblem):
         count = len(self.law.parameters)
         fitted, off = self.law.value(np.abs(samples.slip), x[:count]), np.zeros(1)
         if self.terms:
-            assert samples.where is not None
-            factor, _ = disturbed(self.terms, x[count : count + len(self.terms)], samples.where)
-            off = fitted * (factor - 1)
+            assert samples.where is not None and samples.tilt is not None
+            values = x[count : count + len(self.terms)]
+            factor, more = (of(self.terms, values, samples.where)[0] for of in (disturbed, shown))
+            off = fitted * (factor - 1) + samples.tilt * more
         return FrictionRows(
             speed=samples.slip,
             least=samples.slip,
@@ -228,8 +230,12 @@ class ShootingProblem(FrictionProblem):
         )
 
     def moved(self, segment: ShootingSegment) -> dict[str, dict[str, float]]:
-        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log."""
-        return {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
+        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; a
+        sensor's moves none."""
+        return {
+            term.name: {} if term.of_sensor else {term.parameter: float(term.log in (None, segment.log))}
+            for term in self.terms
+        }
 
     def follows(self, number: int, x: np.ndarray) -> bool:
         """Whether the start of segment ``number`` can be found at x."""
@@ -303,8 +309,11 @@ class ShootingProblem(FrictionProblem):
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
         scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
+        theta = theta + sum(known[term.name] for term in self.terms if term.moves == "zero")
         shown = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
+        drifts = {name: lever * curve for name, curve in self._drifts(segment).items()}
+        more = sum((known[name] * curve for name, curve in drifts.items()), np.zeros(1))
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
         across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment))
@@ -316,11 +325,23 @@ class ShootingProblem(FrictionProblem):
                 columns[:, place] -= slope * omega
             elif name == "zero":
                 columns[:, place] += 1.0
+            elif name in drifts:
+                columns[:, place] += drifts[name]
+            elif any(term.name == name and term.moves == "zero" for term in self.terms):
+                columns[:, place] += slope
             elif name == "R" and segment.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
         every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
-        return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
+        return shown + more + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
+
+    def _drifts(self, segment: ShootingSegment) -> dict[str, np.ndarray]:
+        """What the laser shows too much, over R, for a value of 1 of each term of its drift in a segment (n,)."""
+        log = self.ready.motions[segment.log].time
+        share = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
+        return {
+            term.name: term.drift(share) for term in self.terms if term.moves == "drift" and term.log == segment.log
+        }
 
 
 def directions(
@@ -333,7 +354,7 @@ def directions(
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
-    moved |= {term.name: (term.parameter,) for term in terms}
+    moved |= {term.name: (term.parameter,) for term in terms if not term.of_sensor}
     # what the laser alone has, or the disc that is away, moves nothing
     return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
 

@@ -10,7 +10,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimator, Options
 from identification.estimators.disturbances import terms_of
-from identification.fit.causes import WIDER, find_causes
+from identification.fit.causes import WIDER, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.result import Cause, FrictionFit
 from identification.inference.choice import Inference
@@ -105,7 +105,7 @@ def fit_friction(
         if failed is not None:
             raise failed
         return plain
-    terms = terms_of(ready, [cause.name for cause in causes])
+    terms = terms_found(ready, causes)
     found = fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER)
     return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
 

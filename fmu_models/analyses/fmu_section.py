@@ -30,6 +30,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.importer.flow import constants_of
+from fmu_models.lanes.library import Stepper, has_lanes, lanes_of
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.ensemble import Runs, Targets, Where, make_runs
 from fmu_models.simulation.rows import Rows, joined
@@ -42,6 +43,9 @@ Vector = NDArray[np.float64]
 PATIENCE = 1000.0
 # of the size of a state: a start nearer to its level is on it, and does not cross it at once
 ON_LEVEL = 1e-9
+STEPPERS = ("auto", "taylor")
+# motions that lanes take at a time, so that few of them wait for others
+TOGETHER = 64
 # relative error of a step: of our engine, which keeps it at little cost; of a method of integration, above its rounding
 TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 
@@ -49,19 +53,21 @@ TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 class FmuSection(SectionSystem):
     """What the sections of an FMU share.
 
+    Strobes of a system whose every mode is linear with constant coefficients are made by its exact flow, many motions
+    at once (fmu_models/lanes); ``how`` says so.
+
     Args:
         fmu: of this suite, or of others and for Model Exchange.
         forcing: the parameter that is the frequency of the forcing, in rad/s where its unit says so, else in cycles.
         period: s, of the forcing, where no parameter says it.
         parameters: parameters and constant inputs that are not at their default.
         tolerance: relative local error of a step; 1e-14, and 1e-12 of FMUs of others.
+        stepper: "auto", or "taylor" for the series of the engine alone.
 
     Raises:
         StickslipError: unknown names, values out of their range, a forcing without period, an FMU of others that has no
             Model Exchange or states that cannot be set.
     """
-
-    together = 1
 
     def __init__(
         self,
@@ -71,8 +77,9 @@ class FmuSection(SectionSystem):
         period: float | None = None,
         parameters: Mapping[str, float] | None = None,
         tolerance: float | None = None,
+        stepper: str = "auto",
     ) -> None:
-        self.fmu, self.forcing, self.period = fmu, forcing, period
+        self.fmu, self.forcing, self.period, self.stepper = fmu, forcing, period, _known(stepper)
         self.tolerance = tolerance or (TOLERANCE if fmu.ours else TOLERANCE_OF_OTHERS)
         self.values = _checked(fmu, self.parameters, parameters, forcing, period)
         self._follow()
@@ -111,7 +118,29 @@ class FmuSection(SectionSystem):
     @property
     def how(self) -> str:
         """Where steps and derivatives come from, if not from the engine in the FMU."""
-        return self._importer.how if self._importer else ""
+        if self._importer:
+            return self._importer.how
+        made, lanes = sum(steps for steps, _ in self._made), sum(lanes for _, lanes in self._made)
+        if not lanes or self._lanes is None:
+            return ""
+        rest = 100.0 * (made - lanes) / made
+        return f"exact flow, {self._lanes.lanes} lanes" + (f"; {rest:.2g} % of the steps by series" if rest else "")
+
+    @property
+    def together(self) -> int:
+        """Runs that are made better in one call."""
+        return TOGETHER if self._lanes else 1
+
+    @cached_property
+    def _lanes(self) -> Stepper | None:
+        """What makes the steps of many motions at once."""
+        exact = self._strobes and self._engine is not None and self.stepper == "auto" and has_lanes(self.fmu)
+        return lanes_of(self.fmu).stepper() if exact else None
+
+    @property
+    def _strobes(self) -> bool:
+        """Whether the section is one of time."""
+        return False
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -143,7 +172,15 @@ class FmuSection(SectionSystem):
         for name, value in values.items():
             self.check(name, np.array([value], dtype=float))
         other = copy.copy(self)
+        other._made = []
         other.values = {**self.values, **{n: float(v) for n, v in values.items()}}
+        return other
+
+    def stepped_by(self, stepper: str) -> Self:
+        """The same made by another stepper."""
+        other = copy.copy(self)
+        other.stepper, other._made = _known(stepper), []
+        vars(other).pop("_lanes", None)
         return other
 
     def check(self, name: str, values: Vector) -> None:
@@ -207,11 +244,14 @@ class FmuSection(SectionSystem):
         return np.concatenate([end[:-1], start[-1:]]) if phased else end
 
     def identity(self) -> dict[str, Any]:
-        """With the FMU's token and hash."""
-        return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
+        """With the FMU's token and hash, and the stepper where it is chosen."""
+        chosen = {} if self.stepper == "auto" else {"stepper": self.stepper}
+        return {**super().identity(), "token": str(self.fmu.description.guid), "sha256": self.fmu.sha256, **chosen}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: one for name, one in vars(self).items() if name not in ("_engine", "_importer")}
+        return {
+            name: one for name, one in vars(self).items() if name not in ("_engine", "_importer", "_lanes", "_made")
+        }
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)
@@ -225,6 +265,7 @@ class FmuSection(SectionSystem):
     def _follow(self) -> None:
         """Who makes the steps: the engine of an FMU of ours, or the importer."""
         self._engine = engine_of(self.fmu) if self.fmu.ours else None
+        self._made: list[tuple[int, int]] = []  # steps of each call, and how many of them were made in lanes
         self._importer = None if self.fmu.ours else ImporterSteps(self.fmu, self.tolerance)
 
     @abstractmethod
@@ -307,7 +348,9 @@ class FmuSection(SectionSystem):
         places = [place for _, place in self._columns]
         periods = self.periods(jobs.varied, len(jobs))
         sizes = (len(self.fmu.states), len(self.contacts))
-        made = make_runs(self._engine, sizes, self._where(), self._runs(jobs), stop)
+        runs = self._runs(jobs)
+        made = make_runs(self._engine, sizes, self._where(), runs, stop)
+        self._made.append((int(made.steps.sum()), int(made.in_lanes.sum())))
         lost = np.flatnonzero(made.outcomes == families.LOST)
         points, derivatives = made.points[..., places], made.derivatives
         if jobs.derivatives:
@@ -350,6 +393,7 @@ class FmuSection(SectionSystem):
             flow=jobs.flow,
             jacobians=jobs.derivatives,
             tolerance=self.tolerance,
+            stepper=None if jobs.tangents or jobs.derivatives else self._lanes,
         )
 
     def _along(self, jobs: Jobs) -> list[int]:
@@ -363,6 +407,12 @@ class FmuSection(SectionSystem):
             return None
         t, n = jobs.targets, len(self.fmu.states)
         return replace(t, points=t.points[:, :n], forms=t.forms[:, :n, :n])
+
+
+def _known(stepper: str) -> str:
+    if stepper not in STEPPERS:
+        raise StickslipError(f"There is no stepper '{stepper}'. Choose {' or '.join(STEPPERS)}.")
+    return stepper
 
 
 def _checked(

@@ -52,6 +52,10 @@ class Strobe(FmuSection):
     def _phase(self, place: int) -> list[tuple[str, int]]:
         return []
 
+    @property
+    def _strobes(self) -> bool:
+        return True
+
     def _repeats(self, periods: Vector) -> Vector:
         return self.every * periods
 

@@ -23,7 +23,7 @@ from fmu_models.codegen.variations import read_by
 from fmu_models.language.declaration import Output
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import bounds
-from fmu_models.lowering.hybrid_system import HybridSystem, acting, terms
+from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem, acting, terms
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 _HEAD = "/* Generated from the declaration of {name}; do not edit. */\n"
@@ -123,7 +123,7 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
     depths = {f"j->depth[{i}]": c.depth for i, c in contacts if c.depth is not None}
     forces = [{} if c.kind.startswith("impact") else {f"j->force[{i}]": c.force} for i, c in contacts]
     releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
-    sticks = [{f"j->slip_rate[{i}]": c.slip_rate, f"j->capacity[{i}]": c.capacity} for i, c in contacts]
+    sticks = [_stick(system, i, c) for i, c in contacts]
     internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(system.internal_rates)}
     accelerations = {f"j->a[{i}]": a for i, a in enumerate(system.acceleration)}
 
@@ -167,6 +167,12 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         for name, made in found.items()
     ]
     return [*texts, function("model_outputs", outputs.lines)], _variations(found)
+
+
+def _stick(system: HybridSystem, i: int, contact: ContactDynamics) -> dict[str, sympy.Expr]:
+    """What contact ``i`` needs in stick."""
+    found = {f"j->slip_rate[{i}]": contact.slip_rate, f"j->capacity[{i}]": contact.capacity}
+    return found | ({f"j->capacity_minus[{i}]": contact.capacities[1]} if system.directed else {})
 
 
 def _variations(functions: Mapping[str, Recurrences | list[Recurrences]]) -> list[str]:
@@ -373,6 +379,7 @@ def _sizes(system: HybridSystem, names: _Names) -> str:
         "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
+        "DIRECTED": int(system.directed),
         "IS_MAP": int(bool(system.rule)),
         "IMPACTS": sum(contact.kind == "impact" for contact in system.contacts),
     }

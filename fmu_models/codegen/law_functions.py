@@ -1,6 +1,6 @@
 """The steady friction of a law as numpy functions, printed by SymPy from its declaration.
 
-    mu(v; q) = magnitude(v)/N,    d mu/d q_i,    and the values q that the declaration warns of
+    mu(v; q) = magnitude(|v|)/N,    d mu/d q_i,    and the values q that the declaration warns of
 
 q are the parameters in the order of their fields. Common subexpressions are computed once. The functions of our own
 laws are kept in the user's cache as Python text under the hash of the declarations, so that a program that only fits
@@ -40,7 +40,8 @@ class LawFunctions:
 
     name: what people call it; reference: what ``language.laws.LAWS`` loads it by; steady: where its steady friction is
     declared, for laws that share it are not told apart by slips; sticks: whether it knows exact stick;
-    value(v, q): friction coefficients, shape of v (slip speed >= 0, m/s), for parameters q (m,);
+    directed: whether friction depends on the direction of slip;
+    value(v, q): friction coefficients, shape of v (slip speed >= 0, m/s; as `along` makes it), for parameters q (m,);
     gradient(v, q): their derivatives by q, (m, *shape of v);
     linear: of each parameter, whether mu is linear in it and in the other linear ones together;
     warned(q): by how much q meets a requirement of the declaration, and what to say where it does not.
@@ -50,6 +51,7 @@ class LawFunctions:
     reference: str
     steady: str
     sticks: bool
+    directed: bool = False
     parameters: tuple[LawParameter, ...]
     linear: tuple[bool, ...]
     value: Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -60,6 +62,12 @@ class LawFunctions:
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, in order."""
         return tuple(parameter.name for parameter in self.parameters)
+
+    def along(self, speed: np.ndarray, sign: np.ndarray | float) -> np.ndarray:
+        """Slip speeds without sign as ``value`` takes them: with that of the slip, where friction depends on it."""
+        import numpy
+
+        return numpy.copysign(speed, sign) if self.directed else speed
 
     def warnings(self, q: np.ndarray) -> tuple[str, ...]:
         """Sentences about values that no friction law of this form should have."""
@@ -118,10 +126,12 @@ def _text(reference: str, law: Any) -> str:
     import sympy
 
     one, N, v = _by_itself(reference, law)
+    sign = sympy.Symbol("sign", real=True)
+    friction = one.towards(v, sign)
     declared, untold = _told(one, v)
     # symbols that print as what the functions are given
     q = {symbol: sympy.Symbol(f"q[{place}]", real=True) for place, (symbol, _) in enumerate(declared)}
-    mu = sympy.sympify(one.magnitude(v)).xreplace(q).subs(N, 1)
+    mu = sympy.sympify(friction).xreplace(q).subs(N, 1)
     slopes = [sympy.diff(mu, symbol) for symbol in q.values()]
     shared: Any
     results: Any
@@ -135,18 +145,22 @@ def _text(reference: str, law: Any) -> str:
         said.append(
             f"Steady slip does not tell {' and '.join(untold)} of the {{law}} law: the fitted model has the defaults."
         )
+    directed = sign in mu.free_symbols
+    head = ["    sign, v = numpy.where(numpy.signbit(v), -1.0, 1.0), numpy.abs(v)"] if directed else []
     return "\n".join(
         [
             "def value(v, q):",
+            *head,
             *_assigned(shared, [value]),
             f"    return {_along(value, shared, v)}",
             "def gradient(v, q):",
+            *head,
             *_assigned(shared, gradient),
             f"    return numpy.stack([{', '.join(_along(slope, shared, v) for slope in gradient)}])",
             f"warned = lambda q: [{', '.join(f'({m}, {s!r})' for m, s in zip(margins, said, strict=True))}]",
             "made.append(LawFunctions(",
             f"    name={getattr(law, 'label', '') or law.__name__!r}, reference={reference!r},",
-            f"    steady={law.magnitude.__qualname__!r}, sticks={law.sticks!r},",
+            f"    steady={law.magnitude.__qualname__!r}, sticks={law.sticks!r}, directed={directed!r},",
             f"    parameters={tuple(parameter for _, parameter in declared)!r},",
             f"    linear={_linear(mu, tuple(q.values()))!r},",
             "    value=value, gradient=gradient, warned=warned,",
@@ -182,8 +196,10 @@ def _told(one: Any, v: sympy.Symbol) -> tuple[list[tuple[Any, LawParameter]], li
 
     What shows in stick alone, of a law that has no exact stick, is for estimators that know it.
     """
+    import sympy
+
     every = tuple(declared_in(one))
-    seen = one.magnitude(v).free_symbols
+    seen = set().union(*(sympy.sympify(one.towards(v, sign)).free_symbols for sign in (1, -1)))
     told = [(symbol, parameter) for symbol, parameter in every if symbol in seen or not one.sticks]
     return told, [parameter.name for symbol, parameter in every if (symbol, parameter) not in told]
 

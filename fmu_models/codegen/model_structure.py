@@ -75,7 +75,7 @@ class ModelStructure:
             behind = {
                 "depth": [c.depth],
                 "gap": [c.depth, c.force_symbol],
-                "slip": [c.slip, c.capacity, c.force_symbol],
+                "slip": [c.slip, *c.capacities, c.force_symbol],
                 "release": [c.release],
                 "function": [c.slip, c.force_symbol],
             }
@@ -158,7 +158,7 @@ class ModelStructure:
         """Symbols on which the force of each contact depends, in slip or in stick."""
         contacts = self.system.contacts
         laws = {c.force_symbol: self._symbols([c.force], contact=c) for c in contacts}
-        held = [self._symbols([c.slip_rate, c.capacity], free=True) for c in contacts]
+        held = [self._symbols([c.slip_rate, *c.capacities], free=True) for c in contacts]
         inertia = self._inertia_symbols
         together = set().union(inertia, *laws.values(), *held)
         return {c.force_symbol: together if c.sticks or c.kind == "impact" else laws[c.force_symbol] for c in contacts}

@@ -222,11 +222,13 @@ def built(
         *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
         fmi_version,
     )
-    kept = kept_folder(*options) / f"{model}.fmu"
-    if not is_sealed(kept):
-        export(variant(str(model), contacts, laws), kept, fmi_version=fmi_version, overwrite=True)
-        seal(kept)
-    return kept
+
+    def made() -> HybridSystem:
+        from fmu_models.lowering.lower import lower
+
+        return lower(variant(str(model), contacts, laws))
+
+    return kept_as(str(model), options, made, fmi_version)
 
 
 def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
@@ -237,10 +239,17 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
     """
     checked("model.fmu", fmi_version, overwrite=True)
     texts = _texts(system, fmi_version, Rights())
-    kept = kept_folder("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
-    file = kept / f"{system.name}.fmu"
+    options = ("sources", *(part for name in sorted(texts) for part in (name, texts[name])))
+    return kept_as(system.name, options, lambda: system, fmi_version)
+
+
+def kept_as(
+    name: str, options: Sequence[str | bytes], made: Callable[[], HybridSystem], fmi_version: str = "3.0"
+) -> Path:
+    """The FMU that these options lead to, from the user's cache if it was built before; ``made`` lowers it if not."""
+    file = kept_folder(*options) / f"{name}.fmu"
     if not is_sealed(file):
-        write(system, file, fmi_version=fmi_version, overwrite=True)
+        write(made(), file, fmi_version=fmi_version, overwrite=True)
         seal(file)
     return file
 
@@ -333,6 +342,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
     """What the archive holds beside the library, by name."""
     from fmu_models.codegen.c_source import sources
     from fmu_models.codegen.documentation import documents
+    from fmu_models.codegen.lane_tables import lane_tables
     from fmu_models.codegen.map_structure import MapStructure
     from fmu_models.codegen.model_description import model_description, render
     from fmu_models.codegen.model_structure import ModelStructure
@@ -343,7 +353,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
     structure = MapStructure(system) if system.rule else ModelStructure(system)
-    c_files = {**_engine(fmi_version), **generated, "all.c": _all_c(system, fmi_version)}
+    c_files = {**_engine(fmi_version), **generated, **lane_tables(system), "all.c": _all_c(system, fmi_version)}
     files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)

@@ -63,6 +63,10 @@ class Section:
         None
     )
 
+    stepper: Annotated[
+        str, typer.Option(help="Of strobes: auto, the exact flow where there is one; or taylor, the series alone.")
+    ] = "auto"
+
     def system(self) -> SectionSystem:
         """The system that the options describe.
 
@@ -86,6 +90,7 @@ class Section:
             raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
         fmu = load(self.model, contacts=console.chosen(self.contacts))
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
+        common["stepper"] = self.stepper
         if self.impacts:
             return fmu_sections.Impacts(fmu, self.impacts, **common)
         if self.level:
@@ -124,7 +129,8 @@ class Section:
         drives = {name: value for name, value in values.items() if name in scene.drives}
         free = {name: value for name, value in values.items() if name not in drives}
         given = arguments(scene, None, parameters=free, inputs=drives)
-        return section_of(changed, Fmu.open(built_scene(scene)), given["parameters"], given["inputs"])
+        found = section_of(changed, Fmu.open(built_scene(scene)), given["parameters"], given["inputs"])
+        return found.stepped_by(self.stepper)
 
     def starts(self) -> dict[str, float]:
         """Start values that are given, and what a scene says beside them."""

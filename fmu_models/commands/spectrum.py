@@ -16,7 +16,7 @@ SAMPLES = 64  # of a period of the forcing, of a motion without one
 
 @bundled
 def spectrum(
-    section: Annotated[f.Section, Without("every", "autonomous", "level", "down", "impacts")],
+    section: Annotated[f.Section, Without("every", "autonomous", "level", "down", "impacts", "stepper")],
     *,
     variable: Annotated[str | None, typer.Option("--of", help="State or output. [default: the first state]")] = None,
     transient: Annotated[int, typer.Option(help="Periods before that.", min=0)] = 1000,

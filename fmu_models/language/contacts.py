@@ -6,13 +6,14 @@ During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import sympy
 
 from fmu_models.base.shown import Shown
-from fmu_models.language.quantities import InternalState, Quantity
+from fmu_models.language.quantities import InternalState, Quantity, State
 
 
 class Requirement(NamedTuple):
@@ -36,7 +37,12 @@ class Law(Protocol):
 
     @property
     def capacity(self) -> sympy.Expr:
-        """Largest force in stick, N."""
+        """Largest force lambda in stick, N; that against negative slip."""
+        ...
+
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """Largest -lambda in stick, N; that against positive slip."""
         ...
 
     @property
@@ -49,12 +55,17 @@ class Law(Protocol):
         """What the parameters of the law must satisfy."""
         ...
 
+    @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """Internal states, of those that jump where stick begins or ends."""
+        ...
+
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force lambda along positive slip, N, at ``slip`` (m/s) of sign ``sign`` (+1 or -1)."""
         ...
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rates of the internal states."""
+        """Rates of the internal states; in stick the sign is 0."""
         ...
 
 
@@ -105,7 +116,7 @@ class Friction(Shown):
         bounds = () if self.where is None else (sympy.sympify(self.where),)
         rates = law.rates(self.slip_speed, self.sign)
         force = law.force(self.slip_speed, self.sign)
-        return tuple(map(sympy.sympify, (self.slip, *bounds, law.capacity, force, *rates)))
+        return tuple(map(sympy.sympify, (self.slip, *bounds, law.capacity, law.capacity_minus, force, *rates)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:

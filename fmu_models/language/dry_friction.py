@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Any, ClassVar, Self
 
@@ -11,7 +12,7 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.law_parameter import parameters_of
-from fmu_models.language.quantities import InternalState, Parameter
+from fmu_models.language.quantities import InternalState, Parameter, State
 
 
 class DryFriction(ABC):
@@ -30,6 +31,10 @@ class DryFriction(ABC):
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Friction force, N, for a slip speed without sign, m/s."""
 
+    def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
+        """Friction force, N, for a slip speed without sign and its sign: of most laws the same for both."""
+        return self.magnitude(speed)
+
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """None beside the bounds of the parameters."""
@@ -41,9 +46,19 @@ class DryFriction(ABC):
         return ()
 
     @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """None that jump."""
+        return {}
+
+    @property
     def capacity(self) -> sympy.Expr:
         """Largest force in stick, N."""
         return self.magnitude(sympy.S.Zero)
+
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """The same in the other direction."""
+        return self.capacity
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""

@@ -10,6 +10,7 @@ model depend on the width, unlike those of the law itself.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
 from types import SimpleNamespace
@@ -20,7 +21,7 @@ import sympy
 from fmu_models.language.contacts import Law, Requirement
 from fmu_models.language.dry_friction import parts_around
 from fmu_models.language.law_parameter import declared
-from fmu_models.language.quantities import InternalState
+from fmu_models.language.quantities import InternalState, State
 
 
 @dataclass(frozen=True)
@@ -46,9 +47,19 @@ class Smoothed(ABC):
         return self.law.states
 
     @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """None: there is no stick."""
+        return {}
+
+    @property
     def capacity(self) -> sympy.Expr:
         """That of the law, N."""
         return self.law.capacity
+
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """That of the law, N."""
+        return self.law.capacity_minus
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""

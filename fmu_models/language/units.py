@@ -76,6 +76,11 @@ def _check_friction(units: _Units, contact: Friction) -> None:
     force = units.expect(what, contact.law.force(contact.slip_speed, contact.sign), None)
     if force is not None and slip is not None:
         units.match(f"slip times force of contact '{contact.name}'", units.times(force, slip), "W")
+    if slip is not None:
+        for bound in dict.fromkeys((contact.law.capacity, contact.law.capacity_minus)):
+            most = units.expect(f"what contact '{contact.name}' holds in stick", bound, None)
+            if most is not None:
+                units.match(f"slip times what contact '{contact.name}' holds", units.times(most, slip), "W")
     units.known[contact.force] = force
     for state, rate in zip(contact.law.states, contact.law.rates(contact.slip_speed, contact.sign), strict=True):
         per_second = units.times(units.of_unit(state.unit), units.of_unit("1/s"))

@@ -62,7 +62,11 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
     if contact.kind == "friction":
         said: dict[str, Line] = {"v, slip speed": (contact.slip,), "lambda in slip": (written(contact.force),)}
         if contact.sticks:
-            said["sticks while"] = ("|lambda| < ", contact.capacity)
+            minus = contact.capacity_minus
+            both: Line = ("|lambda| < ", contact.capacity)
+            for state, value in contact.reset.items():
+                said[f"{state.name} where stick begins or ends"] = (written(value),)
+            said["sticks while"] = both if minus is None else (-minus, " < lambda < ", contact.capacity)
         if contact.depth is not None:
             said["present where"] = (contact.depth, " >= 0")
         return said
@@ -88,7 +92,7 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
 # by what an event indicator watches, its value
 INDICATORS = {
     "depth": "depth, or its negative while away",
-    "slip": "|slip speed|; in stick capacity - |lambda|",
+    "slip": "|slip speed|; in stick what lambda lacks of its nearer bound",
     "release": "force while touching, its negative once released",
     "function": "|h|; while sliding 1 - |mean sign|",
     "gap": "gap; closed the normal force",

@@ -86,6 +86,7 @@ def _folded_contact(contact: ContactDynamics, folded: Any) -> ContactDynamics:
         slip_rate=folded(contact.slip_rate),
         slip_terms=tuple(folded(term) for term in contact.slip_terms),
         capacity=folded(contact.capacity),
+        capacity_minus=None if contact.capacity_minus is None else folded(contact.capacity_minus),
         force=folded(contact.force),
         depth=None if contact.depth is None else folded(contact.depth),
         depth_terms=tuple(folded(term) for term in contact.depth_terms),

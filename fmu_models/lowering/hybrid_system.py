@@ -44,7 +44,8 @@ class ContactDynamics:
         slip_rate: y' without contact forces; may use rates of driven states (``Coordinate.a``), which then stand for
             those without contact forces, and ``Input.rate``.
         slip_terms: the terms of which slip is the sum.
-        capacity: largest |lambda| in stick; 0 of a stop, and of a rigid contact, where mu and normal force say it.
+        capacity: largest lambda in stick; 0 of a stop, and of a rigid contact, where mu and normal force say it.
+        capacity_minus: largest -lambda in stick; None where that is the same.
         force: lambda as long as the contact slips or touches, from the symbols below besides states and inputs; 0 of a
             rigid contact, whose forces all come from one system of equations.
         sticks: whether it can stick (a switch: slide).
@@ -53,8 +54,8 @@ class ContactDynamics:
         release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
         remembers: the law reads the speed at which the contact was entered.
         rooted: the law has half-integer powers of the depth.
-        reset: states after the jump where y falls to zero, if they jump.
-        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0.
+        reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
+        reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends.
         partner: of a rigid contact with friction the index of its other direction, else None.
         restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
         friction: mu, of the friction of a rigid contact.
@@ -84,9 +85,15 @@ class ContactDynamics:
     reset: Mapping[State, sympy.Expr] = field(default_factory=dict)
     reset_sides: int = 0
     partner: int | None = None
+    capacity_minus: sympy.Expr | None = None
     restitution: sympy.Expr = sympy.S.Zero
     poisson: bool = False
     friction: sympy.Expr = sympy.S.Zero
+
+    @property
+    def capacities(self) -> tuple[sympy.Expr, sympy.Expr]:
+        """Largest lambda and largest -lambda in stick."""
+        return self.capacity, self.capacity if self.capacity_minus is None else self.capacity_minus
 
     @property
     def indicators(self) -> tuple[str, ...]:
@@ -172,6 +179,11 @@ class HybridSystem:
     def states(self) -> tuple[State, ...]:
         """Continuous states: coordinates, then driven states, then internal states."""
         return (*self.coordinates, *self.driven, *self.internal_states)
+
+    @property
+    def directed(self) -> bool:
+        """Whether a contact holds more in one direction than in the other."""
+        return any(contact.capacity_minus is not None for contact in self.contacts)
 
     @property
     def indicator_count(self) -> int:

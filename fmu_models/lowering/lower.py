@@ -131,6 +131,7 @@ def _contact_dynamics(contact: Contact, rates: _Rates, index: int) -> tuple[Cont
 
 def _friction(contact: Friction, rates: _Rates) -> ContactDynamics:
     where = None if contact.where is None else sympy.sympify(contact.where)
+    minus = contact.law.capacity_minus
     return ContactDynamics(
         name=contact.name,
         description=contact.description,
@@ -139,8 +140,11 @@ def _friction(contact: Friction, rates: _Rates) -> ContactDynamics:
         slip_rate=rates.of_speed(sympy.sympify(contact.slip)),
         slip_terms=terms(contact.slip),
         capacity=sympy.sympify(contact.law.capacity),
+        capacity_minus=None if minus == contact.law.capacity else sympy.sympify(minus),
         force=contact.law.force(contact.slip_speed, contact.sign),
         sticks=contact.law.sticks,
+        reset=dict(contact.law.renewed),
+        reset_sides=4 if contact.law.renewed else 0,
         depth=where,
         depth_terms=() if where is None else terms(where),
         force_symbol=contact.force,

@@ -8,11 +8,13 @@ import sympy
 
 from fmu_models.base.table import Cell, number, table
 from fmu_models.base.terminal_table import terminal
+from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.language.inertia import mass_matrix
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.lowering.equations import INDICATORS, Line, of_contact, states_of
 from fmu_models.lowering.lagrange import generalised_forces
 from fmu_models.lowering.lower import lower
+from fmu_models.lowering.piecewise_linear import obstacles
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -52,7 +54,15 @@ def sheet(mechanism: Mechanism) -> dict[str, Any]:
             for y in system.outputs
         ],
         "requirements": [requirement.sentence for requirement in system.all_requirements],
+        "exact_flow": _exact_flow(system),
     }
+
+
+def _exact_flow(system: HybridSystem) -> dict[str, Any]:
+    """Whether every mode is linear with constant coefficients, and whether strobes are made by its exact flow in lanes;
+    why not."""
+    found, lanes = obstacles(system), lane_obstacles(system)
+    return {"linear": not found, "lanes": not lanes, "obstacles": list(found or lanes)}
 
 
 def _contact(contact: ContactDynamics, declared: Any) -> dict[str, Any]:
@@ -139,3 +149,8 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     out.print(terminal(table("", ("variable", "kind", "start", "unit", "meaning"), rows)))
     for sentence in content["requirements"]:
         out.print(f"refused: {sentence}")
+    exact = content["exact_flow"]
+    linear = "every mode is linear with constant coefficients" if exact["linear"] else "no"
+    out.print(f"exact flow: {linear}" + ("; strobes of ensembles are made by it" if exact["lanes"] else ""))
+    for sentence in exact["obstacles"]:
+        out.print(f"    {sentence}", markup=False)

@@ -75,6 +75,7 @@ class Engine:
         self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
         self.ensemble = _bound(dll.stickslip_ensemble, c_int, c_void_p, POINTER(C.structure("Ensemble")))
         self.ensemble_room = _bound(dll.stickslip_ensemble_room, c_int64, c_int64)
+        self.lane_room = _bound(dll.stickslip_lane_room, c_int64, c_void_p, c_int64)
         self.ensemble_memory = _bound(dll.stickslip_ensemble_memory, c_int64, c_int64)
         if fmu.fmi == 3:
             references, numbers = POINTER(c_uint32), POINTER(c_double)

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
 from fmu_models.simulation.rows import Rows
 
 _Ensemble = C.structure("Ensemble")
+_LINE = 8  # numbers in a line of memory
 _MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
 KINDS = C.constants("SectionKind", "SECTION_")
 OUTCOMES = C.constants("Outcome", "OUTCOME_")
@@ -74,6 +76,7 @@ class Runs:
     flow: bool = False
     jacobians: bool = False
     tolerance: float = 1e-14
+    stepper: Stepper | None = None
 
 
 def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, stop: NDArray[np.int32]) -> Rows:
@@ -100,6 +103,8 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
     whole = [np.ascontiguousarray(one, np.int64) for one in (known.after, known.orbits, known.passes)]
     room = np.empty(engine.ensemble_room(k) // 8 + 2) if k else np.empty(0)
     memory = np.empty(max(1, engine.ensemble_memory(runs.longest)))
+    lanes = runs.stepper.at if runs.stepper else 0
+    lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
     values, starts, periods, patience, weights, points, forms = (one.ctypes.data for one in inputs)
     after, orbits, passes = (one.ctypes.data for one in whole)
     c = _Ensemble(
@@ -148,6 +153,9 @@ def make_runs(engine: Engine, sizes: tuple[int, int], where: Where, runs: Runs, 
         messages=ctypes.addressof(messages),
         stop=stop.ctypes.data,
         memory=memory.ctypes.data,
+        lanes=lanes,
+        lane_room=-(-lane_room.ctypes.data // (8 * _LINE)) * 8 * _LINE,
+        in_lanes=made.in_lanes.ctypes.data,
     )
     instance = engine.take()
     try:

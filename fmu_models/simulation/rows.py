@@ -23,6 +23,7 @@ class Rows:
         growth: (m, rows, tangents) logarithms; derivatives: (m, rows, n, n).
         filled, steps, outcomes, periods, orbits: (m,) rows that there are; steps made; how the run ended (an index of
             ``jobs.OUTCOMES``); its period, 0 where none was found; the target that it came to, or -1.
+        in_lanes: (m,) how many of the steps the exact flow in lanes made.
         messages: of the runs that ended in an error, by number.
     """
 
@@ -37,6 +38,7 @@ class Rows:
     outcomes: NDArray[np.int32]
     periods: NDArray[np.int64]
     orbits: NDArray[np.int64]
+    in_lanes: NDArray[np.int64]
     messages: dict[int, str]
 
     @classmethod
@@ -56,6 +58,7 @@ class Rows:
             np.zeros(runs, np.int32),
             np.zeros(runs, np.int64),
             np.full(runs, -1, np.int64),
+            np.zeros(runs, np.int64),
             {},
         )
 

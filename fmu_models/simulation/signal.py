@@ -56,9 +56,8 @@ class Signal(Shown):
         left = np.clip(last, 0, self.time.size - 2)
         span = self.time[left + 1] - self.time[left]
         # at the very end there is no piece to the right: go on with the last value
-        slope = np.where(
-            (span > 0) & (last < self.time.size - 1), np.diff(self.value)[left] / np.where(span > 0, span, 1), 0.0
-        )
+        rise = self.value[left + 1] - self.value[left]
+        slope = np.where((span > 0) & (last < self.time.size - 1), rise / np.where(span > 0, span, 1), 0.0)
         base = np.where(last > left, last, left)
         return self.value[base] + slope * (times - self.time[base]), slope
 
@@ -81,10 +80,11 @@ def knots(signals: Mapping[str, Signal], start: float, stop: float) -> Knots:
                 f"The signal for input '{name}' covers {signal.time[0]:g} s to {signal.time[-1]:g} s, "
                 f"the run {start:g} s to {stop:g} s. Extend the signal or shorten the run."
             )
-    inner = [s.time[(s.time > start) & (s.time < stop)] for s in signals.values()]
+    # a run may need a small part of a long signal
+    ends = [(np.searchsorted(s.time, start, side="right"), np.searchsorted(s.time, stop)) for s in signals.values()]
+    inner = [s.time[first:last] for s, (first, last) in zip(signals.values(), ends, strict=True)]
     times = np.unique(np.concatenate([[start], *inner]))
-    pieces = [signal.piece(times) for signal in signals.values()]
-    shape = (times.size, len(signals))
-    values = np.stack([p[0] for p in pieces], axis=1) if pieces else np.empty(shape)
-    slopes = np.stack([p[1] for p in pieces], axis=1) if pieces else np.empty(shape)
-    return times, np.ascontiguousarray(values), np.ascontiguousarray(slopes)
+    values, slopes = np.empty((times.size, len(signals))), np.empty((times.size, len(signals)))
+    for i, signal in enumerate(signals.values()):
+        values[:, i], slopes[:, i] = signal.piece(times)
+    return times, values, slopes

@@ -10,6 +10,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
+from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import RATIOS, FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
 
@@ -48,6 +49,7 @@ def fit(
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,
     figure: FigurePath = None,
+    workers: Annotated[int | None, typer.Option(help="Threads (default: as many as there are cores).", min=1)] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -60,27 +62,22 @@ def fit(
 
     refuse_existing(result, figure, overwrite=overwrite)
     inference = Inference(covariance, bootstrap, seed, profile)
-    # share of the work that is the fit itself; it costs as much as some ten draws of a bootstrap
-    fitted = 10 / (10 + bootstrap) if covariance == "bootstrap" else 0.2 if profile else 0.95
-    begun = 0.1 * fitted
-    with console.progress("fitting") as advance:
-
-        def searching(count: int, _: float) -> None:
-            advance(begun + (fitted - begun) * count / (count + 10))
-
+    # share of the work that comes before the fit, reading and pooling; a draw of a bootstrap costs a tenth of a fit
+    begun = 0.1 if covariance == "bootstrap" or profile else 0.25
+    with one_blas_thread(), console.progress("fitting") as advance:
         said = stated(settings, uncertainty)
         read = read_logs(logs, said.without(RATIOS), repair, reader)
         decay = decay_of(read, said)
-        advance(begun)
+        advance(0.5 * begun)
         ready, found = fit_logs(
             read,
             decay,
             estimator=estimator,
             law=law,
-            options=Options(tuple(free or ()), progress=searching),
+            options=Options(tuple(free or ()), workers=workers),
             disturbances=_disturbances(disturbances),
             inference=inference,
-            progress=lambda done: advance(fitted + (0.98 - fitted) * done),
+            progress=lambda done: advance(begun + (0.98 - begun) * done),
             allow_no_stick=allow_no_stick,
         )
         advance(0.98)
@@ -107,8 +104,7 @@ def _kept(
     if result:
         write_text(result, found.to_json(), overwrite)
         files.append(str(result))
-    # as the estimators and the bootstrap say it of themselves
-    interrupted = any(warning.startswith(("Interrupted", "The bootstrap was stopped")) for warning in found.warnings)
+    interrupted = found.interrupted
     if figure and not interrupted:
         try:
             draw_friction(found, ready, figure, overwrite)

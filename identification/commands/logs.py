@@ -33,9 +33,13 @@ Uncertainties = Annotated[
     typer.Option(
         "--uncertainty",
         metavar="NAME=SD",
-        help="Standard uncertainty of a rig constant, in its unit or in per cent: J=0.5%; repeat.",
+        help="Standard uncertainty of a rig constant, in its unit or in per cent: J=0.5%; of the laser's gain: "
+        "laser=0.2%; of drive speeds that are not recorded: w=0.5%; repeat.",
     ),
 ]
+
+
+SPEED, LASER = "w", "laser"  # what may be said beside constants of the rig
 
 
 @dataclass(frozen=True)
@@ -103,10 +107,19 @@ def read_logs(
     from rig_io.logs.log import RIG_UNITS, Quantity, RigConstants
     from rig_io.packages.datapackage import read_log, read_package
 
+    beside = Stated(
+        {name: value for name, value in said.values.items() if name == SPEED},
+        {name: value for name, value in said.deviations.items() if name in (SPEED, LASER)},
+        said.relative,
+    )
+    said = said.without((SPEED,) if LASER in said.values else (SPEED, LASER))
     for name in (*said.values, *said.deviations):
         if name not in (*RIG_UNITS, "N"):
             known = ", ".join((*RIG_UNITS, "N"))
-            raise StickslipError(f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc).")
+            raise StickslipError(
+                f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc), {SPEED} (speed of a "
+                f"drive that is not recorded); and the uncertainty of {LASER} (its gain)."
+            )
     given = {
         name: Quantity(value, RIG_UNITS[name], said.deviation(one, value))
         for one, value in said.values.items()
@@ -125,7 +138,54 @@ def read_logs(
     logs = [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
     for one in said.deviations:
         logs = [_with_deviation(log, one, said) for log in logs]
-    return logs
+    return _with_laser(_with_speed(logs, beside), beside)
+
+
+def _with_speed(logs: Sequence[RigLog], said: Stated) -> list[RigLog]:
+    """Logs with what is said of drive speeds that they do not record, rad/s."""
+    from dataclasses import replace
+
+    from identification.measurement.disc_motion import nominal_drives
+
+    if SPEED not in said.values and SPEED not in said.deviations:
+        return list(logs)
+    nominal = [log for log in logs if nominal_drives(log)]
+    if not nominal:
+        raise StickslipError("All logs record how their drives turned, so that a nominal speed says nothing of them.")
+    value = said.values.get(SPEED)
+    if value is not None and len(nominal) > 1:
+        raise StickslipError(
+            f"One speed is said, {value:g} rad/s, and {len(nominal)} logs do not record theirs. State it for each log: "
+            '"drive_speed": [...] of its experiment in datapackage.json.'
+        )
+    made = []
+    for log in logs:
+        done = log.experiment
+        if nominal_drives(log):
+            speeds = done.drive_speed if value is None else (value,) * len(log.contacts)
+            known = [said.deviation(SPEED, abs(speed)) for speed in speeds]
+            sure = done.drive_speed_uncertainty if value is None else ()
+            stated = tuple(one for one in known if one is not None) or sure
+            log = replace(log, experiment=replace(done, drive_speed=speeds, drive_speed_uncertainty=stated))
+        made.append(log)
+    return made
+
+
+def _with_laser(logs: Sequence[RigLog], said: Stated) -> list[RigLog]:
+    """Logs with what is said of the gain of their laser."""
+    from dataclasses import replace
+
+    if LASER not in said.deviations:
+        return list(logs)
+    if not any(log.calibration.laser for log in logs):
+        raise StickslipError("No log has a laser, so that an uncertainty of its gain says nothing of them.")
+    known = said.deviations[LASER]
+    return [
+        replace(log, calibration=replace(log.calibration, laser=replace(log.calibration.laser, gain_deviation=known)))
+        if log.calibration.laser
+        else log
+        for log in logs
+    ]
 
 
 def _entries(name: str) -> tuple[str, ...]:

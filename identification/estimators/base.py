@@ -52,7 +52,18 @@ class FrictionProblem(Problem):
     @abstractmethod
     def by_held(self, x: np.ndarray) -> Mapping[str, np.ndarray]:
         """Derivatives (n,) of the residuals by each constant held, per its unit; and by ``gain`` (relative) and
-        ``delay`` (s) of the laser, if these are not among the unknowns."""
+        ``delay`` (s) of the laser, if these are not among the unknowns; ``lines`` (n, k): changes by
+        draws of the misplacement of an encoder's lines, over the root of their number, and by its zero, where these are
+        not."""
+
+    def tested(self, found: Solution) -> bool:
+        """Whether the residuals of a solution tell of the model, rather than of lines of an encoder that are misplaced
+        by the same at every pass."""
+        return True
+
+    @abstractmethod
+    def with_held(self, held: tuple[Prior, ...]) -> FrictionProblem:
+        """The same problem with its constants at other values."""
 
     @abstractmethod
     def rms(self, x: np.ndarray) -> float:
@@ -64,12 +75,14 @@ class Options(Shown):
     """What a user may ask of any estimator. nuisance: constants of the rig (and ``zero``, of the laser) that are
     estimated along with the law, with what is known of them as priors; disturbances: terms of friction that are
     estimated with them; progress: see `inference.problem`; given: bounds
-    and held values of unknowns, and first values of the first search (its result begins those of later stages)."""
+    and held values of unknowns, and first values of the first search (its result begins those of later stages);
+    workers: threads, as many as there are cores if None (the result does not depend on it)."""
 
     nuisance: tuple[str, ...] = ()
     disturbances: tuple[Term, ...] = ()
     progress: Progress | None = None
     given: Given = NOTHING
+    workers: int | None = None
 
     def bounded(self, law: FittableLaw) -> FittableLaw:
         """A law with the bounds that are given for its parameters."""
@@ -78,13 +91,14 @@ class Options(Shown):
 
 @dataclass(frozen=True)
 class Estimator:
-    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, and whether it
-    takes the contact as rigid."""
+    """An estimator by name: what it assumes, how it reduces pooled logs to a problem and solves that, whether it
+    takes the contact as rigid, and roughly which shares of the time its searches take, one after the other."""
 
     name: str
     structure: tuple[str, ...]
     estimate: Callable[[Pool, FittableLaw, Options], Estimate]
     rigid: bool = True
+    searches: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, eq=False)

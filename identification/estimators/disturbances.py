@@ -17,7 +17,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, reduce
+from functools import reduce
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ from identification.measurement.pooling import Pool
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.lowering.hybrid_system import HybridSystem
 
 HARMONICS = (1, 2)
 POWERS = (1, 2, 3)
@@ -42,6 +44,7 @@ CAUSES: Mapping[str, str] = {
     ZERO: "the zero of the angle sensor is off, as drives that turn both ways tell",
     DRIFT: "the laser drifts, and no encoder shows how: told by friction alone it is known poorly",
 }
+MIDDLE_ANGLE = "middle_angle"  # of the disturbed oscillator
 LARGEST = 0.9  # of a relative term: friction does not change its sign
 FURTHEST = 0.1  # rad, of what a sensor shows too much
 LEAST_TURN = np.pi  # rad that a drive turns in slip, the least that shows what its angle does
@@ -60,7 +63,7 @@ class Place:
     share: np.ndarray
     log: np.ndarray
 
-    def of(self, rows: np.ndarray) -> Place:
+    def of(self, rows: np.ndarray | slice) -> Place:
         """Rows (k,) of the first axis."""
         return Place(*(getattr(self, name)[rows] for name in ("turned", "angle", "share", "log")))
 
@@ -223,7 +226,7 @@ def disturbed(terms: Sequence[Term], x: np.ndarray, place: Place) -> tuple[np.nd
     return _product(list(sums.values())), slopes
 
 
-def shown(terms: Sequence[Term], x: np.ndarray, place: Place) -> tuple[np.ndarray, list[np.ndarray]]:
+def misread(terms: Sequence[Term], x: np.ndarray, place: Place) -> tuple[np.ndarray, list[np.ndarray]]:
     """Angle (rad) that the sensor showed too much, and its derivative by each term. x: (m,) values."""
     slopes = [term.shape(place) if term.of_sensor else np.zeros(1) for term in terms]
     return sum((value * slope for value, slope in zip(x, slopes, strict=True)), np.zeros(1)), slopes
@@ -233,15 +236,27 @@ def _product(factors: Sequence[np.ndarray]) -> np.ndarray:
     return reduce(np.multiply, factors, np.ones(1))
 
 
-@cache
-def disturbed_oscillator(disc: str, law: str, parameters: tuple[tuple[str, int], ...], reference: float) -> Fmu:
+def disturbed_oscillator(disc: str, law: str, parameters: tuple[tuple[str, int], ...]) -> Fmu:
     """The rig with one disc ("disc0") whose normal force has these factors (what, order): parameters cos1, sin1, cos2,
-    sin2, angle1, angle2, angle3, time0, time1, an input ``turned``, rad, the drive's angle, and with time1 ``middle``
-    and ``duration`` of the log, s."""
+    sin2, angle1, angle2, angle3 with ``middle_angle``, rad, time0, time1, an input ``turned``, rad, the drive's angle,
+    and with time1 ``middle`` and ``duration`` of the log, s."""
+    from fmu_models.codegen.package import built_of, kept_as, kept_by_name
+    from fmu_models.fmu.fmu import Fmu
+
+    name = "_".join(["disturbed", *(f"{what}{order}" for what, order in parameters)])
+
+    def made() -> HybridSystem:
+        return _disturbed_oscillator(name, disc, law, parameters)
+
+    if not kept_by_name("disc_rig", {disc: law}):
+        return Fmu.open(built_of(made()))
+    return Fmu.open(kept_as(name, (name, disc, law, Path(__file__).read_bytes()), made))
+
+
+def _disturbed_oscillator(name: str, disc: str, law: str, parameters: tuple[tuple[str, int], ...]) -> HybridSystem:
     import sympy
 
-    from fmu_models.codegen.package import built_of, variant
-    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.codegen.package import variant
     from fmu_models.language.contacts import Friction
     from fmu_models.language.laws.conti import Conti
     from fmu_models.language.quantities import TIME, Input, Parameter
@@ -254,18 +269,16 @@ def disturbed_oscillator(disc: str, law: str, parameters: tuple[tuple[str, int],
     of = {"cos": sympy.cos, "sin": sympy.sin}
     middle = Parameter("middle", 0.0, "s", "middle of the log")
     share = (TIME - middle) / Parameter("duration", 1.0, "s", "duration of the log", positive=True)
+    away = theta - Parameter(MIDDLE_ANGLE, 0.0, "rad", "angle at which friction is that of the law")
     turn, bend, wear = sympy.Integer(1), sympy.Integer(1), sympy.Integer(1)
     for what, order in parameters:
         if what == "angle":
             unit = "1/rad" if order == 1 else f"1/rad{order}"
-            bend += (
-                Parameter(f"angle{order}", 0.0, unit, f"of power {order} of the angle") * (theta - reference) ** order
-            )
+            bend += Parameter(f"angle{order}", 0.0, unit, f"of power {order} of the angle") * away**order
         elif what == "time":
             wear += Parameter(f"time{order}", 0.0, "1", f"of power {order} of the share of the log") * share**order
         else:
             amplitude = Parameter(f"{what}{order}", 0.0, "1", f"of the {what} of {order} turns of the drive")
             turn += amplitude * of[what](order * turned)
-    named = "_".join(["disturbed", *(f"{what}{order}" for what, order in parameters)])
-    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend * wear)}), name=named)
-    return Fmu.open(built_of(lower(variant(own, laws={disc: law}))))
+    own = replace(rig.with_law(**{disc: replace(contact.law, N=contact.law.N * turn * bend * wear)}), name=name)
+    return lower(variant(own, laws={disc: law}))

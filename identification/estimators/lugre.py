@@ -1,4 +1,4 @@
-"""LuGre output error: five parameters from whole cycles, micro-slip included.
+"""LuGre output error: a steady law and two parameters of bristles from whole cycles, micro-slip included.
 
     1  law and motion in slip by slip shooting, which micro-slip hardly touches
     2  stiffness of the bristles from the sticks (presliding.py); where these show none, the rigid model over whole
@@ -19,7 +19,7 @@ from identification.estimators import shooting, whole_cycle
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import solve
-from identification.laws import FittableLaw, find_law
+from identification.laws import FittableLaw, bristled
 from identification.laws.joint_law import JointLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
@@ -29,15 +29,15 @@ AS_RIGID = 1.05  # of the noise: rms residuals of the rigid model below leave no
 DAMPING = 0.25  # of sqrt(sigma0 J)/R: bristles at first neither ring nor creep
 
 STRUCTURE = (
-    "bristles before sliding (LuGre), friction in steady slip by Conti's law",
+    "bristles before sliding (LuGre), friction in steady slip by the law that was fitted",
     "the drive turns as its encoder says",
     "J, k, c, N, R, r known but for those estimated beside the law",
 )
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """LuGre's law from pooled logs; ``law``: Conti's or LuGre's own. If this stage is interrupted or fails, slip
-    shooting's result is returned with a warning.
+    """LuGre's law from pooled logs; ``law``: one of LuGre's, or the steady one behind it (Conti's,
+    Stribeck's). If this stage is interrupted or fails, slip shooting's result is returned with a warning.
 
     Raises:
         StickslipError: another law, or as for slip shooting.
@@ -47,17 +47,18 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
             "The estimator 'lugre' is of one driving disc: with two, the force in stick on one is not known apart from "
             "that of the other. Fit two discs by slip shooting, which micro-slip hardly touches."
         )
-    conti = options.bounded(find_law("Conti"))
-    if law.reference not in (conti.reference, find_law("LuGre").reference):
+    pair = bristled(law)
+    if pair is None:
         raise StickslipError(
-            f"The estimator 'lugre' has bristles before Conti's law, not before '{law.name}'. Leave --law out, or take "
-            "slip shooting."
+            f"The estimator 'lugre' has bristles before Conti's law or Stribeck's, not before '{law.name}'. Leave "
+            "--law out, or take slip shooting."
         )
-    first = shooting.estimate(ready, conti, options)
+    steady, elastic = (options.bounded(one) for one in pair)
+    first = shooting.estimate(ready, steady, options)
     if not isinstance(first.problem, ShootingProblem):
         return first
     try:
-        return _bristles(first.problem, first.solution.values, options)
+        return _bristles(first.problem, first.solution.values, elastic, options)
     except KeyboardInterrupt:
         return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
     except StickslipError as error:
@@ -65,15 +66,15 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         return replace(first, warnings=(said,))
 
 
-def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estimate:
-    """Stages 2 and 3. slips: slip shooting under Conti's law, solved at x.
+def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: Options) -> Estimate:
+    """Stages 2 and 3. slips: slip shooting under the steady law, solved at x; law: with bristles.
 
     Raises:
         StickslipError: the model cannot be run, or does not follow a log even roughly.
     """
     elastic = presliding(slips.ready, float(x[0]))
     if elastic is not None and elastic.stiffness is not None:
-        problem = _problem(slips, x, elastic.stiffness, options)
+        problem = _problem(slips, x, law, elastic.stiffness, options)
     else:
         rigid, found = whole_cycle.follow(slips, x, options)
         if whole_cycle.misfit(found) < AS_RIGID:
@@ -83,17 +84,19 @@ def _bristles(slips: ShootingProblem, x: np.ndarray, options: Options) -> Estima
                 "estimator."
             )
             return Estimate(whole_cycle.ESTIMATOR, slips.law, rigid, found, (said,))
-        problem = min((_problem(slips, x, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
+        problem = min((_problem(slips, x, law, stiffness, options) for stiffness in SCAN), key=_sum_of_squares)
     problem.evaluate(problem.first)
     fixed = options.given.fixed(problem)
     found = solve(problem, fixed=fixed, progress=options.progress, tolerance=shooting.TOLERANCE)
     return Estimate(ESTIMATOR, problem.law, problem, found, whole_cycle.excess(found))
 
 
-def _problem(slips: ShootingProblem, x: np.ndarray, stiffness: float, options: Options) -> ShootingProblem:
+def _problem(
+    slips: ShootingProblem, x: np.ndarray, law: FittableLaw, stiffness: float, options: Options
+) -> ShootingProblem:
     damping = DAMPING * float(np.sqrt(stiffness * slips.ready.values.J)) / slips.ready.values.R
-    law = options.bounded(find_law("LuGre"))
-    q = options.given.put(law.names, np.array([*x[:3], stiffness, damping]))
+    steady = x[: len(slips.law.parameters)]
+    q = options.given.put(law.names, np.array([*steady, stiffness, damping]))
     return whole_cycle.cycle_problem(slips, x, law, q, options)
 
 
@@ -108,4 +111,4 @@ def _sum_of_squares(problem: ShootingProblem) -> float:
         return np.inf
 
 
-ESTIMATOR = Estimator("lugre", STRUCTURE, estimate, rigid=False)
+ESTIMATOR = Estimator("lugre", STRUCTURE, estimate, rigid=False, searches=(0.07, 0.13, 0.2, 0.6))

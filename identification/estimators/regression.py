@@ -1,7 +1,7 @@
 """Estimators that regress friction on slip speed.
 
 They reduce their logs to equations of one form,
-    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i - tilt_i sum_j average_j s(place_ij; a),     i = 1..n
+    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i -+ k/(R N) sum_j average_j s(place_ij; a),     i = 1..n
 (d = 1, s = 0 without disturbances), with residuals that depend on one another inside a slip segment (a cluster),
 whitened cluster by cluster by the known colour of the sensor noise. The rig's constants and the laser's gain and delay
 are taken as given.
@@ -11,17 +11,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import in_threads
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
-from identification.estimators.disturbances import Place, Term, disturbed, shown
+from identification.estimators.disturbances import Place, Term, disturbed, misread
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
+
+Made = TypeVar("Made")
+CHUNK = 2**15  # values of a law that are computed at once: they stay in a core's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +35,8 @@ class Regression:
 
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
-    where: where (n, w) drive and body stood; tilt: (n,) 1/rad, what the sensor shows too much counts as friction.
+    where: where (n, w) drive and body stood; noise: deviation of a row for unit noise of the angle; sign: (n,) of the
+    slip, where known; spring: friction coefficient for which it makes a radian, k/(R N); workers: threads.
     """
 
     slip: np.ndarray
@@ -40,38 +46,63 @@ class Regression:
     log: np.ndarray
     whiten: tuple[np.ndarray, ...]
     where: Place | None = field(default=None, kw_only=True)
-    tilt: np.ndarray | None = field(default=None, kw_only=True)
+    noise: float = field(default=1.0, kw_only=True)
+    sign: np.ndarray | None = field(default=None, kw_only=True)
+    spring: float = field(default=0.0, kw_only=True)
+    workers: int | None = field(default=1, kw_only=True)
 
     @property
     def speed(self) -> np.ndarray:
         """Averaged slip speed (n,), m/s."""
         return self.slip @ self.average
 
+    def along(self, law: FittableLaw, speed: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
+        """Slip speeds of rows, (k,) or (k, w), without sign as a law takes them."""
+        return speed if self.sign is None else law.along(speed.T, self.sign[rows]).T
+
     def model(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Averaged law (n,)."""
-        return law.value(self.slip, q) @ self.average
+
+        def part(rows: slice) -> np.ndarray:
+            return law.value(self.along(law, self.slip[rows], rows), q) @ self.average
+
+        return np.concatenate(self._by_chunks(part))
 
     def model_gradient(self, law: FittableLaw, q: np.ndarray) -> np.ndarray:
         """Derivatives (n, m) of the averaged law."""
-        return (law.gradient(self.slip, q) @ self.average).T
+
+        def part(rows: slice) -> np.ndarray:
+            return (law.gradient(self.along(law, self.slip[rows], rows), q) @ self.average).T
+
+        return np.concatenate(self._by_chunks(part))
 
     def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
         (n, m)."""
-        assert self.where is not None and self.tilt is not None
-        q, a = np.split(x, [len(law.parameters)])
-        friction, (factor, by) = law.value(self.slip, q), disturbed(terms, a, self.where)
-        more, by_more = shown(terms, a, self.where)
-        slopes = [self._averaged(factor * slope) for slope in law.gradient(self.slip, q)]
-        slopes += [
-            self._averaged(friction * slope) + self.tilt * self._averaged(other)
-            for slope, other in zip(by, by_more, strict=True)
-        ]
-        return self._averaged(friction * factor) + self.tilt * self._averaged(more), np.stack(slopes, axis=1)
+        where, sign, (q, a) = self.where, self.sign, np.split(x, [len(law.parameters)])
+        assert where is not None and sign is not None
 
-    def _averaged(self, values: np.ndarray) -> np.ndarray:
-        """Of (n, w), or of what is the same in a row or in all of them."""
-        return np.broadcast_to(values, self.slip.shape) @ self.average
+        def averaged(values: np.ndarray, like: np.ndarray) -> np.ndarray:
+            return np.broadcast_to(values, like.shape) @ self.average
+
+        def part(rows: slice) -> tuple[np.ndarray, np.ndarray]:
+            slip, tilt = self.along(law, self.slip[rows], rows), self.spring * sign[rows]
+            friction, (factor, by) = law.value(slip, q), disturbed(terms, a, where.of(rows))
+            more, by_more = misread(terms, a, where.of(rows))
+            slopes = [averaged(factor * slope, slip) for slope in law.gradient(slip, q)]
+            slopes += [
+                averaged(friction * slope, slip) + tilt * averaged(other, slip)
+                for slope, other in zip(by, by_more, strict=True)
+            ]
+            return averaged(friction * factor, slip) + tilt * averaged(more, slip), np.stack(slopes, axis=1)
+
+        values, slopes = zip(*self._by_chunks(part), strict=True)
+        return np.concatenate(values), np.concatenate(slopes)
+
+    def _by_chunks(self, part: Callable[[slice], Made]) -> list[Made]:
+        """``part`` of all rows, some at a time."""
+        rows = max(CHUNK // self.slip.shape[1], 1)
+        return in_threads(part, [slice(i, i + rows) for i in range(0, len(self.slip), rows)], self.workers)
 
     def thinned(self, every: int) -> Regression:
         """The same with averages over every so many samples, for what is searched often."""
@@ -104,20 +135,26 @@ class Regression:
             self.log[chosen],
             tuple(self.whiten[place] for place in places),
             where=None if self.where is None else self.where.of(chosen),
-            tilt=None if self.tilt is None else self.tilt[chosen],
+            noise=self.noise,
+            sign=None if self.sign is None else self.sign[chosen],
+            spring=self.spring,
+            workers=self.workers,
         )
 
 
 @dataclass(frozen=True, eq=False)
 class RegressionProblem(FrictionProblem):
     """A regression and a law. ``again`` builds the equations with other constants (relative changes by name, among them
-    gain; delay in s); None where nothing is taken as given."""
+    gain; delay in s; see `Pool.moved`); None where nothing is taken as given. drawn: as in `Pool`; zero: rad,
+    deviation of the zero of an encoder."""
 
     law: FittableLaw
     regression: Regression
     held: tuple[Prior, ...] = ()
     again: Callable[[Mapping[str, float]], Regression] | None = None
     terms: tuple[Term, ...] = ()
+    drawn: int = 0
+    zero: float = 0.0
     noise_known = False
     residual_unit = "1"
 
@@ -131,7 +168,8 @@ class RegressionProblem(FrictionProblem):
 
     def start(self) -> np.ndarray:
         """The law's own guess, without disturbances."""
-        guess = self.law.start(self.regression.speed, self.regression.measured)
+        these = self.regression
+        guess = self.law.start(these.along(self.law, these.speed), these.measured)
         return np.concatenate([guess, np.zeros(len(self.terms))])
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
@@ -149,6 +187,10 @@ class RegressionProblem(FrictionProblem):
             slip=these.speed,
         )
 
+    def tested(self, found: Solution) -> bool:
+        """Not where the angle is interpolated between edges."""
+        return not self.drawn
+
     def _model(self, equations: Regression, x: np.ndarray) -> np.ndarray:
         return equations.disturbed(self.law, self.terms, x)[0] if self.terms else equations.model(self.law, x)
 
@@ -164,7 +206,7 @@ class RegressionProblem(FrictionProblem):
         fitted = these.model(self.law, x[: len(self.law.parameters)])
         off = self._model(these, x) - fitted if self.terms else 0.0
         return FrictionRows(
-            speed=these.speed,
+            speed=these.along(self.law, these.speed),
             least=these.slip.min(axis=1),
             greatest=these.slip.max(axis=1),
             measured=these.measured - off,
@@ -179,8 +221,22 @@ class RegressionProblem(FrictionProblem):
         left = self._model(self.regression, x) - self.regression.measured
         return float(np.sqrt(np.mean(left**2)))
 
+    def with_held(self, held: tuple[Prior, ...]) -> RegressionProblem:
+        """By equations built anew."""
+        again = self.again
+        if again is None:
+            return replace(self, held=held)
+        base = {new.name: new.value / old.value - 1 for new, old in zip(held, self.held, strict=True)}
+
+        def moved(by: Mapping[str, float]) -> Regression:
+            return again({**by, **{name: (1 + share) * (1 + by.get(name, 0.0)) - 1 for name, share in base.items()}})
+
+        return replace(self, held=held, regression=moved({}), again=moved)
+
     def by_held(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """By difference of the equations with moved constants, whitened as these."""
+        """By difference of the equations with moved constants, whitened as these. Constants that scale the rows scale
+        their noise: of a smaller J smaller residuals say nothing."""
+        constants = {prior.name for prior in self.held}
         steps = {prior.name: CONSTANT_STEP for prior in self.held} | {"gain": GAIN_STEP, "delay": DELAY_STEP}
         raw = self._model(self.regression, x) - self.regression.measured
         if self.again is None:
@@ -188,16 +244,23 @@ class RegressionProblem(FrictionProblem):
         slopes = {}
         for name, step in steps.items():
             other = self.again({name: step})
-            moved = self._model(other, x) - other.measured - raw
-            slopes[name] = self.regression.whitened(moved) / step
+            moved = self._model(other, x) - other.measured
+            louder = other.noise / self.regression.noise if name in constants else 1.0
+            slopes[name] = self.regression.whitened(moved / louder - raw) / step
         for prior in self.held:
             slopes[prior.name] = slopes[prior.name] / prior.value
+        if self.drawn:
+            others = [self.again({"lines": draw}) for draw in range(self.drawn)] + [self.again({"zero": self.zero})]
+            moved = np.stack([self._model(other, x) - other.measured - raw for other in others], axis=1)
+            moved[:, : self.drawn] /= np.sqrt(self.drawn)
+            slopes["lines"] = self.regression.whitened(moved)
         return slopes
 
 
 def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int]) -> list[Place]:
     """Where drive and body stood at the samples of each segment, (m,) each."""
-    turned = {id(s.motion): drive_angle(s.motion, int(s.motion.log.contacts[0][-1])) for s in segments}
+    motions = {id(segment.motion): segment.motion for segment in segments}
+    turned = {key: drive_angle(motion, int(motion.log.contacts[0][-1])) for key, motion in motions.items()}
     places = []
     for segment, log in zip(segments, logs, strict=True):
         inside, time = slice(segment.first, segment.last), segment.motion.time
@@ -210,11 +273,6 @@ def joined(places: Sequence[Place]) -> Place:
     """One after the other."""
     columns = ("turned", "angle", "share", "log")
     return Place(*(np.concatenate([getattr(one, name) for one in places]) for name in columns))
-
-
-def tilts(segments: Sequence[SlipSegment], cluster: np.ndarray, rig: RigValues) -> np.ndarray:
-    """Friction (n,) for which the spring makes a radian that the sensor shows too much. cluster: (n,) segment."""
-    return np.array([segment.sign for segment in segments])[cluster] * rig.k / (rig.R * rig.N)
 
 
 Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], Regression]
@@ -232,15 +290,30 @@ def regress(
     period = ready.natural_period
 
     def again(moved: Mapping[str, float]) -> Regression:
-        return equations(*ready.moved(moved, window * period), period)
+        return replace(equations(*ready.moved(moved, window * period), period), workers=options.workers)
 
     if len(long_enough(ready.segments, window * period)) < 2:
         raise StickslipError("One slip segment alone gives no standard deviation. Record for several cycles.")
-    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances)
+    problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
+    check_directions(law, problem.regression.sign)
     given = options.given
     found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
     return problem, found
+
+
+def loose(ready: Pool) -> float:
+    """How far the zero of an encoder that alone shows the angle may be off, rad: its deviation."""
+    return 0.0 if ready.zero is None else ready.zero.standard_uncertainty
+
+
+def check_directions(law: FittableLaw, sign: np.ndarray | None) -> None:
+    """Friction by direction needs slips in both. sign: (n,)."""
+    if law.directed and (sign is None or len(np.unique(sign)) < 2):
+        raise StickslipError(
+            f"All slips go one way, so that the logs say nothing of the other half of '{law.name}'. Record a log with "
+            "the drive reversed, or fit Conti's law."
+        )
 
 
 def _check_sign(regression: Regression) -> None:

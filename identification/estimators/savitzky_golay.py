@@ -12,16 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Place
-from identification.estimators.regression import Regression, joined, regress, tilts, whereabouts
+from identification.estimators.regression import Regression, joined, regress, whereabouts
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
-from identification.measurement.motion import odd_count, savitzky_golay
+from identification.measurement.motion import local_polynomial, odd_count, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
@@ -40,7 +41,7 @@ STRUCTURE = (
 class FrictionSamples:
     """Friction measured in slip. slip: (n,) m/s, >= 0; coefficient: (n,) 1, F sgn(v)/N; cluster: (n,) number of the
     slip segment; log: (n,) number of the log; weight: (n,) 1/standard deviation that sensor noise gives, relative;
-    where: (n,) drive and body stood; tilt: (n,) 1/rad, what the sensor shows too much counts as friction.
+    where: (n,) drive and body stood; sign: (n,) of the slip, where known.
     """
 
     slip: np.ndarray
@@ -49,7 +50,7 @@ class FrictionSamples:
     log: np.ndarray
     weight: np.ndarray
     where: Place | None = None
-    tilt: np.ndarray | None = None
+    sign: np.ndarray | None = None
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
@@ -91,23 +92,23 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
     where = joined(whereabouts(segments, logs))
-    tilt = tilts(segments, cluster, rig)
-    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, tilt)
+    sign = np.array([float(segment.sign) for segment in segments])[cluster]
+    return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, sign)
 
 
 def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
     """Standard deviation (length,) of J th'' + c th' + k th at each sample of a segment, for unit noise of the
     angle."""
-    half = count // 2
-    scale = half * step
-    position = np.arange(-half, half + 1) / half
-    powers = np.arange(ORDER + 1)
-    inverse = np.linalg.pinv(position[:, None] ** powers)
-    first = powers * position[:, None] ** np.maximum(powers - 1, 0) / scale
-    second = powers * (powers - 1) * position[:, None] ** np.maximum(powers - 2, 0) / scale**2
-    weights = (rig.J * second + rig.c * first + rig.k * position[:, None] ** powers) @ inverse
-    gain = np.sqrt(np.sum(weights**2, axis=1))
+    half, gain = count // 2, _window_gain(count, step, rig)
     return np.concatenate([gain[:half], np.full(length - 2 * half, gain[half]), gain[half + 1 :]])
+
+
+@lru_cache(maxsize=16)
+def _window_gain(count: int, step: float, rig: RigValues) -> np.ndarray:
+    """The same (count,) of one window."""
+    (fitted, value), (_, first), (_, second) = (local_polynomial(count, ORDER, derivative) for derivative in range(3))
+    weights = (rig.J * second / step**2 + rig.c * first / step + rig.k * value) @ fitted
+    return np.sqrt(np.sum(weights**2, axis=1))
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:
@@ -115,11 +116,23 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
     slip, coefficient = samples.slip[::EVERY], samples.coefficient[::EVERY]
     cluster, weight = samples.cluster[::EVERY], samples.weight[::EVERY]
     blocks = tuple(np.split(weight, np.flatnonzero(np.diff(cluster)) + 1))
-    assert samples.where is not None and samples.tilt is not None
+    assert samples.where is not None and samples.sign is not None
     place = samples.where.of(np.arange(0, len(samples.slip), EVERY))
     place = Place(*(getattr(place, name)[:, None] for name in ("turned", "angle", "share", "log")))
-    log, tilt = samples.log[::EVERY], samples.tilt[::EVERY]
-    return Regression(slip[:, None], np.ones(1), coefficient, cluster, log, blocks, where=place, tilt=tilt)
+    count = odd_count(WINDOW * period, segments[0].motion.step)
+    noise = _noise_gain(count, count, segments[0].motion.step, rig)[count // 2] / (rig.R * rig.N)
+    return Regression(
+        slip[:, None],
+        np.ones(1),
+        coefficient,
+        cluster,
+        samples.log[::EVERY],
+        blocks,
+        where=place,
+        noise=float(noise),
+        sign=samples.sign[::EVERY],
+        spring=rig.spring,
+    )
 
 
 ESTIMATOR = Estimator("savitzky-golay", STRUCTURE, estimate)

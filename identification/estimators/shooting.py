@@ -16,10 +16,11 @@ from dataclasses import replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import in_threads
 from identification.estimators import savitzky_golay, weak_form
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import Bend, bends_of, solve_straight
-from identification.estimators.shooting_problem import MARGIN, drive_signals, measured, noise, shooting_problem
+from identification.estimators.shooting_problem import LEAST_EDGES, MARGIN, drive_signals, sensed, shooting_problem
 from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment, Start
 from identification.estimators.two_discs import joint_rows, segments_at
 from identification.inference.problem import Solution
@@ -118,26 +119,27 @@ def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
             "are needed. Record for several cycles, at a lower drive speed or load, where slips last longer."
         )
     R = ready.values.R
-    sensed = {id(m): (*measured(m, R), *noise(m, R), drive_signals(m)) for m in ready.motions}
-    segments = []
-    for number, slip in enumerate(kept):
-        shown, laser, deviation, _, drives = sensed[id(slip.motion)]
-        time = slip.motion.time[slip.first : slip.last]
-        segments.append(
-            ShootingSegment(
-                start_time=float(time[0]) - MARGIN,
-                time=time,
-                measured=shown[slip.first : slip.last],
-                cluster=np.full(len(time), number),
-                deviation=deviation,
-                log=ready.log_number(slip),
-                drives=drives,
-                sign=slip.sign,
-                laser=laser,
-                guess=_guess(slip, GUESS * ready.natural_period),
-            )
+    seen = {id(m): (sensed(m, R), drive_signals(m)) for m in ready.motions}
+    segments: list[ShootingSegment] = []
+    for slip in kept:
+        sensor, drives = seen[id(slip.motion)]
+        begin, end = (float(slip.motion.time[i]) for i in (slip.first, slip.last - 1))
+        bare = ShootingSegment(
+            start_time=begin - MARGIN,
+            time=np.zeros(0),
+            measured=np.zeros(0),
+            cluster=np.zeros(0),
+            deviation=sensor.deviation,
+            log=ready.log_number(slip),
+            drives=drives,
+            sign=slip.sign,
+            laser=sensor.laser,
+            guess=_guess(slip, GUESS * ready.natural_period),
         )
-    return segments, all(known for _, _, _, known, _ in sensed.values())
+        segment = sensor.within(bare, begin, end)
+        if len(segment.time) >= LEAST_EDGES:
+            segments.append(replace(segment, cluster=np.full(len(segment.time), len(segments))))
+    return segments, all(sensor.known for sensor, _ in seen.values())
 
 
 def _guess(slip: SlipSegment, window: float) -> np.ndarray:
@@ -153,20 +155,18 @@ def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
     start cannot be found then (a disc may have come to touch just there) stays as it was."""
     ready, x = problem.ready, found.values
     R = ready.values.R
-    shown = [measured(motion, R)[0] for motion in ready.motions]
+    seen = [sensed(motion, R) for motion in ready.motions]
     segments: list[ShootingSegment] = []
     before: list[tuple[ShootingSegment, Start]] = []
-    for number, segment in enumerate(problem.segments):
-        begin, end, start = _span(problem, number, x)
-        motion = ready.motions[segment.log]
-        inside = (motion.time >= begin) & (motion.time <= end) & ~motion.filled
-        if np.count_nonzero(inside) * motion.step <= SHORTEST * ready.natural_period:
+    spans = in_threads(lambda number: _span(problem, number, x), range(len(problem.segments)), problem.workers)
+    for segment, number, (begin, end, start) in zip(problem.segments, range(len(spans)), spans, strict=True):
+        moved = seen[segment.log].within(segment, begin, end)
+        step = ready.motions[segment.log].step
+        lasts = len(moved.time) * step if moved.lines is None else end - begin
+        if lasts <= SHORTEST * ready.natural_period or len(moved.time) < LEAST_EDGES:
             continue
-        time = motion.time[inside]
-        label = np.full(len(time), len(segments))
-        moved = replace(
-            segment, start_time=start[0], time=time, measured=shown[segment.log][inside], cluster=label, guess=start[1]
-        )
+        label = np.full(len(moved.time), len(segments))
+        moved = replace(moved, start_time=start[0], cluster=label, guess=start[1])
         segments.append(moved)
         before.append(
             (replace(segment, cluster=np.full(len(segment.time), label[0])), Start(problem.starts[number].at(x)))
@@ -175,7 +175,8 @@ def recut(problem: ShootingProblem, found: Solution) -> ShootingProblem:
         problem, segments=tuple(segments), starts=tuple(Start(segment.guess) for segment in segments), first=x
     )
     pairs = zip(again.segments, again.starts, strict=True)
-    kept = [new if again.follows(place, x) else old for place, (new, old) in enumerate(zip(pairs, before, strict=True))]
+    follows = in_threads(lambda place: again.follows(place, x), range(len(again.segments)), problem.workers)
+    kept = [new if well else old for well, new, old in zip(follows, pairs, before, strict=True)]
     return replace(again, segments=tuple(segment for segment, _ in kept), starts=tuple(start for _, start in kept))
 
 
@@ -213,4 +214,4 @@ def _span(problem: ShootingProblem, number: int, x: np.ndarray) -> tuple[float, 
     return begin, end, (start, np.array([angle(start), angle.deriv()(start)]))
 
 
-ESTIMATOR = Estimator("shooting", STRUCTURE, estimate)
+ESTIMATOR = Estimator("shooting", STRUCTURE, estimate, searches=(0.15, 0.35, 0.5))

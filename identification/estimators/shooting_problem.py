@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,20 +11,19 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import Options
 from identification.estimators.disturbances import disturbed_oscillator
-from identification.estimators.shooting_segments import Runs, ShootingProblem, ShootingSegment, Start, directions
+from identification.estimators.shooting_segments import LINE, Runs, ShootingProblem, ShootingSegment, Start, directions
 from identification.inference.problem import Prior, Unknown
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import DiscMotion, drive_angle
-from identification.measurement.pooling import Pool
+from identification.measurement.pooling import SPEED, Pool
 from rig_io.logs.arrangement import MODELS
-
-if TYPE_CHECKING:
-    pass
 
 MARGIN = 0.005  # s by which a segment begins before its first sample, so that the delay may move
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
+EDGE_NOISE = 2e-5  # rad: what unevenness between the edges of a drive's encoder adds, beside misplaced lines
+LEAST_EDGES = 3  # of the encoder in a segment: two show nothing but its start
 REACH = 20.0  # standard uncertainties of a prior, within which a nuisance parameter is searched
 
 
@@ -54,8 +53,7 @@ def shooting_problem(
         model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
         factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if not term.of_sensor))
         if factors:
-            reference = next((term.reference for term in terms if term.moves == "angle"), 0.0)
-            fmu = disturbed_oscillator(contacts[0], law.reference, factors, reference)
+            fmu = disturbed_oscillator(contacts[0], law.reference, factors)
         else:
             fmu = Fmu.open(built(model, contacts=contacts, laws=laws))
         runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
@@ -78,6 +76,7 @@ def shooting_problem(
         starts=tuple(Start(segment.guess) for segment in segments),
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
+        workers=options.workers,
         turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
     )
 
@@ -95,18 +94,21 @@ def _turned(ready: Pool) -> dict[int, Signal]:
 def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, ...]:
     """Gain and delay as the encoder gave them, and what was asked for."""
     found = []
-    if laser and ready.sensors.lines:
+    if laser:
         deviations = np.sqrt(np.diag(ready.sensors.covariance))
+        source = "laser against encoder" if ready.sensors.lines else "clocks of the recorders"
         pairs = (("gain", ready.sensors.gain, "1"), ("delay", ready.sensors.delay, "s"))
         for (name, value, unit), deviation in zip(pairs, deviations, strict=True):
             if not deviation > 0:
                 continue
-            prior = Prior(name, value, unit, float(deviation), "laser against encoder")
+            prior = Prior(name, value, unit, float(deviation), source)
             reach = min(REACH * float(deviation), MARGIN if name == "delay" else 0.1)
             found.append(Unknown(name, unit, value - reach, value + reach, f"{name} of the laser", prior))
     stated = {prior.name: prior for prior in ready.priors}
-    stated["zero"] = Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
-    for name in dict.fromkeys(asked):
+    taken = [one.name for one in ready.priors if one.name.startswith(("laser", SPEED)) and one.standard_uncertainty > 0]
+    taken += [] if ready.zero is None else ["zero"]
+    stated["zero"] = ready.zero or Prior("zero", 0.0, "m" if laser else "rad", ZERO_UNCERTAINTY, "assumed")
+    for name in dict.fromkeys([*taken, *asked]):
         if name not in stated:
             raise StickslipError(f"'{name}' cannot be estimated beside the law. Known are: {', '.join(stated)}.")
         prior = stated[name]
@@ -118,7 +120,27 @@ def _nuisance(ready: Pool, asked: Sequence[str], laser: bool) -> tuple[Unknown, 
         reach = REACH * prior.standard_uncertainty
         low = prior.value - reach if name == "zero" else max(prior.value - reach, 0.1 * prior.value)
         found.append(Unknown(name, prior.unit, low, prior.value + reach, f"known from: {prior.source}", prior))
-    return tuple(found)
+    return (*found, *_lines(ready))
+
+
+def _lines(ready: Pool) -> tuple[Unknown, ...]:
+    """Misplacements of the lines of an encoder that alone shows the angle: all passes of a line share one."""
+    passed = [motion.passes.line for motion in ready.motions if motion.passes is not None]
+    if not passed:
+        return ()
+    deviation = ready.sensors.rms
+    reach = REACH * deviation
+    return tuple(
+        Unknown(
+            f"{LINE}{line}",
+            "rad",
+            -reach,
+            reach,
+            "misplacement of a line",
+            Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling"),
+        )
+        for line in np.unique(np.concatenate(passed))
+    )
 
 
 def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
@@ -132,6 +154,37 @@ def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
         value = np.concatenate([drive[:1], drive[::stride], drive[-1:], drive[-1:]])
         signals.append(Signal(time[keep], value[keep]))
     return tuple(signals)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensed:
+    """What shooting compares a model with. time: (n,) s; shown: (n,) m or rad, see `measured`; good: (n,) samples that
+    the sensor gave; lines: (n,) of an encoder that alone shows the angle; laser; deviation
+    of the noise, and whether it is known."""
+
+    time: np.ndarray
+    shown: np.ndarray
+    good: np.ndarray
+    lines: np.ndarray | None
+    laser: bool
+    deviation: float
+    known: bool
+
+    def within(self, segment: ShootingSegment, begin: float, end: float) -> ShootingSegment:
+        """A segment with the good samples from begin to end, s."""
+        inside = (self.time >= begin) & (self.time <= end) & self.good
+        lines = None if self.lines is None else self.lines[inside]
+        return replace(segment, time=self.time[inside], measured=self.shown[inside], lines=lines)
+
+
+def sensed(motion: DiscMotion, R: float) -> Sensed:
+    """Samples of the sensor that shows the angle; of an encoder alone its edges."""
+    passes = motion.passes
+    if passes is None:
+        shown, laser = measured(motion, R)
+        return Sensed(motion.time, shown, ~motion.filled, None, laser, *noise(motion, R))
+    every = np.ones(len(passes.time), dtype=bool)
+    return Sensed(passes.time, passes.angle, every, passes.line, False, EDGE_NOISE, False)
 
 
 def measured(motion: DiscMotion, R: float) -> tuple[np.ndarray, bool]:

@@ -14,7 +14,9 @@ Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also th
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -22,15 +24,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.disturbances import Term, disturbed, shown
+from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed, misread
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
-from identification.inference.problem import Evaluation, Prior, Unknown
+from identification.inference.problem import Evaluation, Prior, Solution, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
-from identification.measurement.pooling import Pool, rig_values
+from identification.measurement.pooling import SPEED, Pool, rig_values, speed_name
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -39,8 +42,14 @@ if TYPE_CHECKING:
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
+SILENT = 0.5  # of the deviation, rms residuals below which say nothing where it is but assumed
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
 STARTS = ("theta", "omega")
+LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
+KEPT = 3  # evaluations: a search asks again for its last ones, and so does what follows it
+
+Moves = dict[str, dict[str, float]]
+"""What moves parameters of the FMU -> derivatives of these by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +59,8 @@ class ShootingSegment:
     time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
-    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip.
+    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip;
+    lines: (n,) numbers of the encoder's lines where samples are its edges.
     """
 
     start_time: float
@@ -64,6 +74,7 @@ class ShootingSegment:
     laser: bool
     guess: np.ndarray
     bristles: float = 0.0
+    lines: np.ndarray | None = None
 
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -74,7 +85,8 @@ class ShootingSegment:
             return None
         order = np.argsort(self.time[chosen], kind="stable")
         chosen = chosen[order]
-        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order])
+        lines = None if self.lines is None else self.lines[chosen]
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order], lines=lines)
 
 
 @dataclass(eq=False)
@@ -91,24 +103,28 @@ class Start:
 
 
 class Runs:
-    """A kept instance of an FMU, opened when first needed; another process opens its own."""
+    """Kept instances of an FMU, one for each thread that runs it, opened when first needed; another process opens its
+    own."""
 
     def __init__(self, fmu: Fmu, by: Sequence[str]) -> None:
         self.fmu, self.by = fmu, tuple(by)
-        self._run: SensitiveRun | None = None
+        self._idle: deque[SensitiveRun] = deque()
 
     def __reduce__(self) -> tuple[object, ...]:
         return Runs, (self.fmu, self.by)
 
-    @property
-    def run(self) -> SensitiveRun:
-        """The instance."""
-        if self._run is None:
-            from fmu_models.simulation.sensitivity import SensitiveRun
+    @contextmanager
+    def taken(self) -> Iterator[SensitiveRun]:
+        """An instance that nobody else has."""
+        from fmu_models.simulation.sensitivity import SensitiveRun
 
-            self._run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
-            weakref.finalize(self, self._run.close)
-        return self._run
+        try:
+            run = self._idle.pop()
+        except IndexError:
+            run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
+            weakref.finalize(self, run.close)
+        yield run
+        self._idle.append(run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +134,7 @@ class ShootingProblem(FrictionProblem):
     terms: disturbances, whose values follow those of the law in x; turned: rad, angle of the drive by log, where they
     need it; first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the
     unknowns move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves
-    steps.
+    steps; workers: threads.
     """
 
     ready: Pool
@@ -133,6 +149,14 @@ class ShootingProblem(FrictionProblem):
     residual_unit: str = "m"
     terms: tuple[Term, ...] = ()
     turned: Mapping[int, Signal] = field(default_factory=dict)
+    workers: int | None = None
+    _last: deque[tuple[bytes, Evaluation, list[Start]]] = field(
+        default_factory=lambda: deque(maxlen=KEPT), init=False, repr=False
+    )
+
+    def __getstate__(self) -> dict[str, object]:
+        """For another process."""
+        return {**self.__dict__, "_last": deque(maxlen=KEPT)}
 
     def start(self) -> np.ndarray:
         """As given."""
@@ -144,10 +168,14 @@ class ShootingProblem(FrictionProblem):
         Raises:
             StickslipError: the model cannot be run at x.
         """
+        key = np.asarray(x, dtype=float).tobytes()
+        for known, evaluation, starts in self._last:
+            if known == key:
+                self._begin_at(starts)
+                return evaluation
         names = [unknown.name for unknown in self.unknowns]
-        parts = [self._projected(number, x, names) for number in range(len(self.segments))]
-        residual, gradient, slip = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return Evaluation(
+        residual, gradient, slip = self._all(x, names)
+        found = Evaluation(
             residual=residual,
             gradient=gradient,
             cluster=np.concatenate([segment.cluster for segment in self.segments]),
@@ -155,6 +183,25 @@ class ShootingProblem(FrictionProblem):
             slip=slip,
             eliminated=len(STARTS) * len(self.segments),
         )
+        self._last.append((key, found, [replace(start) for start in self.starts]))
+        return found
+
+    def _begin_at(self, starts: Sequence[Start]) -> None:
+        for mine, other in zip(self.starts, starts, strict=True):
+            mine.states, mine.x, mine.slope = other.states, other.x, other.slope
+
+    def _all(self, x: np.ndarray, names: Sequence[str]) -> list[np.ndarray]:
+        """`_projected` of all segments, one after the other."""
+        before = [replace(start) for start in self.starts]
+        try:
+            parts = in_threads(
+                lambda number: self._projected(number, x, names), range(len(self.segments)), self.workers
+            )
+        except StickslipError:
+            # how far others came depends on who shared the work
+            self._begin_at(before)
+            raise
+        return [np.concatenate(part) for part in zip(*parts, strict=True)]
 
     def resampled(self, clusters: np.ndarray) -> ShootingProblem:
         """As in `Problem`."""
@@ -166,18 +213,21 @@ class ShootingProblem(FrictionProblem):
 
     def rows(self, x: np.ndarray) -> FrictionRows:
         """Friction by inverse dynamics on the slip segments, for the eye: segments measure none."""
+        ready = self.ready.with_constants(self.known(x))
         if isinstance(self.law, JointLaw):
-            return joint_rows(self.ready, self.law, x[: len(self.law.parameters)])
-        samples = friction_samples(self.ready)
+            return joint_rows(ready, self.law, x[: len(self.law.parameters)])
+        samples = friction_samples(ready)
         count = len(self.law.parameters)
-        fitted, off = self.law.value(np.abs(samples.slip), x[:count]), np.zeros(1)
+        assert samples.sign is not None
+        speed = self.law.along(np.abs(samples.slip), samples.sign)
+        fitted, off = self.law.value(speed, x[:count]), np.zeros(1)
         if self.terms:
-            assert samples.where is not None and samples.tilt is not None
+            assert samples.where is not None
             values = x[count : count + len(self.terms)]
-            factor, more = (of(self.terms, values, samples.where)[0] for of in (disturbed, shown))
-            off = fitted * (factor - 1) + samples.tilt * more
+            factor, more = (of(self.terms, values, samples.where)[0] for of in (disturbed, misread))
+            off = fitted * (factor - 1) + samples.sign * ready.values.spring * more
         return FrictionRows(
-            speed=samples.slip,
+            speed=self.law.along(samples.slip, samples.sign),
             least=samples.slip,
             greatest=samples.slip,
             measured=samples.coefficient - off,
@@ -186,6 +236,11 @@ class ShootingProblem(FrictionProblem):
             log=samples.log,
             place=np.zeros(len(samples.log), dtype=int),
         )
+
+    def tested(self, found: Solution) -> bool:
+        """Not where edges lie nearer to the model than anything is known to come."""
+        counted = any(segment.lines is not None for segment in self.segments)
+        return not counted or float(np.mean(found.evaluation.residual**2)) > SILENT**2
 
     def rms(self, x: np.ndarray) -> float:
         """Of the measured displacement."""
@@ -199,15 +254,20 @@ class ShootingProblem(FrictionProblem):
         names = [prior.name for prior in self.held]
         runs = {on: Runs(one.fmu, directions(self.law, names, on)) for on, one in self.runs.items()}
         full = replace(self, runs=runs, starts=tuple(Start(start.at(x)) for start in self.starts))
-        columns = np.concatenate([full._projected(number, x, names)[1] for number in range(len(self.segments))])
-        return dict(zip(names, columns.T, strict=True))
+        return dict(zip(names, full._all(x, names)[1].T, strict=True))
+
+    def with_held(self, held: tuple[Prior, ...]) -> ShootingProblem:
+        """On the same samples."""
+        return replace(self, held=held, starts=tuple(replace(start) for start in self.starts))
 
     def run(self, number: int, x: np.ndarray, time: np.ndarray) -> Sensitivity:
         """The motion of segment ``number`` at x, from its best start states, at times (n,) of the model's clock."""
         segment = self.segments[number]
         rig, contacts = rig_values(self.known(x)), self.contacts(segment)
         theta, omega = self.starts[number].at(x)
-        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r}
+        # the model turns its drives at r w: so much faster ones are discs so much larger
+        over = self.known(x).get(speed_name(segment.log), 1.0)
+        values = {"J": rig.J, "k": rig.k, "c": rig.c, "R": rig.R, "r": rig.r * over}
         start = {"theta": float(theta), "omega": float(omega)}
         for one in laws_of(self.law, contacts):
             law = {f"{name}{one.disc}": float(value) for name, value in zip(one.law.names, x[one.place], strict=True)}
@@ -220,22 +280,28 @@ class ShootingProblem(FrictionProblem):
         if segment.log in self.turned:
             inputs["turned"] = self.turned[segment.log]
         count = len(self.law.parameters)
-        for value, moves in zip(x[count:], self.moved(segment).values(), strict=False):
+        for value, term in zip(x[count:], self.terms, strict=False):
+            moves = self.moved(segment)[term.name]
             values |= {name: values.get(name, 0.0) + by * float(value) for name, by in moves.items()}
         if any(term.moves == "time" and term.order for term in self.terms):
             log = self.ready.motions[segment.log].time
             values |= {"middle": float(log[0] + log[-1]) / 2, "duration": float(log[-1] - log[0])}
-        return self.runs[contacts].run.run(
-            time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs
-        )
+        bent = next((term for term in self.terms if term.moves == "angle"), None)
+        values |= {} if bent is None else {MIDDLE_ANGLE: bent.reference}
+        with self.runs[contacts].taken() as run:
+            return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
 
-    def moved(self, segment: ShootingSegment) -> dict[str, dict[str, float]]:
+    def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
         """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; a
-        sensor's moves none."""
-        return {
+        sensor's moves none. With what is known, by r and by the speeds of drives too."""
+        moves: Moves = {
             term.name: {} if term.of_sensor else {term.parameter: float(term.log in (None, segment.log))}
             for term in self.terms
         }
+        mine = speed_name(segment.log)
+        if mine in known:
+            moves |= {"r": {"r": known[mine]}, mine: {"r": known["r"]}}
+        return moves
 
     def follows(self, number: int, x: np.ndarray) -> bool:
         """Whether the start of segment ``number`` can be found at x."""
@@ -252,8 +318,8 @@ class ShootingProblem(FrictionProblem):
     def slips(self, segment: ShootingSegment, x: np.ndarray, motion: Sensitivity) -> tuple[np.ndarray, np.ndarray]:
         """Slip speeds (n_discs, n) in m/s of a motion on each disc, and whether it touches (n_discs, n)."""
         known = self.known(x)
-        drives = np.stack([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
-        slip = known["r"] * drives - known["R"] * motion["omega"]
+        drives = np.array([np.interp(motion.time, drive.time, drive.value) for drive in segment.drives])
+        slip = known["r"] * known.get(speed_name(segment.log), 1.0) * drives - known["R"] * motion["omega"]
         return slip, self.touch(segment, x, motion["theta"])
 
     def touch(self, segment: ShootingSegment, x: np.ndarray, angle: np.ndarray, guard: float = 0.0) -> np.ndarray:
@@ -263,7 +329,7 @@ class ShootingProblem(FrictionProblem):
     def known(self, x: np.ndarray) -> dict[str, float]:
         """Everything but the law at x: constants of the rig, gain, delay, zero."""
         given = {"gain": self.ready.sensors.gain, "delay": self.ready.sensors.delay, "zero": 0.0}
-        given |= {prior.name: prior.value for prior in self.ready.priors}
+        given |= {prior.name: prior.value for prior in self.held}
         count = len(self.law.parameters)
         return given | {u.name: float(v) for u, v in zip(self.unknowns[count:], x[count:], strict=True)}
 
@@ -308,7 +374,7 @@ class ShootingProblem(FrictionProblem):
         theta, omega = motion["theta"], motion["omega"]
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
-        scale = (1 + sensors.gain) / (1 + known["gain"]) * lever
+        scale = (1 + sensors.gain) / (1 + known["gain"]) / known.get("laser", 1.0) * lever
         theta = theta + sum(known[term.name] for term in self.terms if term.moves == "zero")
         shown = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
@@ -316,11 +382,13 @@ class ShootingProblem(FrictionProblem):
         more = sum((known[name] * curve for name, curve in drifts.items()), np.zeros(1))
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
-        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment))
+        across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment, known))
         columns = by[:, :inner] @ across
         for place, name in enumerate(names):
             if name == "gain":
                 columns[:, place] -= shown / (1 + known["gain"])
+            elif name == "laser":
+                columns[:, place] -= shown / known["laser"]
             elif name == "delay":
                 columns[:, place] -= slope * omega
             elif name == "zero":
@@ -329,10 +397,14 @@ class ShootingProblem(FrictionProblem):
                 columns[:, place] += drifts[name]
             elif any(term.name == name and term.moves == "zero" for term in self.terms):
                 columns[:, place] += slope
+            elif segment.lines is not None and name.startswith(LINE):
+                columns[:, place] += segment.lines == int(name.removeprefix(LINE))
             elif name == "R" and segment.laser and not sensors.lines:
                 columns[:, place] += shown / known["R"]
         every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
+        if segment.lines is not None:
+            shown = shown + np.array([known[f"{LINE}{line}"] for line in segment.lines])
         return shown + more + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
 
     def _drifts(self, segment: ShootingSegment) -> dict[str, np.ndarray]:
@@ -350,6 +422,7 @@ def directions(
     """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
     moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
     moved |= {one: (one,) for one in ("k", "c", "R", "r")}
+    moved |= {name: ("r",) for name in names if name.startswith(SPEED)}
     for one in laws_of(law, contacts):
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:

@@ -26,7 +26,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.estimators.base import FrictionRows, Options
 from identification.estimators.chart import bends_of, solve_straight
-from identification.estimators.regression import Regression, RegressionProblem
+from identification.estimators.regression import Regression, RegressionProblem, loose
 from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.inference.problem import TOLERANCE, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
@@ -165,6 +165,7 @@ def joint_equations(
         cluster=cluster,
         log=np.asarray(logs)[cluster],
         whiten=tuple(whiten),
+        noise=float(np.linalg.norm(weights)),
         **made,
     )
 
@@ -336,4 +337,12 @@ def _problem(ready: Pool, law: JointLaw, guess: np.ndarray | None = None) -> Joi
         return joint_equations(*ready.moved(moved, WINDOW * period), period)
 
     these = again({})
-    return JointProblem(law, these, ready.priors, again, guess=first_guess(these, law) if guess is None else guess)
+    return JointProblem(
+        law,
+        these,
+        ready.priors,
+        again,
+        drawn=ready.drawn,
+        zero=loose(ready),
+        guess=first_guess(these, law) if guess is None else guess,
+    )

@@ -19,7 +19,7 @@ import numpy as np
 from identification.estimators import two_discs
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Place
-from identification.estimators.regression import Regression, joined, regress, tilts, whereabouts
+from identification.estimators.regression import Regression, joined, regress, whereabouts
 from identification.estimators.savitzky_golay import STRUCTURE
 from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.laws import FittableLaw
@@ -76,7 +76,9 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         log,
         tuple(whiten),
         where=joined(places),
-        tilt=tilts(segments, cluster, rig),
+        noise=float(np.linalg.norm(weights)),
+        sign=np.array([float(segment.sign) for segment in segments])[cluster],
+        spring=rig.spring,
     )
 
 

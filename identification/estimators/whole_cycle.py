@@ -22,7 +22,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import solve_straight
-from identification.estimators.shooting_problem import measured, shooting_problem
+from identification.estimators.shooting_problem import sensed, shooting_problem
 from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment
 from identification.inference.problem import Solution
 from identification.laws import FittableLaw
@@ -111,7 +111,7 @@ def _deflection(segment: ShootingSegment, rig: RigValues, law: FittableLaw, q: n
         return 0.0
     drive = segment.drives[0]
     slip = rig.r * float(np.interp(segment.start_time, drive.time, drive.value)) - rig.R * float(segment.guess[1])
-    return segment.sign * rig.N * float(law.value(np.array([abs(slip)]), q)[0]) / stiffness
+    return segment.sign * rig.N * float(law.value(law.along(np.array([abs(slip)]), segment.sign), q)[0]) / stiffness
 
 
 def cycle_segments(slips: ShootingProblem, x: np.ndarray) -> list[ShootingSegment]:
@@ -120,20 +120,13 @@ def cycle_segments(slips: ShootingProblem, x: np.ndarray) -> list[ShootingSegmen
     for log, motion in enumerate(ready.motions):
         mine = [number for number, segment in enumerate(slips.segments) if segment.log == log]
         begins = [float(slips.segments[number].time[0]) for number in mine]
-        shown = measured(motion, ready.values.R)[0]
+        seen = sensed(motion, ready.values.R)
         ends = [begin - ONSET * ready.natural_period for begin in begins[1:]]
         for number, begin, end in zip(mine, begins, [*ends, np.inf], strict=True):
-            inside = (motion.time >= begin) & (motion.time < end) & ~motion.filled
-            segments.append(
-                replace(
-                    slips.segments[number],
-                    time=motion.time[inside],
-                    measured=shown[inside],
-                    cluster=np.full(np.count_nonzero(inside), len(segments)),
-                    guess=slips.starts[number].at(x),
-                )
-            )
+            cycle = seen.within(slips.segments[number], begin, np.nextafter(end, begin))
+            label = np.full(len(cycle.time), len(segments))
+            segments.append(replace(cycle, cluster=label, guess=slips.starts[number].at(x)))
     return segments
 
 
-ESTIMATOR = Estimator("whole-cycle", STRUCTURE, estimate)
+ESTIMATOR = Estimator("whole-cycle", STRUCTURE, estimate, searches=(0.1, 0.2, 0.3, 0.4))

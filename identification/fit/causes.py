@@ -13,7 +13,7 @@ Sources: Holm (1979), Scand. J. Statist. 6, 65; Kass & Raftery (1995), J. Am. St
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +30,7 @@ from identification.estimators.disturbances import (
     Term,
     disturbed,
     hidden,
-    shown,
+    misread,
     terms_of,
 )
 from identification.estimators.regression import RegressionProblem
@@ -75,8 +75,8 @@ class _Fit:
 class _Search:
     """Fits of one law with sets of causes, each made once."""
 
-    def __init__(self, ready: Pool, law: FittableLaw) -> None:
-        first = weak_form.estimate(ready, law, Options())
+    def __init__(self, ready: Pool, law: FittableLaw, workers: int | None = None) -> None:
+        first = weak_form.estimate(ready, law, Options(workers=workers))
         assert isinstance(first.problem, RegressionProblem)
         self.ready = ready
         self.bare = replace(first.problem, regression=first.problem.regression.thinned(THIN), again=None)
@@ -123,20 +123,28 @@ class _Search:
         return gain, float(fdtrc(terms, freedom, fall / terms / (more.sum / freedom)))
 
 
-def find_causes(ready: Pool, law: FittableLaw, *, named: Sequence[str] = ()) -> tuple[Cause, ...]:
+def find_causes(
+    ready: Pool,
+    law: FittableLaw,
+    *,
+    named: Sequence[str] = (),
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+) -> tuple[Cause, ...]:
     """The disturbances that pooled logs of one driving disc show under a law; the strongest first. named: those that
-    are taken without asking the logs, and then no others.
+    are taken without asking the logs, and then no others; workers: threads; progress: told the fraction done.
 
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
     """
-    search = _Search(ready, law)
+    search = _Search(ready, law, workers)
     seen = [one for one in CAUSES if not hidden(ready, one)]
     now, chosen = search.fit(()), list[str]()
     if named:
         now = search.anew(search.fit(named, now))
         return tuple(_cause(search, now, one) for one in now.causes)
     while True:
+        progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
         open_ = [one for one in seen if one not in chosen and not any(pair <= {one, *chosen} for pair in EITHER)]
         tried = {one: search.fit((*chosen, one), now) for one in search.promising(now, open_)}
         judged = {one: search.judged(now, fit) for one, fit in tried.items()}
@@ -179,7 +187,7 @@ def _cause(search: _Search, now: _Fit, name: str) -> Cause:
     mine = np.array([values[term.name] for term in terms])
     words, unit = CAUSES[name], "1"
     if terms[0].of_sensor:
-        more, _ = shown(terms, mine, where)
+        more, _ = misread(terms, mine, where)
         unit, lever = ("rad", 1.0) if terms[0].moves == "zero" else ("m", search.ready.values.R)
         size = lever * float(np.max(np.abs(more)))
     else:

@@ -8,15 +8,17 @@ apart).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
-from identification.estimators.base import Estimator, FrictionProblem, FrictionRows
-from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
+from identification.estimators.base import FrictionProblem, FrictionRows
+from identification.estimators.shooting_segments import LINE
+from identification.fit.adjust import Adjusted, Conflict
+from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, Reading, SpeedBin
 from identification.inference.choice import Inference, infer
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.problem import (
@@ -32,6 +34,7 @@ from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
 from identification.measurement.presliding import presliding
+from rig_io.logs.log import RIG_UNITS
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
 BINS = 12
@@ -39,22 +42,21 @@ BINS = 12
 
 def conclude(
     ready: Pool,
-    estimator: Estimator,
-    problem: FrictionProblem,
-    found: Solution,
-    law: FittableLaw,
+    solved: Adjusted,
     asked: Inference,
     *,
     progress: Callable[[float], None] | None = None,
     warnings: tuple[str, ...] = (),
     wider: float = 1.0,
 ) -> FrictionFit:
-    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: to begin with; wider: factor
-    of the standard deviations from noise.
+    """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
+    wider: factor of the standard deviations from noise.
 
     Raises:
         StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
     """
+    made = solved.estimate
+    estimator, problem, found, law = made.estimator, made.problem, made.solution, made.law
     rest, seen, free = searched(problem, found)
     count = len(law.parameters)
     _check_determined(rest, seen, law)
@@ -63,18 +65,32 @@ def conclude(
     if "gain" in shifts:
         by_sensor = np.stack([shifts["gain"][free], shifts["delay"][free]], axis=1)
         instruments = by_sensor @ ready.sensors.covariance @ by_sensor.T
+    if "lines" in shifts:
+        instruments = instruments + shifts["lines"][free] @ shifts["lines"][free].T
     names = [motion.log.name for motion in ready.motions]
     of_law = int(np.count_nonzero(free[:count]))
-    known = infer(rest, seen, asked, count=of_law, logs=names, instruments=instruments, progress=progress)
+    known = infer(
+        rest,
+        seen,
+        asked,
+        count=of_law,
+        logs=names,
+        instruments=instruments,
+        tested=problem.tested(found),
+        progress=progress,
+    )
     white = among(white_covariance(rest, seen), free)
     covariance = wider**2 * among(known.covariance, free)
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
-    constants, scale = _constants(problem, shifts, law, found.values)
+    constants, scale = _constants(solved, shifts)
+    loose = np.diag(solved.covariance) > 0
+    contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
     bound = None if known.bound is None else among(known.bound, free)
     every = _parameters(problem, found, (covariance, white, bound), scale)
-    parameters, nuisance = every[:count], every[count:]
+    parameters = every[:count]
+    nuisance = tuple(one for one in every[count:] if not one.name.startswith(LINE))
     rows = problem.rows(found.values)
     segments = len(np.unique(found.evaluation.cluster))
     return FrictionFit(
@@ -86,6 +102,8 @@ def conclude(
         parameters=parameters,
         correlation=_correlations(known.covariance[:of_law, :of_law], free[:count]),
         constants=constants,
+        constants_correlation=_correlations(solved.covariance[np.ix_(loose, loose)], loose),
+        contradictions=contradictions,
         logs=_summaries(ready, rows),
         bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),
         sensors=_sensors(ready),
@@ -97,8 +115,10 @@ def conclude(
         converged=found.converged,
         message=found.message,
         warnings=(
+            *made.warnings,
             *warnings,
             *ready.warnings,
+            *_contradicting(contradictions, solved),
             *_warnings(law, found, parameters, segments),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
@@ -179,37 +199,78 @@ def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
 def _shifts(
     problem: FrictionProblem, found: Solution, rest: Problem, seen: Solution, free: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """First-order shifts of the estimate (m,) by what is taken as given, per its unit; rest, seen: what was searched of
-    it, the unknowns that are ``free`` (m,)."""
+    """First-order shifts of the estimate (m,), or (m, k), by what is taken as given, per its unit; rest, seen: what was
+    searched of it, the unknowns that are ``free`` (m,)."""
     # as least squares, whose condition is the root of that of the normal equations
     roots = np.sqrt(prior_precision(rest))
     stacked = np.vstack([seen.evaluation.gradient, roots])
     shifts = {}
     for name, slope in problem.by_held(found.values).items():
-        shift = np.zeros(len(free))
-        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, np.zeros(len(roots))]), rcond=None)[0]
+        shift = np.zeros((len(free), *slope.shape[1:]))
+        known = np.zeros((len(roots), *slope.shape[1:]))
+        shift[free] = -np.linalg.lstsq(stacked, np.concatenate([slope, known]), rcond=None)[0]
         shifts[name] = shift
     return shifts
 
 
-def _constants(
-    problem: FrictionProblem, shifts: Mapping[str, np.ndarray], law: FittableLaw, values: np.ndarray
-) -> tuple[tuple[Constant, ...], np.ndarray]:
+def _constants(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> tuple[tuple[Constant, ...], np.ndarray]:
     """Constants with the sensitivities of the parameters, and the standard deviations (m,) that they pass on."""
-    names = [parameter.name for parameter in law.parameters]
-    constants, power = [], np.zeros(len(problem.unknowns))
-    for prior in problem.held:
-        shift = shifts[prior.name]
-        power += (shift * prior.standard_uncertainty) ** 2
+    made = solved.estimate
+    values, names = made.solution.values, [parameter.name for parameter in made.law.parameters]
+    constants = []
+    for prior, before in zip(made.problem.held, solved.stated, strict=True):
         relative = {
-            name: float(s * prior.value / v) if v else None for name, s, v in zip(names, shift, values, strict=False)
+            name: float(s * prior.value / v) if v else None
+            for name, s, v in zip(names, shifts[prior.name], values, strict=False)
         }
         constants.append(
             Constant(
-                prior.name, prior.value, prior.unit, prior.standard_uncertainty, prior.source, relative, prior.stated
+                name=prior.name,
+                value=prior.value,
+                unit=prior.unit,
+                standard_uncertainty=prior.standard_uncertainty,
+                source=prior.source,
+                sensitivity=relative,
+                stated=prior.stated,
+                before=before.value,
+                before_uncertainty=before.standard_uncertainty if before.stated else None,
             )
         )
-    return tuple(constants), np.sqrt(power)
+    moves = _by_logarithm(solved, shifts)
+    power = np.einsum("ij,jk,ik->i", moves, solved.covariance, moves)
+    return tuple(constants), np.sqrt(np.maximum(power, 0.0))
+
+
+def _by_logarithm(solved: Adjusted, shifts: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Shifts (m, n) of the unknowns by the logarithms of the constants."""
+    held = solved.estimate.problem.held
+    return np.stack([shifts[one.name] * one.value for one in held], axis=1)
+
+
+def _sides(solved: Adjusted, conflict: Conflict, shifts: Mapping[str, np.ndarray]) -> Iterator[Reading]:
+    """What each of the readings that contradict each other would make of the law."""
+    moves, made, found = _by_logarithm(solved, shifts), solved.estimate, conflict.found
+    units = {one.name: one.unit for one in made.problem.held}
+    for name, value, other, step in zip(found.names, found.values, found.others, conflict.steps, strict=True):
+        law = made.solution.values + moves @ step
+        parameters = {one.name: float(q) for one, q in zip(made.law.parameters, law, strict=False)}
+        unit = units.get(name) or RIG_UNITS[name]
+        yield Reading(name, value, unit, other, found.deviations, found.names, parameters)
+
+
+def _contradicting(readings: Sequence[Reading], solved: Adjusted) -> Iterator[str]:
+    """What is said of constants that contradict each other."""
+    for together in dict.fromkeys(one.together for one in readings):
+        mine = [one for one in readings if one.together == together]
+        stated = " and ".join(f"{one.name} = {one.value:.4g} {one.unit}" for one in mine)
+        verb = "agree" if len(mine) > 1 else "agrees"
+        sides = "; ".join(one.sentence for one in mine)
+        which = "Which of them is wrong cannot be known" if len(mine) > 1 else "It may be wrong, or the others"
+        yield (
+            f"Rig constants contradict each other: {stated} dis{verb} with all else that is known by "
+            f"{mine[0].deviations:.2g} standard deviations. {which}: {sides}. What disagrees was "
+            "taken as that many times less sure, so that the intervals hold it. Measure again."
+        )
 
 
 def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
@@ -234,6 +295,7 @@ def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
         return []
     edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
     range_of = np.where(mine, np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1), -1)
+    range_of = np.where(mine & (rows.speed < 0), range_of - BINS - 1, range_of)  # a range holds slips of one way
     bins = []
     for number in np.unique(range_of[mine]):
         inside = range_of == number

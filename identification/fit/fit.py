@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
-from identification.estimators.base import Estimator, Options
-from identification.estimators.disturbances import terms_of
+from identification.estimators.base import Estimate, Estimator, Options
+from identification.estimators.disturbances import Term, terms_of
+from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
 from identification.fit.causes import WIDER, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.result import Cause, FrictionFit
+from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
-from identification.laws import find_law
+from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooling import Pool, pool
 from rig_io.logs.log import RigLog
@@ -31,6 +34,7 @@ WEAK = "weak-form"  # the estimator that runs no model
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
+@one_blas_thread()
 def fit_friction(
     logs: Sequence[RigLog] | Pool,
     *,
@@ -47,8 +51,8 @@ def fit_friction(
     logs: stick-slip logs of one driving disc or two; a free-decay log among them gives k/J and c/J; or a
     `measurement.pooling.pool` of them. law: as `find_law` takes it. parameters: first values, bounds and held
     unknowns, by name (of the law, of the nuisance parameters, ``gain`` and ``delay`` of the laser; k/J is called
-    k_per_J). An interrupt (Ctrl-C) once there is a solution ends the search for its uncertainty, and the fit says so.
-    inference: how its uncertainty is found, and ``progress`` the fraction of that work done. disturbances: names of
+    k_per_J). An interrupt (Ctrl-C) once there is a solution ends the work, and the fit says what is missing.
+    inference: how its uncertainty is found; ``progress`` is told the fraction of all this done. disturbances: names of
     `estimators.disturbances.CAUSES`, estimated beside the law; "auto": those that the logs show, sought only where the
     residuals ask for it (one driving disc); or "none".
 
@@ -65,49 +69,105 @@ def fit_friction(
         )
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
-    bristles = find_law("LuGre").names if estimator == "lugre" else ()
+    pair = bristled(form) if estimator == "lugre" else None
+    bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
-
-    def fitted(
-        options: Options, progress: Callable[[float], None] | None, wider: float = 1.0, by: Estimator = chosen
-    ) -> FrictionFit:
-        made = by.estimate(ready, sought, options)
-        solved = (ready, made.estimator, made.problem, made.solution, made.law)
-        try:
-            return conclude(*solved, inference, progress=progress, warnings=made.warnings, wider=wider)
-        except KeyboardInterrupt:
-            said = (
-                f"Interrupted: {inference.covariance} and intervals were not finished; the deviations are the "
-                "jackknife's."
-            )
-            return conclude(*solved, DEFAULT_INFERENCE, warnings=(*made.warnings, said), wider=wider)
-
-    def share(begin: float, end: float) -> Callable[[float], None] | None:
-        told = progress
-        return None if told is None else lambda done: told(begin + (end - begin) * done)
-
+    if disturbances == AUTO and not ready.seen_well:
+        disturbances = NONE
+    work = _Work(ready, sought, chosen, options, inference, Stages.of_fit(progress, inference, disturbances != NONE))
     if disturbances == NONE:
-        return fitted(options, progress)
+        return work.concluded("end", work.searched("search"))
     named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
     terms_of(ready, named)  # names are judged before the work
-    failed = None
-    try:
-        plain = fitted(options, share(0.0, 0.4))
-    except StickslipError as error:
-        # without a strong disturbance the model may not follow the logs at all; the weak form runs none
-        if len(ready.contacts) > 1 or estimator == WEAK:
-            raise
-        failed, plain = error, fitted(options, share(0.0, 0.4), by=ESTIMATORS.load(WEAK))
-    if failed is None and not named and not asks_for_causes(plain):
-        return plain
-    causes = find_causes(ready, sought, named=named)
-    if not causes:
-        if failed is not None:
-            raise failed
-        return plain
-    terms = terms_found(ready, causes)
-    found = fitted(replace(options, disturbances=terms), share(0.5, 1.0), WIDER)
-    return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+    return work.with_causes(named)
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What one fit is made of."""
+
+    ready: Pool
+    law: FittableLaw
+    estimator: Estimator
+    options: Options
+    inference: Inference
+    stages: Stages
+
+    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
+        """The solution with these terms of disturbances, and with constants adjusted to it."""
+        made, options = self.estimated(stage, by=by, terms=terms)
+        return adjust(self.ready, made, options)
+
+    def estimated(
+        self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()
+    ) -> tuple[Estimate, Options]:
+        """The same with constants as they are stated, and the options that it was made with."""
+        estimator = by or self.estimator
+        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
+        options = replace(self.options, disturbances=terms, progress=told)
+        return estimator.estimate(self.ready, self.law, options), options
+
+    def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
+        """What a solution says; after an interrupt by the jackknife, which takes no time."""
+        asked = asked or self.inference
+        try:
+            return conclude(self.ready, made, asked, progress=self.stages.of(stage), wider=wider)
+        except KeyboardInterrupt:
+            said = (
+                f"Interrupted: {asked.covariance} and intervals were not finished; the deviations are the jackknife's."
+            )
+            return conclude(self.ready, made, DEFAULT_INFERENCE, warnings=(said,), wider=wider)
+
+    def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
+        """The fit with the disturbances that are named, or that its residuals ask for."""
+        failed = None
+        try:
+            first, options = self.estimated("search")
+            try:
+                made = adjust(self.ready, first, options)
+            except ContradictedRadii as error:
+                if len(self.ready.contacts) > 1:
+                    raise
+                # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
+                failed, made = error, as_stated(first)
+            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+        except StickslipError as error:
+            # without a strong disturbance the model may not follow the logs at all; the weak form runs none
+            if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
+                raise
+            failed, made = error, as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
+            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
+        if plain.interrupted:
+            return plain
+        causes = ()
+        if failed is not None or named or asks_for_causes(plain):
+            told, workers = self.stages.of("causes"), self.options.workers
+            try:
+                causes = find_causes(self.ready, self.law, named=named, workers=workers, progress=told)
+            except KeyboardInterrupt:
+                return _ended(plain, "disturbances were not sought to the end", failed)
+        if not causes:
+            if failed is not None:
+                raise failed
+            return plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made)
+        try:
+            again = self.searched("search again", terms=terms_found(self.ready, causes))
+        except KeyboardInterrupt:
+            words = ", ".join(cause.name for cause in causes)
+            return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
+        found = self.concluded("end", again, wider=WIDER)
+        return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+
+
+def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> FrictionFit:
+    """What there is when an interrupt came; failed: why the model did not follow the logs without disturbances.
+
+    Raises:
+        KeyboardInterrupt: there is nothing but first values of a model that does not follow.
+    """
+    if failed is not None:
+        raise KeyboardInterrupt
+    return replace(plain, warnings=(f"Interrupted: {missing}; this is the fit without any.", *plain.warnings))
 
 
 def _assumed(causes: Sequence[Cause]) -> list[str]:

@@ -81,7 +81,8 @@ class FittedParameter(Shown):
 @dataclass(frozen=True)
 class Constant(Shown):
     """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter (None where
-    that is zero); stated: whether anybody says how well it is known."""
+    that is zero); stated: whether it is known how well. before: as it was stated, with its standard uncertainty (None:
+    not stated), where it was adjusted to the logs."""
 
     name: str
     value: float
@@ -90,6 +91,28 @@ class Constant(Shown):
     source: str
     sensitivity: Mapping[str, float | None]
     stated: bool = True
+    before: float | None = None
+    before_uncertainty: float | None = None
+
+
+@dataclass(frozen=True)
+class Reading(Shown):
+    """A stated constant that contradicts the others. other: what it would have to be by them; deviations: by which it
+    is off; together: readings that cannot be told apart by this; parameters: of the law, if this reading is right."""
+
+    name: str
+    value: float
+    unit: str
+    other: float
+    deviations: float
+    together: tuple[str, ...]
+    parameters: Mapping[str, float]
+
+    @property
+    def sentence(self) -> str:
+        """What is said of it."""
+        law = ", ".join(f"{name} = {value:.4g}" for name, value in self.parameters.items())
+        return f"with {self.name} as stated {law} (the others ask for {self.name} = {self.other:.5g} {self.unit})"
 
 
 @dataclass(frozen=True)
@@ -150,6 +173,7 @@ class FrictionFit(Pictured):
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
+    constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none.
     solved: the problem behind it, None in a fit that was read back.
@@ -183,6 +207,8 @@ class FrictionFit(Pictured):
     declaration: str = ""
     causes: tuple[Cause, ...] = ()
     plain: tuple[FittedParameter, ...] = ()
+    constants_correlation: tuple[tuple[float, ...], ...] = ()
+    contradictions: tuple[Reading, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -237,6 +263,16 @@ class FrictionFit(Pictured):
             if constant.name == name:
                 return constant
         raise StickslipError(f"The fit took no constant '{name}'.{nearest(name, [c.name for c in self.constants])}")
+
+    @property
+    def correlation_of_constants(self) -> np.ndarray:
+        """(n, n), in their order; where nothing is said of it they are independent."""
+        return np.array(self.constants_correlation) if self.constants_correlation else np.eye(len(self.constants))
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether an interrupt (Ctrl-C) ended the work on it early; the warnings say what is missing."""
+        return any(warning.startswith(("Interrupted", "The bootstrap was stopped")) for warning in self.warnings)
 
     @property
     def law_reference(self) -> str:

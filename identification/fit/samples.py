@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.estimators.disturbances import disturbed, shown
+from identification.estimators.disturbances import disturbed, misread
 from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
 from identification.fit.causes import terms_found
 from identification.fit.result import FrictionFit
@@ -25,9 +25,12 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
     Raises:
         StickslipError: no slip of the logs holds a window.
     """
+    ready = ready.with_constants({one.name: one.value for one in (*fit.constants, *fit.nuisance)})
     law = sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement)
     if not isinstance(law, JointLaw):
-        return {ready.contacts[0]: _undisturbed(fit, ready)}
+        found = _undisturbed(fit, ready)
+        assert found.sign is not None
+        return {ready.contacts[0]: replace(found, slip=law.along(found.slip, found.sign))}
     from identification.estimators.two_discs import joint_rows
 
     rows = joint_rows(ready, law, fit.law_values)
@@ -51,8 +54,8 @@ def _undisturbed(fit: FrictionFit, ready: Pool) -> FrictionSamples:
     terms = terms_found(ready, fit.causes)
     if not terms:
         return samples
-    assert samples.where is not None and samples.tilt is not None
+    assert samples.where is not None and samples.sign is not None
     found = {one.name: one.value for one in fit.nuisance}
     values = np.array([found[term.name] for term in terms])
-    factor, more = (of(terms, values, samples.where)[0] for of in (disturbed, shown))
-    return replace(samples, coefficient=(samples.coefficient - samples.tilt * more) / factor)
+    factor, more = (of(terms, values, samples.where)[0] for of in (disturbed, misread))
+    return replace(samples, coefficient=(samples.coefficient - samples.sign * ready.values.spring * more) / factor)

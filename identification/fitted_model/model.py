@@ -13,7 +13,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from identification.fit.result import FrictionFit
-from identification.laws import find_law
+from identification.laws import bristled, find_law
 from identification.measurement.pooling import RigValues, rig_values
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 
@@ -26,7 +26,7 @@ TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which 
 AT_REST = 1e-12  # rad, up to which the angle of rest is found
 NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
-BRISTLES = "lugre"  # the law of the FMU that never sticks exactly
+BRISTLES = ("lugre", "lugre_stribeck")  # the laws of the FMU that never stick exactly
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,8 @@ class FittedModel(Shown):
     """The FMU of the rig and the values it runs with.
 
     contacts: discs that touch; arrangement: of two discs, as in `logs.log.Experiment`; parameters: of the FMU, by
-    name; start: of states, in place of stick on the first disc; sticks: whether the law knows exact stick.
+    name; start: of states, in place of stick on the first disc; sticks: whether the law knows exact stick;
+    steady: the law without bristles, where it is not that of the rig.
     """
 
     fmu: Fmu
@@ -56,6 +57,7 @@ class FittedModel(Shown):
     parameters: Mapping[str, float]
     start: Mapping[str, float]
     sticks: bool
+    steady: str = ""
 
     @cached_property
     def natural_period(self) -> float:
@@ -168,7 +170,8 @@ class FittedModel(Shown):
     @cached_property
     def _rigid(self) -> FittedModel:
         """The model without bristles."""
-        fmu = _built(MODELS[self.arrangement], self.contacts, {})
+        laws = dict.fromkeys(self.contacts, self.steady) if self.steady else {}
+        fmu = _built(MODELS[self.arrangement], self.contacts, laws)
         values = {name: value for name, value in self.parameters.items() if name in fmu.parameters}
         return replace(self, fmu=fmu, parameters=values, start={}, sticks=True)
 
@@ -217,9 +220,11 @@ def fitted_model(
     else:
         laws = dict.fromkeys(contacts, law.reference)
         fmu, start = _built(MODELS[arrangement], contacts, laws, fmi_version), {}
-    sticks = law.sticks and not (scene is not None and BRISTLES in scene.laws.values())
+    sticks = law.sticks and not (scene is not None and any(one in BRISTLES for one in scene.laws.values()))
     values = {name: value for name, value in fmu_parameters(fit).items() if name in fmu.parameters}
-    return FittedModel(fmu, contacts, arrangement, values, start, sticks)
+    pair = bristled(law)
+    steady = pair[0].reference if pair and not law.sticks else ""
+    return FittedModel(fmu, contacts, arrangement, values, start, sticks, steady)
 
 
 def _built(model: str, contacts: Sequence[str], laws: Mapping[str, str], fmi_version: str = "3.0") -> Fmu:

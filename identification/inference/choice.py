@@ -57,7 +57,7 @@ class Inferred:
     bound: np.ndarray | None
     intervals: tuple[Interval, ...]
     collinearity: Collinearity
-    whiteness: Whiteness
+    whiteness: Whiteness | None
     warnings: tuple[str, ...]
 
 
@@ -69,12 +69,13 @@ def infer(
     count: int,
     logs: Sequence[str],
     instruments: np.ndarray | float = 0.0,
+    tested: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Inferred:
     """How well ``found`` is known.
 
     count: number of parameters of the law, the first unknowns; logs: names of the logs by their numbers; instruments:
-    (m, m) covariance that instruments add to that of the residuals.
+    (m, m) covariance that instruments add to that of the residuals; tested: whether the residuals tell anything.
 
     Raises:
         StickslipError: as in `bootstrap`.
@@ -88,8 +89,8 @@ def infer(
     covariance = covariance + instruments
     names = [unknown.name for unknown in problem.unknowns[:count]]
     collinear = collinearity(problem, found, covariance)
-    white = whiteness(found.evaluation, logs)
-    warnings = [*collinear.warnings, *white.warnings, *(draws.warnings if draws else ())]
+    white = whiteness(found.evaluation, logs) if tested else None
+    warnings = [*collinear.warnings, *(white.warnings if white else ()), *(draws.warnings if draws else ())]
     intervals: tuple[Interval, ...] = ()
     if asked.profile:
         rest = None if progress is None else lambda done: progress(1 - (1 - done) * share)

@@ -9,6 +9,7 @@ Source: Newville et al., LMFIT (2014), doi 10.5281/zenodo.11813.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -16,15 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.inference.problem import (
-    Problem,
-    Search,
-    Solution,
-    identifier,
-    lmfit_alone,
-    lmfit_parameters,
-    values_of,
-)
+from identification.inference.problem import Problem, Search, Solution, identifier
 
 if TYPE_CHECKING:
     from lmfit import Minimizer, Parameters
@@ -122,6 +115,33 @@ def given(parameters: Parameters | None) -> Given:
                 raise StickslipError(f"The parameter '{name}' is held (vary=False) without a value. Give it one.")
             held[name] = float(one.value)
     return Given(first, bounds, held)
+
+
+def lmfit_alone() -> Any:
+    """lmfit without matplotlib, which it imports if it can and which takes longer than a fit."""
+    hidden = "matplotlib" not in sys.modules and "lmfit" not in sys.modules
+    if hidden:
+        sys.modules["matplotlib"] = None  # type: ignore[assignment]  # None stands for a module that is not there
+    try:
+        import lmfit
+    finally:
+        if hidden:
+            del sys.modules["matplotlib"]
+    return lmfit
+
+
+def lmfit_parameters(problem: Problem, values: np.ndarray, free: np.ndarray) -> Any:
+    """The unknowns as `lmfit.Parameters`, in their order. values: (m,); free: (m,) whether each is to be varied."""
+    parameters = lmfit_alone().Parameters()
+    for unknown, value, vary in zip(problem.unknowns, values, free, strict=True):
+        name = identifier(unknown.name)
+        parameters.add(name, value=float(value), min=unknown.minimum, max=unknown.maximum, vary=bool(vary))
+    return parameters
+
+
+def values_of(parameters: Any) -> np.ndarray:
+    """Values (m,) of `lmfit.Parameters`, in their order."""
+    return np.array([parameter.value for parameter in parameters.values()])
 
 
 @dataclass(frozen=True, eq=False)

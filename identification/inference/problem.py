@@ -13,11 +13,9 @@ from __future__ import annotations
 
 import keyword
 import re
-import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -186,38 +184,11 @@ def determines(information: np.ndarray) -> bool:
     return bool(np.all(norms > 0) and np.linalg.cond(information / np.outer(norms, norms)) <= SINGULAR**2)
 
 
-def lmfit_alone() -> Any:
-    """lmfit without matplotlib, which it imports if it can and which takes longer than a fit."""
-    hidden = "matplotlib" not in sys.modules and "lmfit" not in sys.modules
-    if hidden:
-        sys.modules["matplotlib"] = None  # type: ignore[assignment]  # None stands for a module that is not there
-    try:
-        import lmfit
-    finally:
-        if hidden:
-            del sys.modules["matplotlib"]
-    return lmfit
-
-
 def identifier(name: str) -> str:
     """The name of an unknown as lmfit takes it: k/J is k_per_J, F+ is F_plus."""
     words = name.replace("/", "_per_").replace("+", "_plus").replace("-", "_minus")
     found = re.sub(r"\W", "_", words)
     return f"x_{found}" if not found.isidentifier() or keyword.iskeyword(found) else found
-
-
-def lmfit_parameters(problem: Problem, values: np.ndarray, free: np.ndarray) -> Any:
-    """The unknowns as `lmfit.Parameters`, in their order. values: (m,); free: (m,) whether each is to be varied."""
-    parameters = lmfit_alone().Parameters()
-    for unknown, value, vary in zip(problem.unknowns, values, free, strict=True):
-        name = identifier(unknown.name)
-        parameters.add(name, value=float(value), min=unknown.minimum, max=unknown.maximum, vary=bool(vary))
-    return parameters
-
-
-def values_of(parameters: Any) -> np.ndarray:
-    """Values (m,) of `lmfit.Parameters`, in their order."""
-    return np.array([parameter.value for parameter in parameters.values()])
 
 
 def solve(
@@ -228,7 +199,7 @@ def solve(
     progress: Progress | None = None,
     tolerance: float = TOLERANCE,
 ) -> Solution:
-    """Least squares by lmfit (trust region, bounds, exact gradient).
+    """Least squares by SciPy (trust region, bounds, exact gradient).
 
     start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
     of squares, step and gradient.
@@ -257,7 +228,7 @@ def solve(
 
 
 class Search:
-    """One run of lmfit: residual and gradient from one evaluation, rows of priors appended."""
+    """One search: residual and gradient from one evaluation, rows of priors appended."""
 
     def __init__(self, problem: Problem, free: list[bool], progress: Progress | None) -> None:
         self.problem, self.free, self.progress = problem, np.array(free), progress
@@ -270,11 +241,11 @@ class Search:
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
     def run(self, begin: np.ndarray, tolerance: float) -> tuple[np.ndarray, bool, str]:
-        lmfit = lmfit_alone()
+        from scipy.optimize import least_squares
+
         low, high = self.bounds
         room = np.where(np.isfinite(high - low), INSIDE * (high - low), INSIDE)
         begin = np.where(self.free, np.clip(begin, low + room, high - room), begin)
-        parameters = lmfit_parameters(self.problem, begin, self.free)
         rows = len(self.at(begin)[0])
         if rows <= int(self.free.sum()):
             names = ", ".join(u.name for u, free in zip(self.problem.unknowns, self.free, strict=True) if free)
@@ -283,21 +254,26 @@ class Search:
                 "at more drive speeds."
             )
 
-        # lmfit computes a covariance of its own (not used here), which for an exact fit divides zero by zero; a step
-        # to where the model cannot be evaluated gives infinite residuals, which the trust region answers by shrinking
+        def whole(free: np.ndarray) -> np.ndarray:
+            every = begin.copy()
+            every[self.free] = free
+            return every
+
+        # a step to where the model cannot be evaluated gives infinite residuals, which the trust region answers by
+        # shrinking
         with np.errstate(invalid="ignore", divide="ignore"):
-            found = lmfit.Minimizer(
-                lambda p: self.at(values_of(p))[0], parameters, nan_policy="propagate", calc_covar=False
-            ).minimize(
-                method="least_squares",
-                jac=lambda p: self.at(values_of(p))[1],
+            found = least_squares(
+                lambda free: self.at(whole(free))[0],
+                begin[self.free],
+                jac=lambda free: self.at(whole(free))[1],  # type: ignore[reportArgumentType]  # the stubs know a word only
+                bounds=(low[self.free], high[self.free]),
                 x_scale="jac",
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=tolerance,
                 max_nfev=EVALUATIONS,
             )
-        return values_of(found.params), bool(found.success), str(found.message)
+        return whole(found.x), bool(found.success), str(found.message)
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual (n + priors,) and gradient by the free unknowns."""

@@ -91,8 +91,8 @@ def clustered_covariance(
     known = np.zeros((gradient.shape[1],) * 2) if prior is None else prior
     normal = gradient.T @ gradient + known
     shifts = []
-    for label in np.unique(cluster):
-        inside = cluster == label
+    order = np.argsort(cluster, kind="stable")
+    for inside in np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1):
         part = gradient[inside]
         # least squares: without a cluster some direction may be lost, along which the estimate then stays
         shifts.append(np.linalg.lstsq(normal - part.T @ part, part.T @ residual[inside], rcond=None)[0])

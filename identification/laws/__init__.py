@@ -11,7 +11,10 @@ from fmu_models.codegen.law_functions import own_laws
 from fmu_models.language.laws import LAWS
 from identification.laws.law import FittableLaw, fittable
 
-__all__ = ["FittableLaw", "find_law", "slip_laws"]
+__all__ = ["FittableLaw", "bristled", "find_law", "slip_laws"]
+
+# by what a steady law is called, the one with bristles before it
+_BRISTLED = {"Conti": "LuGre", "Stribeck+viscous": "LuGre+Stribeck"}
 
 
 @cache
@@ -21,9 +24,18 @@ def _own() -> dict[str, FittableLaw]:
 
 
 def slip_laws() -> dict[str, FittableLaw]:
-    """Those of our own whose steady friction every estimator can fit; of those that share it the first."""
-    first = {law.steady: name for name, law in reversed(_own().items()) if law.sticks}
+    """Those of our own whose steady friction every estimator can fit, whichever way the slips go; of those that share
+    it the first."""
+    first = {law.steady: name for name, law in reversed(_own().items()) if law.sticks and not law.directed}
     return {name: law for name, law in _own().items() if name in first.values()}
+
+
+def bristled(law: FittableLaw) -> tuple[FittableLaw, FittableLaw] | None:
+    """Of a law with bristles, or of one that they can be put before: the steady one and that with bristles."""
+    for steady, elastic in _BRISTLED.items():
+        if law.reference in (find_law(steady).reference, find_law(elastic).reference):
+            return find_law(steady), find_law(elastic)
+    return None
 
 
 def find_law(name: str) -> FittableLaw:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.law_parameter import LawParameter
 from identification.laws.law import FittableLaw
 from rig_io.logs.arrangement import CHANGEOVER, Arrangement
@@ -66,7 +67,16 @@ class JointLaw(FittableLaw):
 
 
 def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
-    """A law of this form for each of two discs."""
+    """A law of this form for each of two discs.
+
+    Raises:
+        StickslipError: it is by direction.
+    """
+    if single.directed:
+        raise StickslipError(
+            f"'{single.name}' is fitted of one driving disc: with two, slips of one way are too few to tell both "
+            "halves of both laws. Leave --law out, or fit the discs one by one."
+        )
     count = len(single.parameters)
 
     def value(v: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -33,9 +33,11 @@ class FittableLaw(LawFunctions):
 
         free = np.array(self.linear)
         best, least = np.zeros(0), np.inf
-        for guess in product(*(self._candidates(place, np.max(v)) for place in range(len(self.parameters)))):
+        for guess in product(*(self._candidates(place, np.max(np.abs(v))) for place in range(len(self.parameters)))):
             q = np.where(free, 0.0, guess)
-            found, misfit = nnls(self.gradient(v, q)[free].T, mu - self.value(v, q))
+            # the triangle of a tall system has the same solution and misfit
+            triangle = np.linalg.qr(np.column_stack([*self.gradient(v, q)[free], mu - self.value(v, q)]), mode="r")
+            found, misfit = nnls(triangle[:, :-1], triangle[:, -1])
             if misfit < least:
                 q[free] = found
                 best, least = q, misfit

@@ -18,7 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.laser_drift import without_drift
-from identification.measurement.motion import SMOOTHING, DiscMotion, EdgeEquations, SensorFit
+from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, EdgeEquations, Passes, SensorFit
 from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
@@ -26,6 +26,7 @@ from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 
 DRIVE_EDGES = (6, 9, 13, 19, 28, 42, 64)  # of the drive's encoder between knots of its speed, to be chosen from
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
+LEAST_EDGES = 20  # of an encoder alone
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
 JITTER = 0.3  # of the sample interval, rms: a clock that wanders more is no clock
 STRAY = 5.0  # times the leap that one sample in a hundred exceeds is still noise
@@ -37,23 +38,54 @@ SHORTEST = 100  # samples of a log
 def angle_at_ticks(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
     """Absolute angle of the disc: times (n,) in s, with the laser's stated latency taken off, and angles (n,) in rad.
 
-    A column ``angle`` is taken as it is; else the laser's, NaN where it is clipped.
+    A column ``angle`` is taken as it is; else the laser's, NaN where it is clipped; of an encoder alone, between its
+    edges.
 
     Raises:
-        StickslipError: neither is there (an encoder alone counts from an unknown angle).
+        StickslipError: nothing in the log shows the angle.
     """
     if log.has("angle"):
         return log.time, log.column("angle")
+    if by_encoder(log):
+        passes = passed_lines(log)
+        inside = (log.time >= passes.time[0]) & (log.time <= passes.time[-1])
+        return log.time[inside], passes.between(log.time[inside])
     if not log.has("laser"):
         found = ", ".join(log.columns) or "no columns"
         raise StickslipError(
-            f"Log '{log.name}' has no absolute angle (found: {found}). It needs 'laser' [V] with its calibration, or "
-            "'angle' [rad]; an encoder alone counts from an unknown angle, which would shift every friction "
-            "coefficient."
+            f"Log '{log.name}' does not show the disc's angle (found: {found}). It needs 'laser' [V] or "
+            "'encoder_count' with its calibration, or 'angle' [rad]."
         )
     angle = laser_angle(log).copy()
     angle[laser_clipped(log)] = np.nan
     return log.time - log.calibration.need("laser").latency, angle
+
+
+def angle_sensor(log: RigLog) -> str:
+    """What shows the angle of the disc: "angle", "laser", or "encoder" where nothing else does."""
+    return next((name for name in ("angle", "laser") if log.has(name)), "encoder")
+
+
+def by_encoder(log: RigLog) -> bool:
+    """Whether nothing but the encoder shows the angle of the disc."""
+    return log.has("encoder_count") and angle_sensor(log) == "encoder"
+
+
+def passed_lines(log: RigLog) -> Passes:
+    """Edges of the body's encoder; their angles are right but for one shift within half a pitch.
+
+    Raises:
+        StickslipError: too few.
+    """
+    found = edges(log, "encoder")
+    if len(found.time) < LEAST_EDGES:
+        raise StickslipError(
+            f"Log '{log.name}': the encoder shows {len(found.time)} edges, so the disc hardly moved, and nothing else "
+            "shows its angle. Fit a laser, an encoder of more lines, or drive so that the disc sticks and slips."
+        )
+    calibration = log.calibration.need("encoder")
+    line = np.round(found.angle / calibration.pitch + 0.5).astype(int) % calibration.edges_per_revolution
+    return Passes(found.time, found.angle, line)
 
 
 def disc_motion(log: RigLog) -> DiscMotion:
@@ -78,7 +110,8 @@ def disc_motion(log: RigLog) -> DiscMotion:
     _check_counts(log)
     stamps, angle = angle_at_ticks(log)
     clipped = laser_clipped(log) if _by_laser(log) else np.zeros(len(angle), dtype=bool)
-    stray = _stray(angle, float(np.median(np.diff(stamps))))
+    passes = passed_lines(log) if by_encoder(log) else None
+    stray = _stray(angle, float(np.median(np.diff(stamps)))) if passes is None else np.zeros(len(angle), dtype=bool)
     if _by_laser(log):
         stray |= np.isnan(angle) & ~clipped & np.isfinite(log.column("laser"))
     warnings = (*clipped_warning(log, clipped), *stray_warning(log, stray))
@@ -95,8 +128,8 @@ def disc_motion(log: RigLog) -> DiscMotion:
     filled = (apart > HOLE * (time[1] - time[0])) & ~known
     filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
     angle = np.interp(time, stamps[good], angle[good])
-    drives = np.stack([smooth_drive(log, time, int(contact[-1])) for contact in log.contacts])
-    return DiscMotion(log, time, angle, drives, filled, (*warnings, *said))
+    drives = np.stack([smooth_drive(log, time, contact) for contact in log.contacts])
+    return DiscMotion(log, time, angle, drives, filled, (*warnings, *said), passes)
 
 
 def _check_counts(log: RigLog) -> None:
@@ -154,9 +187,16 @@ def _even_clock(name: str, stamps: np.ndarray) -> tuple[np.ndarray, tuple[str, .
     return time, tuple(warnings)
 
 
-def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
+def nominal_drives(log: RigLog) -> tuple[str, ...]:
+    """Discs in contact of which the log does not record how they turned."""
+    shown = ("count", "speed")
+    return tuple(on for on in log.contacts if not any(log.has(f"drive{on[-1]}_{what}") for what in shown))
+
+
+def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.ndarray:
     """Speed (n,) in rad/s of a driving disc at the times (n,): a cubic spline fitted to the edges of its encoder,
-    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness.
+    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness. Where
+    nothing records it, its nominal speed.
 
     Source: Craven & Wahba (1979), Numer. Math. 31, 377.
 
@@ -165,6 +205,10 @@ def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
     """
     from scipy.interpolate import make_lsq_spline
 
+    disc = int(contact[-1])
+    nominal = dict(zip(log.contacts, log.experiment.drive_speed, strict=False)).get(contact)
+    if contact in nominal_drives(log) and nominal:
+        return np.full(len(time), nominal)
     if log.has(f"drive{disc}_speed") or not log.has(f"drive{disc}_count"):
         known, speed = drive_speed(log, disc)
         return np.interp(time, known, speed)
@@ -180,7 +224,8 @@ def smooth_drive(log: RigLog, time: np.ndarray, disc: int = 0) -> np.ndarray:
         pieces = max(len(found.time) // between, 1)
         inner = np.quantile(found.time, np.linspace(0, 1, pieces + 1)[1:-1])
         knots = np.concatenate([[first] * 4, inner, [last] * 4])
-        spline = make_lsq_spline(found.time, found.angle, knots, 3)
+        # banded normal equations: time grows with the log, not with its square; B-splines lose few digits by them
+        spline = make_lsq_spline(found.time, found.angle, knots, 3, method="norm-eq")
         share = (pieces + 3) / len(found.time)
         score = float(np.mean((spline(found.time) - found.angle) ** 2)) / (1 - share) ** 2
         if score < least:
@@ -230,10 +275,11 @@ def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion]
 
 
 def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:
-    """Without an encoder gain and delay are as sure as the calibration and the clocks of the recorders."""
-    gains = [m.log.calibration.need("laser").gain_deviation or 0.0 for m in motions if _by_laser(m.log)]
+    """Without an encoder the gain is that of the calibration, and the delay is as sure as the recorders' clocks."""
     clock = max((m.log.clock_deviation for m in motions), default=0.0)
-    return SensorFit(covariance=np.diag([max(gains, default=0.0) ** 2, clock**2]))
+    pitches = [m.log.calibration.need("encoder").pitch for m in motions if m.passes is not None]
+    rms = LINE_ERROR * max(pitches, default=0.0) / np.sqrt(3)
+    return SensorFit(covariance=np.diag([0.0, clock**2]), rms=rms)
 
 
 def _by_laser(log: RigLog) -> bool:
@@ -243,7 +289,8 @@ def _by_laser(log: RigLog) -> bool:
 def zeroed(motion: DiscMotion, rest: float) -> DiscMotion:
     """The motion with the angle sensor's zero put where it showed ``rest`` (rad)."""
     if not _by_laser(motion.log):
-        return replace(motion, angle=motion.angle - rest)
+        passes = None if motion.passes is None else motion.passes.turned(-rest)
+        return replace(motion, angle=motion.angle - rest, passes=passes)
     return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(rest)))
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from identification.inference.uncertainty import newey_west
+from identification.inference.uncertainty import clustered_covariance, newey_west
 from rig_io.logs.log import RigLog
 
 CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position
@@ -32,8 +32,9 @@ class FreeDecay(Shown):
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included;
     None where a user set the ratio and did not say how well he knows it).
-    rest: rad, angle at rest (zero of the angle sensor); amplitude: rad, first swing used; rms_residual: rad; cycles
-    used; stated: which of k/J and c/J were set by the user instead.
+    rest: rad, angle at rest (zero of the angle sensor), with its standard deviation; amplitude: rad, first swing used;
+    rms_residual: rad; cycles used; stated: which of k/J and c/J were set by the user instead; sensor: that
+    showed the angle.
     """
 
     stiffness_ratio: float
@@ -41,12 +42,14 @@ class FreeDecay(Shown):
     damping_ratio: float
     damping_ratio_deviation: float | None
     rest: float
+    rest_deviation: float
     amplitude: float
     rms_residual: float
     cycles: float
     log: str = ""
     warnings: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
+    sensor: str = ""
 
     def with_ratios(self, ratios: Mapping[str, float], deviations: Mapping[str, float | None]) -> FreeDecay:
         """With k/J (1/s^2) or c/J (1/s) as stated, and their standard deviations, in place of its own."""
@@ -66,7 +69,7 @@ class FreeDecay(Shown):
         return {
             "k/J": {"value": self.stiffness_ratio, "unit": "1/s^2", "sd": self.stiffness_ratio_deviation},
             "c/J": {"value": self.damping_ratio, "unit": "1/s", "sd": self.damping_ratio_deviation},
-            "rest": {"value": self.rest, "unit": "rad"},
+            "rest": {"value": self.rest, "unit": "rad", "sd": self.rest_deviation},
             "amplitude": {"value": self.amplitude, "unit": "rad"},
             "rms_residual": {"value": self.rms_residual, "unit": "rad"},
             "cycles": self.cycles,
@@ -81,22 +84,27 @@ def fit_free_decay(log: RigLog) -> FreeDecay:
     Raises:
         StickslipError: no angle in the log, too few cycles, or an amplitude that does not decay.
     """
-    from identification.measurement.disc_motion import angle_at_ticks
+    from identification.measurement.disc_motion import angle_at_ticks, angle_sensor, by_encoder, passed_lines
 
     if log.kind != "free-decay":
         raise StickslipError(f"Log '{log.name}' is of kind '{log.kind}'; k/J and c/J need one of kind 'free-decay'.")
     pieces = log.pieces()
     longest = max(pieces, key=lambda piece: len(piece.time))
-    time, angle = angle_at_ticks(longest)
-    found = fit_decay(time, angle, name=log.name)
+    if by_encoder(longest):
+        passes = passed_lines(longest)
+        found = fit_decay(passes.time, passes.angle, name=log.name, line=passes.line)
+    else:
+        found = fit_decay(*angle_at_ticks(longest), name=log.name)
+    found = replace(found, sensor=angle_sensor(log))
     if len(pieces) == 1:
         return found
     said = f"Free decay '{log.name}' is in {len(pieces)} pieces; the longest, of {longest.duration:.3g} s, was used."
     return replace(found, warnings=(said, *found.warnings))
 
 
-def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDecay:
-    """As `fit_free_decay`, from time (n,) in s and angle (n,) in rad; samples that are NaN are left out."""
+def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.ndarray | None = None) -> FreeDecay:
+    """As `fit_free_decay`, from time (n,) in s and angle (n,) in rad; samples that are NaN are left out. line: (n,)
+    number of the encoder's line that a sample is of, whose error all its passes share."""
     from scipy.optimize import least_squares
 
     good = np.isfinite(angle)
@@ -104,6 +112,7 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
     start, swings = _swings(time, angle, name)
     used = time >= start
     time, angle = time[used] - start, angle[used]
+    shared = None if line is None else line[good][used]
     frequency = np.pi * (len(swings) - 1) / (swings[-1, 0] - swings[0, 0])
     rate = -np.polyfit(swings[:, 0], np.log(np.abs(swings[:, 1])), 1)[0]
     scale = float(np.max(np.abs(swings[:, 1])))
@@ -123,9 +132,14 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
     linear = np.linalg.lstsq(basis, angle, rcond=None)[0]
     error = basis @ linear - angle
     gradient = _gradient(time, found.x, linear, basis)
-    # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a swing
-    period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
-    covariance = newey_west(gradient, error, reach=max(period_samples // 4, 1))[:2, :2]
+    if shared is None:
+        # a decay tells most at its begin, so that a share of all samples is too much; what disturbs it is over in a
+        # swing
+        period_samples = round(2 * np.pi / frequency / float(np.median(np.diff(time))))
+        whole = newey_west(gradient, error, reach=max(period_samples // 4, 1))
+    else:
+        whole = clustered_covariance(gradient, error, shared)
+    covariance = whole[:2, :2]
     # d(k/J) = 2 a da + 2 w dw
     to_ratio = np.array([2 * rate, 2 * frequency])
     rms = float(np.sqrt(np.mean(error**2)))
@@ -135,6 +149,7 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "") -> FreeDec
         damping_ratio=2 * rate,
         damping_ratio_deviation=float(2 * np.sqrt(covariance[0, 0])),
         rest=float(linear[2]),
+        rest_deviation=float(np.sqrt(whole[4, 4])),
         amplitude=scale,
         rms_residual=rms,
         cycles=float(frequency * time[-1] / (2 * np.pi)),

@@ -39,9 +39,10 @@ def without_drift(
             continue
         curves = -level[mine, None] * _cosines(share[mine])
         speed = equations.design[mine, 1]
-        others = np.column_stack([speed, speed * share[mine], np.eye(label.max() + 1)[label[mine]]])
-        both = [_left(others, column) for column in (equations.edge[mine], *curves.T)]
-        edge, curves = both[0], np.stack(both[1:], axis=1)
+        columns = np.column_stack([speed, speed * share[mine], equations.edge[mine], curves])
+        both = _within(columns, label[mine])  # one constant for each label is projected out by its mean
+        both = _left(both[:, :2], both[:, 2:])
+        edge, curves = both[:, 0], both[:, 1:]
         if not _drifts(_means(edge, block), _means(curves, block)):
             continue
         found = np.linalg.lstsq(curves, edge, rcond=None)[0]
@@ -63,9 +64,15 @@ def _cosines(share: np.ndarray | float) -> np.ndarray:
     return np.cos(np.pi * np.multiply.outer(np.asarray(share), np.arange(1, COSINES + 1)))
 
 
-def _left(others: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """What is left of (n,) when it is projected on the others (n, m)."""
-    return column - others @ np.linalg.lstsq(others, column, rcond=None)[0]
+def _within(columns: np.ndarray, label: np.ndarray) -> np.ndarray:
+    """Columns (n, m) less their means over equal labels (n,)."""
+    counts = np.maximum(np.bincount(label), 1)
+    return np.stack([column - (np.bincount(label, column) / counts)[label] for column in columns.T], axis=1)
+
+
+def _left(others: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """What is left of (n,) or (n, k) when they are projected on the others (n, m)."""
+    return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
 
 
 def _means(values: np.ndarray, block: np.ndarray) -> np.ndarray:

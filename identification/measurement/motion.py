@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from math import perm
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from rig_io.sensors import edges
 SMOOTHING = (
     0.045  # of the natural period: the window of the smoothing that serves only to find edges, gains and segments
 )
+CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
+LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +24,7 @@ class SensorFit:
 
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
-    encoder); warnings: where the delay is not one and the same, in words.
+    encoder, or nothing but it); warnings: where the delay is not one and the same, in words.
     """
 
     gain: float = 0.0
@@ -32,12 +36,37 @@ class SensorFit:
 
 
 @dataclass(frozen=True, eq=False)
+class Passes:
+    """Edges of the body's encoder in a log where nothing else shows the angle.
+
+    time: (m,) s, ascending; angle: (m,) rad; line: (m,) number of the ruled line on its disc.
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    line: np.ndarray
+
+    def between(self, time: np.ndarray) -> np.ndarray:
+        """Angle (n,) rad at times (n,) from the first edge to the last: a cubic spline through all edges, which departs
+        from the motion of the rig by no more than lines are misplaced."""
+        from scipy.interpolate import make_interp_spline
+
+        apart = np.concatenate([[True], np.diff(self.time) > CLOSE])
+        return make_interp_spline(self.time[apart], self.angle[apart], 3)(time)
+
+    def turned(self, angle: float | np.ndarray) -> Passes:
+        """The same with angles (m,) larger by so much, rad."""
+        return replace(self, angle=self.angle + angle)
+
+
+@dataclass(frozen=True, eq=False)
 class DiscMotion:
     """Motion of the disc in one log, on an even clock.
 
     time: (n,) s; angle: (n,) rad, unsmoothed; drives: (n_discs, n) rad/s, speeds of the driving discs in contact, in
     the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
-    estimator uses a segment that holds one); warnings: what was done to the samples, in words.
+    estimator uses a segment that holds one); warnings: what was done to the samples, in words. passes: edges of the
+    encoder where no other sensor shows the angle, which then is interpolated between them.
     """
 
     log: RigLog
@@ -46,6 +75,7 @@ class DiscMotion:
     drives: np.ndarray
     filled: np.ndarray
     warnings: tuple[str, ...] = ()
+    passes: Passes | None = None
 
     @property
     def drive(self) -> np.ndarray:
@@ -76,10 +106,25 @@ def drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
 
 def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:
     """Local polynomial value or derivative (n,) on an even clock of ``step`` s; the window (s) becomes an odd count."""
-    from scipy.signal import savgol_filter
-
     count = odd_count(window, step)
-    return np.asarray(savgol_filter(angle, count, min(order, count - 1), deriv=derivative, delta=step))
+    fitted, shape = local_polynomial(count, order, derivative)
+    half = count // 2
+    first, last = shape[:half] @ (fitted @ angle[:count]), shape[half + 1 :] @ (fitted @ angle[-count:])
+    return np.concatenate([first, np.correlate(angle, shape[half] @ fitted, "valid"), last]) / step**derivative
+
+
+@lru_cache(maxsize=64)
+def local_polynomial(count: int, order: int, derivative: int) -> tuple[np.ndarray, np.ndarray]:
+    """Least-squares polynomial through ``count`` (odd) even samples: coefficients from values (order + 1, count), and
+    the derivative at each sample, per sample, from coefficients (count, order + 1).
+
+    Source: Savitzky & Golay (1964), Anal. Chem. 36, 1627.
+    """
+    half = count // 2
+    powers = np.arange(min(order, count - 1) + 1)
+    place = np.arange(-half, half + 1)[:, None] / half
+    factor = np.array([perm(power, derivative) for power in powers.tolist()]) / float(half) ** derivative
+    return np.linalg.pinv(place**powers), factor * place ** np.maximum(powers - derivative, 0)
 
 
 def odd_count(window: float, step: float) -> int:

@@ -15,10 +15,20 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.base.threads import one_blas_thread
+from identification.inference.adjustment import Reading
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import corrected, disc_motion, fuse, zeroed
+from identification.measurement.disc_motion import (
+    angle_sensor,
+    by_encoder,
+    corrected,
+    disc_motion,
+    fuse,
+    nominal_drives,
+    zeroed,
+)
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
-from identification.measurement.motion import SMOOTHING, DiscMotion, SensorFit
+from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, long_enough, slip_segments
 from rig_io.logs.arrangement import Arrangement
@@ -30,6 +40,10 @@ _ASSUMED: dict[Arrangement, str] = {
     "sequential": "one disc touches at a time: disc 0 below the angle theta_s, disc 1 from there on",
     "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
 }
+LASER = frozenset({"gain", "laser", "delay"})
+SENSED = LASER | {"zero", "lines"}  # what moves the angle
+SPEED = "w_"  # before the number of a log: speed of its drives over the nominal one
+DRAWS = 24
 REST_SUSPECT = 1e-3  # rad at rest, beyond which the zero of the angle sensor is worth a word
 
 Part = TypeVar("Part")
@@ -53,12 +67,18 @@ class RigValues:
         """Normal force of the driving disc, or of the first of two."""
         return self.forces[0]
 
+    @property
+    def spring(self) -> float:
+        """Friction coefficient that holds the spring where the body has turned by a radian, k/(R N)."""
+        return self.k / (self.R * self.N)
+
 
 @dataclass(frozen=True, eq=False)
 class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
-    time."""
+    time; readings: what else is known of the constants in ``priors``; zero: what is known of that of an
+    encoder, where nothing else shows the angle."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
@@ -69,6 +89,8 @@ class Pool(Shown):
     arrangement: Arrangement
     threshold: float
     warnings: tuple[str, ...]
+    readings: tuple[Reading, ...] = ()
+    zero: Prior | None = None
 
     @property
     def values(self) -> RigValues:
@@ -86,24 +108,62 @@ class Pool(Shown):
         values = self.values
         return float(2 * np.pi * np.sqrt(values.J / values.k))
 
+    def with_constants(self, values: Mapping[str, float]) -> Pool:
+        """The same logs of a rig with other constants, by name; those that are not named stay."""
+        return replace(self, priors=tuple(replace(one, value=values.get(one.name, one.value)) for one in self.priors))
+
     def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
         """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
-        moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s)."""
+        moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s), the zero of an
+        encoder by "zero" (rad), its lines as draw number "lines" has them."""
         known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
-        if "gain" in moved or "delay" in moved:
-            segments = self.with_sensors(moved.get("gain", 0.0), moved.get("delay", 0.0))
+        if "R" in moved and self.sensors.lines == 0 and any(angle_sensor(m.log) == "laser" for m in self.motions):
+            # a laser alone measures R sin(angle)
+            moved = {**moved, "gain": (1 + moved.get("gain", 0.0)) / (1 + moved["R"]) - 1}
+        if any(name in SENSED or name.startswith(SPEED) for name in moved):
+            segments = self.with_sensors(moved)
         kept = long_enough(segments, window)
         return kept, [self.log_number(segment) for segment in kept], rig_values(known)
 
-    def with_sensors(self, gain: float, delay: float) -> tuple[SlipSegment, ...]:
-        """The same segments with the angle's scale and date moved further by gain (relative) and delay (s)."""
-        moved = {id(m): corrected(m, gain, delay) for m in self.motions}
-        return tuple(replace(segment, motion=moved[id(segment.motion)]) for segment in self.segments)
+    def with_sensors(self, moved: Mapping[str, float]) -> tuple[SlipSegment, ...]:
+        """The same segments with the angle moved, see `moved`."""
+        motions = {id(motion): self._sensed(place, motion, moved) for place, motion in enumerate(self.motions)}
+        return tuple(replace(segment, motion=motions[id(segment.motion)]) for segment in self.segments)
+
+    def _sensed(self, place: int, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
+        if not LASER.isdisjoint(moved):
+            gain = (1 + moved.get("gain", 0.0)) * (1 + moved.get("laser", 0.0)) - 1
+            motion = corrected(motion, gain, moved.get("delay", 0.0))
+        if speed_name(place) in moved:
+            motion = replace(motion, drives=motion.drives * (1 + moved[speed_name(place)]))
+        if "zero" in moved:
+            motion = zeroed(motion, moved["zero"])
+        if "lines" in moved and motion.passes is not None:
+            ruling = np.random.default_rng(int(moved["lines"])).standard_normal(int(motion.passes.line.max()) + 1)
+            passes = motion.passes.turned(self.sensors.rms * ruling[motion.passes.line])
+            motion = replace(motion, passes=passes, angle=passes.between(motion.time))
+        return motion
+
+    @property
+    def seen_well(self) -> bool:
+        """Whether residuals can tell disturbances of friction from what sensors leave open: from misplaced lines of an
+        encoder that alone shows the angle, and from drives whose unevenness is not recorded."""
+        return not any(motion.passes is not None or nominal_drives(motion.log) for motion in self.motions)
+
+    @property
+    def drawn(self) -> int:
+        """How many draws of the misplacement of an encoder's lines stand for it; 0 where it does not show the angle."""
+        return DRAWS if any(motion.passes is not None for motion in self.motions) else 0
 
     def log_number(self, segment: SlipSegment) -> int:
         """Place of the segment's log among ``motions``, whose sensors may have been moved."""
         return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
+
+
+def speed_name(place: int) -> str:
+    """Of the speed of the drives over the nominal one in a log, by its place."""
+    return f"{SPEED}{place + 1}"
 
 
 def rig_values(known: dict[str, float]) -> RigValues:
@@ -115,6 +175,7 @@ def rig_values(known: dict[str, float]) -> RigValues:
     return RigValues(J, k, c, known["R"], known["r"], forces)
 
 
+@one_blas_thread()
 def pool(
     logs: Sequence[RigLog],
     *,
@@ -151,7 +212,7 @@ def pool(
     raw, split, unfit = motions_in_pieces(sliding)
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
-        raw = [zeroed(motion, free_decay.rest) for motion in raw]
+        raw = at_rest(raw, free_decay)
     fused, sensors = fuse(raw, SMOOTHING * period)
 
     def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
@@ -160,6 +221,8 @@ def pool(
 
     found, empty = _usable([(motion.log.name, motion) for motion in fused], with_segments, split)
     motions = tuple(motion for motion, _ in found)
+    priors = (*priors, *_nominal_speeds(motions), *_laser_gain(motions, sensors))
+    zero = _zero(raw, free_decay)
     warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     return Pool(
@@ -172,6 +235,8 @@ def pool(
         arrangement,
         threshold,
         (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, priors, free_decay)),
+        _readings(sliding) if free_decay is not None else (),
+        zero,
     )
 
 
@@ -343,6 +408,56 @@ def _priors(logs: Sequence[RigLog], contacts: Sequence[str], free_decay: FreeDec
     return (*stated, *ratios)
 
 
+def at_rest(motions: Sequence[DiscMotion], decay: FreeDecay) -> list[DiscMotion]:
+    """The motions with the zero of the sensor that showed a free decay put where it came to rest."""
+    return [zeroed(m, decay.rest) if angle_sensor(m.log) == decay.sensor else m for m in motions]
+
+
+def _zero(motions: Sequence[DiscMotion], decay: FreeDecay | None) -> Prior | None:
+    """What is known of the zero of an encoder that alone shows the angle."""
+    counted = [motion.log for motion in motions if motion.passes is not None]
+    if not counted:
+        return None
+    if decay is not None and decay.sensor == "encoder":
+        return Prior("zero", 0.0, "rad", decay.rest_deviation, f"free decay '{decay.log}'")
+    # even over the pitch
+    deviation = float(counted[0].calibration.need("encoder").pitch / np.sqrt(12))
+    return Prior("zero", 0.0, "rad", deviation, "counter set to 0 at rest")
+
+
+def _nominal_speeds(motions: Sequence[DiscMotion]) -> tuple[Prior, ...]:
+    """Speed of the drives over the nominal one, of each log that does not record it."""
+    found = []
+    for place, motion in enumerate(motions):
+        done = motion.log.experiment
+        if not nominal_drives(motion.log):
+            continue
+        known = [sd / abs(speed) for sd, speed in zip(done.drive_speed_uncertainty, done.drive_speed, strict=False)]
+        source = f"nominal speed of '{motion.log.name}'" + ("" if known else ", uncertainty unknown")
+        found.append(Prior(speed_name(place), 1.0, "1", max(known, default=0.0), source, bool(known)))
+    return tuple(found)
+
+
+def _laser_gain(motions: Sequence[DiscMotion], sensors: SensorFit) -> tuple[Prior, ...]:
+    """The laser's gain over the stated one, where no encoder shows it."""
+    calibrations = [m.log.calibration.need("laser") for m in motions if angle_sensor(m.log) == "laser"]
+    if sensors.lines or not calibrations:
+        return ()
+    known = calibrations[0].gain_deviation  # the logs of a pool share it
+    source = "calibration of the laser" + (", uncertainty unknown" if known is None else "")
+    return (Prior("laser", 1.0, "1", known or 0.0, source, known is not None),)
+
+
+def _readings(logs: Sequence[RigLog]) -> tuple[Reading, ...]:
+    """k and c as stated, where a free decay gives k/J and c/J: with these, two more readings of J."""
+    stated = [(name, getattr(logs[0].rig, name)) for name in ("k", "c")]
+    return tuple(
+        Reading(name, {"J": 1, f"{name}/J": 1}, one.value, one.standard_uncertainty / one.value)
+        for name, one in stated
+        if one is not None and one.value > 0 and one.standard_uncertainty
+    )
+
+
 def _warnings(
     logs: Sequence[RigLog], sensors: SensorFit, priors: Sequence[Prior], free_decay: FreeDecay | None
 ) -> tuple[str, ...]:
@@ -359,6 +474,25 @@ def _warnings(
             "The laser's gain was taken as stated (no encoder in the logs, or too few of its lines passed): an error "
             "of it passes to the friction coefficients one to one and is not in their standard deviations."
         )
+    if any(by_encoder(log) for log in logs):
+        zero = (
+            "its zero is that of the free decay"
+            if free_decay is not None and free_decay.sensor == "encoder"
+            else "its zero is known within half a pitch, for a counter set to 0 at rest (a free decay would show it)"
+        )
+        found.append(
+            f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
+            f"{LINE_ERROR:.0%} of the pitch, micro-slip in stick cannot be seen, and disturbances are not sought, only "
+            "estimated where they are named. A laser beside it would tell more."
+        )
+    nominal = [log.name for log in logs if nominal_drives(log)]
+    if nominal:
+        found.append(
+            f"How the drives turned is not recorded in {' and '.join(nominal)}: the nominal speeds were taken. Their "
+            "unevenness passes to the law as noise, their uncertainty is added, micro-slip in stick cannot be seen, "
+            "and disturbances are not sought, only estimated where they are named. An encoder on each drive would tell "
+            "more."
+        )
     if len(logs) == 1 and len(logs[0].contacts) == 1:
         found.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")
     elif len(logs) == 1:
@@ -373,9 +507,10 @@ def _warnings(
                 f"In the free decay the disc comes to rest at {free_decay.rest:.2g} rad: the sensor's zero is off. All "
                 "angles were shifted by it."
             )
-        k = logs[0].rig.k
-        if k is not None and logs[0].rig.J is not None:
-            stated = k.value / logs[0].rig.J.value
+        k, J = logs[0].rig.k, logs[0].rig.J
+        # where both are known to something, they are adjusted to the decay with the fit
+        if k is not None and J is not None and not (k.standard_uncertainty and J.standard_uncertainty):
+            stated = k.value / J.value
             if abs(free_decay.stiffness_ratio / stated - 1) > 0.02:
                 found.append(
                     f"The free decay gives k/J = {free_decay.stiffness_ratio:.5g} 1/s^2, the log's constants "

@@ -20,6 +20,7 @@ import numpy as np
 
 from fmu_models.base.digits import value_with_sd
 from identification.inference.uncertainty import clustered_covariance
+from identification.measurement.disc_motion import nominal_drives
 from identification.measurement.motion import SMOOTHING, DiscMotion, drive_angle
 from identification.measurement.pooling import Pool
 from identification.measurement.slip_segments import stretches
@@ -81,6 +82,9 @@ def presliding(ready: Pool, coefficient: float) -> PreSliding | None:
 
     coefficient: of friction, at breakaway (mu_s).
     """
+    unseen = any(nominal_drives(motion.log) for motion in ready.motions)
+    if ready.drawn or unseen:  # edges of an encoder lie further apart than bristles give way, and drives turn unevenly
+        return None
     rows = [part for motion in ready.motions for part in _sticks(ready, motion, coefficient * ready.values.N)]
     if len(rows) < FEWEST:
         return None

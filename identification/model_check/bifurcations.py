@@ -254,8 +254,8 @@ def deviations(fit: FrictionFit, value: Callable[[FrictionFit], float]) -> tuple
         ]
     )
     noise = float(np.sqrt(max((gradient * sd) @ np.array(fit.correlation) @ (gradient * sd), 0.0)))
-    power = 0.0
-    for constant in fit.constants:
+    moves = np.zeros(len(fit.constants))
+    for place, constant in enumerate(fit.constants):
         if not constant.standard_uncertainty or not constant.value:
             continue
         share = {name: s for name, s in constant.sensitivity.items() if s is not None}
@@ -263,8 +263,8 @@ def deviations(fit: FrictionFit, value: Callable[[FrictionFit], float]) -> tuple
             value(_moved(fit, {n: sign * STEP * s for n, s in share.items()}, {constant.name: sign * STEP}))
             for sign in (1.0, -1.0)
         )
-        power += ((up - down) / (2 * STEP) * constant.standard_uncertainty / constant.value) ** 2
-    return noise, float(np.sqrt(power))
+        moves[place] = (up - down) / (2 * STEP) * constant.standard_uncertainty / constant.value
+    return noise, float(np.sqrt(max(moves @ fit.correlation_of_constants @ moves, 0.0)))
 
 
 def _moved(

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import fuse, zeroed
+from identification.measurement.disc_motion import fuse
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion
-from identification.measurement.pooling import check_same_rig, motions_in_pieces
+from identification.measurement.pooling import at_rest, check_same_rig, motions_in_pieces
 from rig_io.logs.log import RigLog
 
 CYCLES = 5  # natural periods: a shorter piece of a log with gaps shows no portrait
@@ -38,8 +38,7 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
             )
     raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
     if decays:
-        rest = fit_free_decay(decays[0]).rest
-        raw = [zeroed(motion, rest) for motion in raw]
+        raw = at_rest(raw, fit_free_decay(decays[0]))
     found: dict[tuple[str, ...], list[DiscMotion]] = {}
     for motion in fuse(raw, SMOOTHING * natural_period)[0]:
         found.setdefault(motion.log.contacts, []).append(motion)

@@ -59,7 +59,8 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
         label = f"{log.name} ({', '.join(f'{speed:.3g}' for speed in log.drive_speeds)} rad/s)"
         above.plot(samples.slip[shown], samples.coefficient[shown], label=label, **style)
         below.plot(samples.slip[shown], samples.coefficient[shown] - law(samples.slip[shown]), **style)
-    speed = np.linspace(0, 1.05 * float(samples.slip.max()), 300)
+    least = float(samples.slip.min()) if find_law(fit.law_reference).directed else 0.0
+    speed = 1.05 * np.linspace(least, float(samples.slip.max()), 300)
     above.plot(speed, law(speed), color="black", linewidth=1.8, label=f"{fit.law} law, {fit.estimator}")
     below.axhline(0.0, color="black", linewidth=1.2)
     bins = [b for b in fit.bins if b.contact == contact and b.standard_error is not None]
@@ -105,7 +106,7 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
 def draw_fit(axes: Axes, fit: FrictionFit) -> None:
     """The fitted law of each disc over slip speed, and the means that the estimator used, with 95 % intervals."""
     reach = 1.05 * max((one.slip for one in fit.bins), default=1.0)
-    speed = np.linspace(0.0, reach, 300)
+    speed = np.linspace(min(0.0, 1.05 * min((one.slip for one in fit.bins), default=0.0)), reach, 300)
     for number, contact in enumerate(fit.contacts):
         colour = COLOURS[number]
         means = [one for one in fit.bins if one.contact == contact]
@@ -129,7 +130,7 @@ def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndar
     """
     law = find_law(fit.law_reference)
     values = np.array([fit[name].value for name in _names(fit, contact)])
-    return lambda slip: law.value(np.abs(slip), values)
+    return lambda slip: law.value(law.along(np.abs(slip), slip), values)
 
 
 def _names(fit: FrictionFit, contact: str) -> list[str]:

@@ -10,7 +10,7 @@ from fmu_models.base.table import Cell, Column, Table, interval, known_to, measu
 from rig_io.packages.sidecar import file_hash
 
 if TYPE_CHECKING:
-    from identification.fit.result import FittedParameter, FrictionFit
+    from identification.fit.result import Constant, FittedParameter, FrictionFit
     from identification.measurement.free_decay import FreeDecay
     from identification.next_step.design import Design
     from rig_io.logs.log import RigLog
@@ -23,7 +23,7 @@ PLACED = frozenset(
         *("type", "version", "estimator", "law", "structure", "contacts", "materials", "parameters", "correlation"),
         *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
         *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
-        *("causes", "plain"),
+        *("causes", "plain", "constants_correlation", "contradictions"),
     }
 )
 
@@ -82,12 +82,13 @@ def correlation_table(fit: FrictionFit) -> Table:
 
 
 def constants_table(fit: FrictionFit) -> Table:
-    """Constants of the rig taken as given, and by how many per cent a parameter moves if one is 1 % larger."""
+    """Constants of the rig, adjusted to the logs, and by how many per cent a parameter moves if one is 1 % larger."""
     names = [q.name for q in fit.parameters]
     rows = [
         [
             one.name,
             measured(one.value, one.standard_uncertainty) if one.stated else Cell(f"{one.value:g} ± ?", "number"),
+            _before(one),
             one.unit,
             *(number(one.sensitivity.get(name), "+.2f") for name in names),
             one.source,
@@ -97,9 +98,17 @@ def constants_table(fit: FrictionFit) -> Table:
     effects = (Column(name, "%") for name in names)
     return table(
         "Rig constants: effect of +1 % on the parameters",
-        ("constant", "value ± sd", "unit", *effects, Column("from", spare=1)),
+        ("constant", "value ± sd", "as stated", "unit", *effects, Column("from", spare=1)),
         rows,
     )
+
+
+def _before(one: Constant) -> Cell:
+    """A constant as it was stated, where it was adjusted."""
+    if one.before is None or (one.before == one.value and one.before_uncertainty == one.standard_uncertainty):
+        return Cell("", "number")
+    known = one.before_uncertainty
+    return Cell(f"{one.before:g} ± ?", "number") if known is None else measured(one.before, known)
 
 
 def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> Table:

@@ -23,7 +23,15 @@ from rig_io.bench.disturbances import Disturbances, disturbed_oscillator
 from rig_io.bench.drive import Ripple
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import Calibration, EncoderCalibration, Experiment, Quantity, RigConstants, RigLog
+from rig_io.logs.log import (
+    Calibration,
+    EncoderCalibration,
+    Experiment,
+    LaserCalibration,
+    Quantity,
+    RigConstants,
+    RigLog,
+)
 from rig_io.packages.datapackage import check_target, write_package
 from rig_io.repair.table import SHORTEST
 from rig_io.sensors.encoder import Encoder
@@ -114,7 +122,8 @@ class Emulation(Shown):
     """One log to be emulated. Times in s, rates in Hz, angles in rad.
 
     discs: none for a free decay from ``start_angle``, one, or two. laser, encoder, drive_encoder, ripple and micro_slip
-    may be None: not fitted, or ideal. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
+    may be None: not fitted, or ideal. speed_deviation: of the drives from their nominal speeds, relative, drawn for
+    each log. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
     its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none.
     """
@@ -132,6 +141,7 @@ class Emulation(Shown):
     encoder: Encoder | None = field(default_factory=Encoder)
     drive_encoder: Encoder | None = field(default_factory=Encoder)
     ripple: Ripple | None = field(default_factory=Ripple)
+    speed_deviation: float = 0.0
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
     disturbances: Disturbances | None = None
@@ -221,9 +231,16 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         columns=columns,
         units={name: COLUMNS[name].unit for name in (TIME.name, *columns)},
         rig=settings.rig if len(settings.discs) == 2 else replace(settings.rig, N1=None),
-        calibration=Calibration(laser=settings.laser.calibration if settings.laser else None, **calibrations),
+        calibration=Calibration(laser=_laser_calibration(settings), **calibrations),
         experiment=_experiment(settings, seed, number),
     )
+
+
+def _laser_calibration(settings: Emulation) -> LaserCalibration | None:
+    """What the user knows of the laser; without an encoder that would show its gain also what its maker says of it."""
+    if settings.laser is None or settings.encoder is not None:
+        return settings.laser.calibration if settings.laser else None
+    return replace(settings.laser.calibration, gain_deviation=settings.laser.gain_error)
 
 
 def emulate_set(
@@ -287,6 +304,8 @@ Turning = tuple[np.ndarray, np.ndarray, float]
 
 def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) -> Turning:
     nominal = settings.discs[i].drive_speed
+    if settings.speed_deviation:
+        nominal *= 1 + settings.speed_deviation * float(_rng(seed, _DRIVES[i], number, 2).standard_normal())
     if settings.ripple is None:
         return np.array([0.0, total]), np.array([nominal, nominal]), 0.0
     return settings.ripple.speed(nominal, total, _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1))
@@ -330,6 +349,9 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
         materials=tuple(disc.material.name for disc in settings.discs),
         drive_speed=tuple(disc.drive_speed for disc in settings.discs),
         arrangement=settings.arrangement,
+        drive_speed_uncertainty=tuple(
+            settings.speed_deviation * abs(disc.drive_speed) for disc in settings.discs if settings.speed_deviation
+        ),
         emulation=truth,
     )
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from rig_io.bench.emulator import Emulation
 
+SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
+
 
 def emulate(
     place: Annotated[
@@ -62,6 +64,9 @@ def emulate(
     ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
     laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,
     encoder: Annotated[bool, typer.Option(help="Fit the encoder of the body.")] = True,
+    drive_encoder: Annotated[
+        bool, typer.Option(help="Fit the drives' encoders; without, they turn at their nominal speeds within 0.5 %.")
+    ] = True,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -77,7 +82,7 @@ def emulate(
     if place.suffix == ".toml":
         said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip, disturbance)
         left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None)
-        if said != left or not (ripple and laser and encoder):
+        if said != left or not (ripple and laser and encoder and drive_encoder):
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -88,6 +93,7 @@ def emulate(
     folder = place
     fitted = {"laser": None} if not laser else {}
     fitted |= {"encoder": None} if not encoder else {}
+    fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
     fitted |= {"ripple": None} if not ripple else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}

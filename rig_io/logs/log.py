@@ -157,7 +157,8 @@ class Calibration(Shown):
 
 @dataclass(frozen=True)
 class Experiment(Shown):
-    """What was done: kind, discs in contact, their materials and nominal speeds (rad/s).
+    """What was done: kind, discs in contact, their materials and nominal speeds (rad/s), with the standard uncertainty
+    of these where it is known (it counts where the log does not record how the drives turned).
 
     arrangement of two discs: both touch always ("together", class b of the disc_rig paper), disc 0 below and disc 1
     from an angle on ("sequential", class c), or with angles at which both touch ("overlapping", class d).
@@ -169,6 +170,7 @@ class Experiment(Shown):
     materials: tuple[str, ...] = ()
     drive_speed: tuple[float, ...] = ()
     arrangement: Arrangement = "together"
+    drive_speed_uncertainty: tuple[float, ...] = ()
     emulation: Mapping[str, Any] = field(default_factory=dict)
 
 

@@ -151,10 +151,18 @@ def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
     contacts = tuple(str(c) for c in _list(entry, "contacts", () if kind == "free-decay" else ("disc0",), where))
     if not set(contacts) <= {"disc0", "disc1"}:
         raise StickslipError(f"{where}: contacts {list(contacts)} are unknown. Expected 'disc0', 'disc1' or both.")
-    speeds = tuple(_number(v, f"{where}: drive_speed") for v in _list(entry, "drive_speed", (), where))
+    speeds, known = (
+        tuple(_number(v, f"{where}: {key}") for v in _list(entry, key, (), where))
+        for key in ("drive_speed", "drive_speed_uncertainty")
+    )
     if speeds and len(speeds) != len(contacts):
         raise StickslipError(
             f"{where}: {len(speeds)} drive speeds for {len(contacts)} discs. Give one for each contact."
+        )
+    if known and (len(known) != len(speeds) or min(known) < 0):
+        raise StickslipError(
+            f"{where}: drive_speed_uncertainty holds {list(known)} for the drive speeds {list(speeds)}. Give a "
+            "positive one for each, in rad/s."
         )
     materials = tuple(str(m) for m in _list(entry, "materials", (), where))
     arrangement = entry.get("arrangement", "together")
@@ -167,7 +175,7 @@ def experiment(entry: Mapping[str, Any], where: str) -> Experiment:
             f"{where}: discs arranged '{arrangement}' are two, but contacts are {list(contacts)}. Give both discs, or "
             "leave the arrangement out."
         )
-    return Experiment(kind, contacts, materials, speeds, arrangement, mapping(entry, "emulation", where))
+    return Experiment(kind, contacts, materials, speeds, arrangement, known, mapping(entry, "emulation", where))
 
 
 def package(name: str, logs: list[RigLog], work: Path, title: str, description: str) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Bodies with dry friction and stops, integrated from equations written by hand: a second, independent path.
 
-    M(q) v' = h(q, v) - sum of s F J (slip) + sum of lambda J (stick) - sum of D'(x) (k d + c d') (stops, d > 0)
+    M(q) v' = h(q, v) - sum of s F_s J (slip) + sum of lambda J (stick) - sum of D'(x) (k d + c d') (stops, d > 0)
 
 From event to event by DOP853; at each all assignments of slip and stick of the contacts at zero slip are tried.
 """
@@ -24,7 +24,8 @@ class Bodies:
 
     Attributes:
         inertia, forces: M(q) and h(q, v).
-        J: (n_contacts, n) constant levers of the friction contacts, J v their slips; capacity: (n_contacts,) N.
+        J: (n_contacts, n) constant levers of the friction contacts, J v their slips; capacity: (n_contacts,) N,
+            or (2, n_contacts) against positive and against negative slip.
         stops: (row of J of the depth, place d = row q - place, k, c) of each.
     """
 
@@ -34,6 +35,17 @@ class Bodies:
     capacity: Vector
     stops: list[tuple[Vector, float, float, float]] = field(default_factory=list)
 
+    @property
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Largest forces against positive and against negative slip, (n_contacts,) each."""
+        plus, minus = np.broadcast_to(self.capacity, (2, len(self.J)))
+        return plus, minus
+
+    def margin(self, i: int, force: float) -> float:
+        """What the force of a sticking contact lacks of its nearer bound."""
+        plus, minus = self.bounds
+        return float(min(minus[i] - force, plus[i] + force))
+
 
 def _rates(b: Bodies, q: Vector, v: Vector, mode: tuple[int, ...], inside: tuple[bool, ...]) -> tuple[Vector, Vector]:
     """Accelerations and the forces of sticking contacts (0 of others); mode 1, -1 slip, 0 stick."""
@@ -41,7 +53,8 @@ def _rates(b: Bodies, q: Vector, v: Vector, mode: tuple[int, ...], inside: tuple
     for (row, place, k, c), touches in zip(b.stops, inside, strict=True):
         if touches:
             h = h - row * (k * (row @ q - place) + c * row @ v)
-    h = h - b.J.T @ (np.array(mode) * b.capacity)
+    plus, minus = b.bounds
+    h = h - b.J.T @ (np.array(mode) * np.where(np.array(mode) > 0, plus, minus))
     free: Vector = np.linalg.solve(M, h).astype(float)
     held = [i for i, s in enumerate(mode) if s == 0]
     force = np.zeros(len(mode))
@@ -60,14 +73,14 @@ def _choose(
     for trial in sorted(itertools.product(*options), key=lambda t: sum(map(abs, t))):
         a, force = _rates(b, q, v, trial, inside)
         slips = b.J @ a
-        if all((abs(force[i]) < b.capacity[i]) if trial[i] == 0 else trial[i] * slips[i] > 0 for i in zero):
+        if all((b.margin(i, force[i]) > 0) if trial[i] == 0 else trial[i] * slips[i] > 0 for i in zero):
             return trial
     raise AssertionError("no mode fits")
 
 
 def integrate(b: Bodies, q: Vector, v: Vector, times: Vector) -> Vector:
     """States (len(times), 2 n) at times from 0 on."""
-    n, contacts = len(q), range(len(b.capacity))
+    n, contacts = len(q), range(len(b.J))
     out = np.empty((len(times), 2 * n))
     t, y = 0.0, np.concatenate([q, v]).astype(float)
     slips = b.J @ v
@@ -88,7 +101,7 @@ def integrate(b: Bodies, q: Vector, v: Vector, times: Vector) -> Vector:
             if mode[i] == 0:
 
                 def margin(_: float, y: Vector, i=i, mode=mode, inside=inside) -> float:
-                    return float(b.capacity[i] - abs(_rates(b, y[:n], y[n:], mode, inside)[1][i]))
+                    return b.margin(i, _rates(b, y[:n], y[n:], mode, inside)[1][i])
 
                 events.append(event(margin, -1))
             else:
@@ -105,8 +118,8 @@ def integrate(b: Bodies, q: Vector, v: Vector, times: Vector) -> Vector:
             return out
         t, y = part.t[-1], part.y[:, -1].copy()
         fired = next(i for i, found in enumerate(part.t_events) if len(found))
-        if fired >= len(b.capacity):
-            which = fired - len(b.capacity)
+        if fired >= len(b.J):
+            which = fired - len(b.J)
             inside = tuple(not touches if i == which else touches for i, touches in enumerate(inside))
             zero = {i for i in contacts if mode[i] == 0}
         else:
@@ -114,7 +127,7 @@ def integrate(b: Bodies, q: Vector, v: Vector, times: Vector) -> Vector:
         J, M = b.J[sorted(zero)], b.inertia(y[:n])
         if zero:
             y[n:] -= np.linalg.solve(M, J.T) @ np.linalg.solve(J @ np.linalg.solve(M, J.T), J @ y[n:])
-        before = mode[fired] if fired < len(b.capacity) else None
+        before = mode[fired] if fired < len(b.J) else None
         if before == 0:
             # at its limit it slips the way it is pulled
             pull = -int(np.sign(_rates(b, y[:n], y[n:], mode, inside)[1][fired]))

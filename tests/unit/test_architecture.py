@@ -19,6 +19,7 @@ FLOORS = (
     ("fmu_models.lowering", "fmu_models.oscillators", "fmu_models.maps"),
     ("fmu_models.codegen",),
     ("fmu_models.fmu",),
+    ("fmu_models.lanes",),
     ("fmu_models.simulation",),
     ("fmu_models.importer",),
     ("fmu_models.analyses", "fmu_models.coupling"),

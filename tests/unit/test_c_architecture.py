@@ -28,9 +28,11 @@ ARROWS = {
         *("engine/model", "engine/step", "engine/events", "engine/tangents", "engine/fmi", "engine/whole_run"),
     },
     "importer/c": {"engine/step"},
+    # beside the FMU: it knows the numbers of the model and the contract with ensembles
+    "lanes/c": {"engine/model", "engine/ensemble"},
 }
 # made per model, beside the rooms of the engine; what they include is of the room of the model
-GENERATED = {"engine/model_sizes.h", "engine/model_kind.c", "engine/model_variation.c"}
+GENERATED = {"engine/model_sizes.h", "engine/model_kind.c", "engine/model_variation.c", "engine/model_lanes.h"}
 
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:[^"\\\n]|\\.)*"', re.DOTALL)

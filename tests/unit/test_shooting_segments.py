@@ -15,6 +15,7 @@ from identification.estimators import ESTIMATORS, shooting
 from identification.estimators.base import Options
 from identification.estimators.shooting_problem import noise
 from identification.estimators.shooting_segments import ShootingProblem, Start
+from identification.fit.adjust import as_stated
 from identification.fit.conclude import conclude
 from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
@@ -134,7 +135,7 @@ def test_projection_equals_the_joint_solve_with_starts_as_unknowns(ready: Pool) 
 
 def test_shooting_finds_the_truth_and_says_how_well(ready: Pool) -> None:
     made = ESTIMATORS.load("shooting").estimate(ready, CONTI, Options())
-    found = conclude(ready, made.estimator, made.problem, made.solution, CONTI, Inference())
+    found = conclude(ready, as_stated(made), Inference())
     assert found.estimator == "shooting" and made.warnings == ()
     assert [q.name for q in found.nuisance] == ["gain", "delay"]
     for value, parameter in zip(TRUTH, found.parameters, strict=True):

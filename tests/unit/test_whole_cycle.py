@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from short_bench import bench
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.scene.read import read_scene
 from identification.estimators import lugre, shooting, whole_cycle
 from identification.estimators.base import Options
 from identification.estimators.shooting_segments import ShootingProblem, Start
 from identification.fit.fit import fit_friction
+from identification.fitted_model.model import fitted_model
 from identification.laws import find_law
 from identification.measurement.pooling import Pool
-from rig_io.bench.emulator import MicroSlip
+from rig_io.bench.emulator import Disc, Emulation, MicroSlip, emulate
 
 CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])
@@ -129,7 +132,32 @@ def test_an_interrupted_stage_leaves_the_one_before(rigid: Pool) -> None:
 
 
 def test_laws_that_bristles_do_not_fit_are_refused(rigid: Pool) -> None:
-    with pytest.raises(StickslipError, match="bristles before Conti's law, not before 'Coulomb'"):
+    with pytest.raises(StickslipError, match="bristles before Conti's law or Stribeck's, not before 'Coulomb'"):
         lugre.estimate(rigid, find_law("Coulomb"), Options())
     with pytest.raises(StickslipError, match="fitted by the estimator 'lugre'"):
         fit_friction(rigid, law="LuGre")
+
+
+def test_bristles_before_stribecks_curve_are_found(tmp_path: Path) -> None:
+    truth = {"mu_s": 0.65, "mu_k": 0.35, "v_s": 0.06, "mu_v": 0.3, "sigma0": 3e4, "sigma1": 100.0}
+    values = ", ".join(f"{name}0 = {value}" for name, value in truth.items())
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        'title = "rig"\nmodel = "disc_rig"\ncontacts = ["disc0"]\nlaws = { disc0 = "lugre_stribeck" }\nstop_time = 8\n'
+        f"free = {{ {values} }}\ndrives = {{ w0 = 0.83 }}\ncompute = {{ kind = 'trajectory' }}\n",
+        encoding="utf-8",
+    )
+    scene = read_scene(path)
+    speeds = (0.41, 0.83, 1.4)
+    settings = [Emulation(f"{w:g}", (Disc(drive_speed=w),), duration=6.0, transient=1.0, scene=scene) for w in speeds]
+    logs = [emulate(one, 5, number) for number, one in enumerate(settings)]
+    fit = fit_friction(logs, estimator="lugre", law="Stribeck+viscous")
+    assert (fit.estimator, fit.law) == ("lugre", "LuGre+Stribeck")
+    for one in fit.parameters:
+        assert one.value == pytest.approx(truth[one.name], rel=0.01)
+        assert abs(one.value - truth[one.name]) < 3 * one.total_deviation
+    # steady sliding is that of Stribeck's curve: N R mu(r w)/k, nearly
+    found = fitted_model(fit).sliding({"disc0": 2.0})
+    assert found is not None
+    mu = 0.35 + 0.3 * np.exp(-((0.12 / 0.06) ** 2)) + 0.3 * 0.12
+    assert found.angle == pytest.approx(4.905 * 0.125 * mu / 2.62, rel=0.01)

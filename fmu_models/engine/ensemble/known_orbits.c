@@ -10,22 +10,22 @@
 
 enum { ARRIVAL_WIDTH = MODEL_NX + 1 };
 
-/* e->memory: a ring of the last points, then for how many steps each period has held */
-static double *arrival_ring(const Arrival *a) { return a->e->memory; }
+/* the memory: a ring of the last points, then for how many steps each period has held */
+static double *arrival_ring(const Arrival *a) { return a->memory; }
 
-static double *arrival_held(const Arrival *a) { return a->e->memory + a->e->longest * ARRIVAL_WIDTH; }
+static double *arrival_held(const Arrival *a) { return a->memory + a->e->longest * ARRIVAL_WIDTH; }
 
 int64_t arrival_numbers(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1); }
 
-void arrival_start(Arrival *a, const Ensemble *e)
+void arrival_start(Arrival *a, const Ensemble *e, double *memory)
 {
-    *a = (Arrival){e, 0, -1, 0};
+    *a = (Arrival){e, memory, 0, -1, 0};
     for (int64_t n = 0; n < e->longest; n++) {
         arrival_held(a)[n] = 0.0;
     }
 }
 
-int64_t arrival_period(Arrival *a, const Run *r)
+int64_t arrival_period(Arrival *a, const double *x, double time)
 {
     const Ensemble *e = a->e;
     double point[ARRIVAL_WIDTH];
@@ -33,8 +33,8 @@ int64_t arrival_period(Arrival *a, const Run *r)
     if (e->longest == 0) {
         return 0;
     }
-    memcpy(point, r->at.x, MODEL_NX * sizeof *point);
-    point[MODEL_NX] = r->at.time;
+    memcpy(point, x, MODEL_NX * sizeof *point);
+    point[MODEL_NX] = time;
     for (int64_t n = 1; n <= e->longest && n <= a->seen; n++) {
         const double *before = arrival_ring(a) + (a->seen - n) % e->longest * ARRIVAL_WIDTH;
         int same = 1;
@@ -52,28 +52,28 @@ int64_t arrival_period(Arrival *a, const Run *r)
     return found;
 }
 
-static int arrival_near(const Ensemble *e, const Run *r, int64_t k)
+static int arrival_near(const Ensemble *e, const double *x, int64_t k)
 {
     const double *centre = e->known + k * MODEL_NX;
     const double *form = e->metric + k * MODEL_NX * MODEL_NX;
     double sum = 0.0;
     for (int i = 0; i < MODEL_NX; i++) {
         for (int j = 0; j < MODEL_NX; j++) {
-            sum += (r->at.x[i] - centre[i]) * form[i * MODEL_NX + j] * (r->at.x[j] - centre[j]);
+            sum += (x[i] - centre[i]) * form[i * MODEL_NX + j] * (x[j] - centre[j]);
         }
     }
     return sum <= 1.0;
 }
 
-int64_t arrival_orbit(Arrival *a, const Run *r)
+int64_t arrival_orbit(Arrival *a, const double *x)
 {
     const Ensemble *e = a->e;
-    int64_t here = a->expected >= 0 && arrival_near(e, r, a->expected) ? a->expected : -1;
+    int64_t here = a->expected >= 0 && arrival_near(e, x, a->expected) ? a->expected : -1;
     if (here < 0) {
         a->met = 0;
     }
     for (int64_t k = 0; here < 0 && k < e->n_known; k++) {
-        here = arrival_near(e, r, k) ? k : -1;
+        here = arrival_near(e, x, k) ? k : -1;
     }
     a->expected = here < 0 ? -1 : e->next[here];
     a->met += here >= 0;

@@ -75,6 +75,11 @@ typedef struct {
     int64_t done;
     /* room of the engine */
     double *memory;
+    /* what steps strobes in lanes (lane_stepper.h), NULL: nothing; room for it, aligned to 64 bytes; steps per run that it
+       made */
+    const void *lanes;
+    void *lane_room;
+    int64_t *in_lanes;
 } Ensemble;
 
 #endif

@@ -50,13 +50,13 @@ void section_step_start(const Run *r, Walk *w)
     }
 }
 
-void section_step_close_row(const Run *r, Walk *w)
+void section_step_close_row(const signed char *state, double time, Walk *w)
 {
     for (int c = 0; c < MODEL_NC; c++) {
-        if (walk_holds(c, r->at.state[c])) {
-            w->held[c] += r->at.time - w->contact_since[c];
+        if (walk_holds(c, state[c])) {
+            w->held[c] += time - w->contact_since[c];
         }
-        w->contact_since[c] = r->at.time;
+        w->contact_since[c] = time;
     }
 }
 

@@ -29,6 +29,6 @@ Outcome section_step(Run *r, Walk *w);
 /* the same with tangents along directions[k * EXTENDED + i], which are replaced by their derivatives */
 Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double *directions);
 /* time in contact up to now, for a row */
-void section_step_close_row(const Run *r, Walk *w);
+void section_step_close_row(const signed char *state, double time, Walk *w);
 
 #endif

@@ -1,7 +1,7 @@
 /*
  * Whether a contact fits its state from one instant on, with all contacts in the states that they have now.
  *
- *     sticking    margin = capacity - |force| > 0, and its slip stays at rest
+ *     sticking    margin = bound - |force| > 0 on the nearer side, and its slip stays at rest
  *     slipping    sign * (rate of slip) > 0
  *     closed      force > 0, and its gap stays zero
  *     opening     the gap has a positive second derivative
@@ -61,9 +61,12 @@ static void expand(Run *r, Trial *trial)
 double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude)
 {
     if (!contact_is_held(r->at.state, c)) {
-        const double capacity = j->capacity[c][0]; /* of the friction of a rigid contact: not the model's to say */
+        const double capacity = j->capacity[c][0];
         model_stick(r->at.p, r->at.d, j, 0, c);
-        j->capacity[c][0] = model_contact_partner[c] >= 0 ? capacity : j->capacity[c][0];
+        if (model_contact_partner[c] >= 0) { /* not the model's to say */
+            j->capacity[c][0] = capacity;
+            stick_mirror(j, c, 0);
+        }
     }
     double sum = j->slip_rate[c][0];
     *magnitude = fabs(sum);
@@ -101,7 +104,7 @@ static int stick_starts_unloaded(Run *r, Trial *trial, int c)
     for (int side = -1; side <= 1; side += 2) {
         double series[TIE_ORDER];
         for (int k = 0; k < TIE_ORDER; k++) {
-            series[k] = j->capacity[c][k] - side * j->force[c][k];
+            series[k] = stick_bound(j, c, side)[k] - side * j->force[c][k];
         }
         int zeros = 0;
         if (first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros) <= 0) {
@@ -116,7 +119,7 @@ static int stick_starts_unloaded(Run *r, Trial *trial, int c)
 static int stick_holds(Run *r, Trial *trial, int c)
 {
     Jets *j = &r->scratch;
-    const double capacity = j->capacity[c][0];
+    const double capacity = stick_scale(j, c);
     const double tolerance = r->tolerances.margin;
     double magnitude;
     trial->zeros[c] = 0;
@@ -132,15 +135,16 @@ static int stick_holds(Run *r, Trial *trial, int c)
     if (fabs(fit_slip_rate(r, j, c, &magnitude)) > tolerance * magnitude) {
         return 0;
     }
-    const double margin = capacity - fabs(j->force[c][0]);
+    const int side = stick_side(j, c);
+    const double *bound = stick_bound(j, c, side);
+    const double margin = bound[0] - side * j->force[c][0];
     if (!trial->at_limit[c] && fabs(margin) > trial->tie * capacity) {
         return margin > 0.0;
     }
     expand(r, trial);
-    const double side = j->force[c][0] > 0.0 ? 1.0 : -1.0;
     double series[TIE_ORDER];
     for (int k = 0; k < TIE_ORDER; k++) {
-        series[k] = j->capacity[c][k] - side * j->force[c][k];
+        series[k] = bound[k] - side * j->force[c][k];
     }
     int zeros = zeros_at_fall(series, r->tolerances.slip * capacity);
     const int sign = first_sign(series, TIE_ORDER - 1, trial->length, r->tolerances.slip * capacity, &zeros);
@@ -216,7 +220,7 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
 
 int fit_can_stick(const Run *r, int c)
 {
-    return model_contact_sticks[c] && r->scratch.capacity[c][0] > 0.0 && r->scratch.G[c][c][0] > 0.0
+    return model_contact_sticks[c] && stick_scale(&r->scratch, c) > 0.0 && r->scratch.G[c][c][0] > 0.0
            && placement_has_lever(r, c);
 }
 

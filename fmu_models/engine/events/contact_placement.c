@@ -182,7 +182,7 @@ void placement_on_walls(Run *r, const signed char *at_walls)
     Jets *j = &r->scratch;
     Sticking s;
     for (int c = 0; c < MODEL_NC; c++) {
-        j->capacity[c][0] = 0.0;
+        stick_unweighted(j, c);
     }
     contact_factor(&r->at, j, at_walls, NULL, &s);
     for (int i = 0; i < s.count; i++) {

@@ -42,15 +42,15 @@ static void set_bounds(Run *r, const Trial *trial, ContactBox *o, int i)
     const int normal = model_contact_is_impact[c] ? -1 : model_contact_partner[c];
     const int follows = normal >= 0 && o->unknown[normal] >= 0;
     const int lever = placement_has_lever(r, c);
-    const double capacity = fit_can_stick(r, c) && !follows ? r->scratch.capacity[c][0] : 0.0;
-    o->lower[i] = model_contact_is_impact[c] ? 0.0 : -capacity;
+    const int holds = fit_can_stick(r, c) && !follows;
+    const double capacity = holds ? stick_bound(&r->scratch, c, 1)[0] : 0.0;
+    o->lower[i] = model_contact_is_impact[c] || !holds ? 0.0 : -stick_bound(&r->scratch, c, -1)[0];
     o->upper[i] = model_contact_is_impact[c] ? (lever ? INFINITY : 0.0) : capacity;
     o->mu[i] = follows && lever ? model_friction(r->at.p, r->at.d, c) : 0.0;
     o->partner[i] = follows ? o->unknown[normal] : -1;
     /* where the force decides nothing the sign that it had comes before the other */
-    o->state[i] = (signed char)(o->upper[i] > 0.0 || o->mu[i] > 0.0      ? 0
-                                : trial->before[c] == CONTACT_SLIP_MINUS ? 1
-                                                                         : -1);
+    const int room = o->upper[i] > 0.0 || o->mu[i] > 0.0 || (MODEL_DIRECTED && o->lower[i] < 0.0);
+    o->state[i] = (signed char)(room ? 0 : trial->before[c] == CONTACT_SLIP_MINUS ? 1 : -1);
 }
 
 /* effect of the force of contact e on the rate of c, with that of its friction where this is known to slip */
@@ -174,7 +174,7 @@ static int project(Run *r, const Trial *trial)
         any |= member[c];
         r->projected[c] |= member[c];
         if (r->at.state[c] != CONTACT_STICK) {
-            r->scratch.capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+            stick_unweighted(&r->scratch, c);
         }
     }
     return any && contact_project(&r->at, &r->scratch, member);

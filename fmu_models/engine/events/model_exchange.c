@@ -67,7 +67,9 @@ static double watched(Run *r, int c, Slot slot)
     const double shift = r->tolerances.importer;
     if (r->at.state[c] == CONTACT_STICK) {
         const double unloaded = model_contact_partner[c] >= 0 ? force_shift(r, j, c) : 0.0;
-        return j->capacity[c][0] * (1.0 + shift) - fabs(j->force[c][0]) + unloaded;
+        const int side = stick_side(j, c);
+        const double bound = stick_bound(j, c, side)[0], scale = stick_scale(j, c);
+        return (MODEL_DIRECTED ? bound + shift * scale : bound * (1.0 + shift)) - side * j->force[c][0] + unloaded;
     }
     return sign * j->slip[c][0] + shift * model_slip_magnitude(r->at.p, r->at.d, j, c);
 }
@@ -138,7 +140,7 @@ static double landing(const Run *r, const Jets *j, int c, Slot slot)
     if (model_contact_is_stop[c]) {
         return 0.0;
     }
-    return shift * (r->at.state[c] == CONTACT_STICK ? j->capacity[c][0] : model_slip_magnitude(r->at.p, r->at.d, j, c));
+    return shift * (r->at.state[c] == CONTACT_STICK ? stick_scale(j, c) : model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
 /* the contact whose indicator has fallen furthest, in multiples of where importers land; scratch holds order 0 */

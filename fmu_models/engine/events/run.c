@@ -25,11 +25,24 @@
    ahead counts instead, so that the times at which a caller looks do not change the motion */
 static const double LOOK_AHEAD = 1024.0;
 
+void run_resume(Run *r)
+{
+    r->stalled = 0;
+    r->unseen = 0;
+    r->accumulation_start = r->last_event = r->pace_start = r->at.time;
+    r->pace_first_step = r->steps;
+    r->pace_first_event = r->events;
+    r->accumulated_events = 0;
+    r->paced_events = 0;
+    r->paced_at = PACED_FIRST;
+    r->paced_time = r->at.time;
+    r->paced_span = INFINITY;
+    r->longest_pause = 0.0;
+}
+
 RunStatus run_initialize(Run *r)
 {
     run_parameters_changed(r);
-    r->stalled = 0;
-    r->unseen = 0;
     const char *violation = model_violation(r->at.p);
     if (violation) {
         return run_fail(r, "%s", violation);
@@ -50,15 +63,7 @@ RunStatus run_initialize(Run *r)
             return RUN_ERROR;
         }
     }
-    r->accumulation_start = r->last_event = r->pace_start = r->at.time;
-    r->pace_first_step = r->steps;
-    r->pace_first_event = r->events;
-    r->accumulated_events = 0;
-    r->paced_events = 0;
-    r->paced_at = PACED_FIRST;
-    r->paced_time = r->at.time;
-    r->paced_span = INFINITY;
-    r->longest_pause = 0.0;
+    run_resume(r);
     memset(r->at.settles, 0, sizeof r->at.settles);
     memset(r->leeway, 0, sizeof r->leeway);
     gap_measure_nominal(r);
@@ -123,7 +128,7 @@ RunStatus run_keep_without_slip(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         held[c] = (signed char)(held[c] && placement_has_lever(r, c));
         if (r->at.state[c] != CONTACT_STICK) {
-            j->capacity[c][0] = 0.0; /* no weight of its own where the law has no capacity */
+            stick_unweighted(j, c);
         }
     }
     contact_project(&r->at, j, held);

@@ -6,6 +6,8 @@
 
 /* choose the contact states for the state x at r->time from scratch; RUN_ERROR with message if p or x is unusable */
 RunStatus run_initialize(Run *r);
+/* after a jump to another point of a motion, whose contact states are known: what the run watches begins there */
+void run_resume(Run *r);
 /* inputs may have jumped: choose again for contacts at zero slip or with a violated stick; changed (may be NULL): x
    moved */
 RunStatus run_reconsider(Run *r, int *changed);

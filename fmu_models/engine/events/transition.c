@@ -12,7 +12,7 @@
  *                 that do not are candidates, and whatever else feels the new velocities is placed anew
  *     candidates: the contacts of friction whose tangential indicator falls now, those at zero slip within rounding,
  *                 and all that stick or are closed (another contact's change can tear them loose)
- *     choose:     mode_selection.c
+ *     choose:     mode_selection.c; then the clocks of contacts that begin or end to stick start anew
  *     settle:     an impact in the tail of a chatter is the last: its contacts are held from here on (chatter.c)
  *
  * Changes at one instant are bounded; beyond the bound the run stops and names the contact (accumulation.c).
@@ -152,14 +152,30 @@ static RunStatus leave_regions(Run *r, signed char *candidate, const signed char
     return RUN_OK;
 }
 
+/* what knows the time in stick begins anew where contacts have begun or ended to stick */
+static void restart_clocks(Run *r, const signed char *before, int *moved)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int changed = (before[c] == CONTACT_STICK) != (r->at.state[c] == CONTACT_STICK);
+        if ((model_contact_resets[c] & 4) && changed) {
+            taylor_load(r, &r->scratch);
+            model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
+            r->jumped[c] = 1;
+            *moved = 1;
+        }
+    }
+}
+
 RunStatus transition_reconsider(Run *r, int *moved)
 {
     const signed char at_limit[NC] = {0};
     signed char candidate[NC] = {0};
     signed char resting[NC];
     signed char arrives[NC] = {0};
+    signed char before[NC];
     int any = 0;
     forget_event(r);
+    memcpy(before, r->at.state, sizeof before);
     placement_all(r, candidate, resting);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         if (model_contact_is_impact[c]) {
@@ -181,6 +197,9 @@ RunStatus transition_reconsider(Run *r, int *moved)
     }
     if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR) {
         return RUN_ERROR;
+    }
+    if (!r->starting) {
+        restart_clocks(r, before, moved);
     }
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
@@ -247,7 +266,9 @@ RunStatus transition_make(Run *r, int *moved)
     signed char candidate[NC];
     signed char at_limit[NC];
     signed char arrives[NC] = {0};
+    signed char before[NC];
     int any = 0;
+    memcpy(before, r->at.state, sizeof before);
     placement_load(r);
     memset(r->at.known, 0, sizeof r->at.known);
     forget_event(r);
@@ -287,6 +308,7 @@ RunStatus transition_make(Run *r, int *moved)
     if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) {
         return RUN_ERROR;
     }
+    restart_clocks(r, before, moved);
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 

@@ -9,8 +9,8 @@
  *     y   = slip(t,u,x)                     slip speed, speed of approach or switching function of each contact
  *     y'  = slip_rate(t,u,x) + G(x) lambda  its rate without and with contact forces
  *
- * A contact of friction slips (lambda = force law, odd in the sign of the slip), sticks (lambda is whatever keeps
- * y' = 0, as long as |lambda| < capacity) or is away (lambda = 0). A stop touches (lambda = force law), has released
+ * A contact of friction slips (lambda = force law), sticks (lambda is whatever keeps y' = 0, as long as
+ * -capacity_minus < lambda < capacity) or is away (lambda = 0). A stop touches (lambda = force law), has released
  * while still inside (lambda = 0) or is away (lambda = 0); its y is the rate of its depth. A contact with bounds is
  * away where its depth(t,u,x) is negative.
  *
@@ -42,6 +42,7 @@
  * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
+ * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
  * MODEL_IMPACTS  rigid contacts
  * MODEL_IS_MAP  1 if the states rest and jump by a rule at equal times (model_iterate): then there is no contact
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
@@ -88,6 +89,21 @@ typedef struct {
 #include "scalar_real.h"
 #include "model_kind.h"
 
+/* the side, +1 or -1, on which a force in stick is nearer to its bound */
+static inline int nearer_side(double force, double plus, double minus)
+{
+    if (MODEL_DIRECTED) {
+        return plus - force < minus + force ? 1 : -1;
+    }
+    return force > 0.0 ? 1 : -1;
+}
+
+/* that of contact c at order 0 */
+static inline int stick_side(const Jets *j, int c)
+{
+    return nearer_side(j->force[c][0], stick_bound(j, c, 1)[0], stick_bound(j, c, -1)[0]);
+}
+
 /* start values and facts, indexed as above */
 extern const double model_start_parameters[MODEL_ROOM(MODEL_NP)];
 extern const double model_start_inputs[MODEL_ROOM(MODEL_NU)];
@@ -102,8 +118,8 @@ extern const unsigned char
 extern const unsigned char model_contact_remembers[MODEL_ROOM(MODEL_NC)]; /* its law reads memory */
 extern const unsigned char
     model_contact_rooted[MODEL_ROOM(MODEL_NC)]; /* its law has half-integer powers of its depth */
-extern const unsigned char
-    model_contact_resets[MODEL_ROOM(MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both */
+extern const unsigned char model_contact_resets[MODEL_ROOM(
+    MODEL_NC)]; /* states jump where y falls to zero from: 1 plus, 2 minus, 3 both; 4: where stick begins or ends */
 extern const unsigned char model_contact_is_impact[MODEL_ROOM(MODEL_NC)];
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */

@@ -23,11 +23,12 @@ typedef struct {
     Series a[MODEL_ROOM(MODEL_NV)];    /* rates of v without contact forces */
     Series zrate[MODEL_ROOM(MODEL_NZ)];
     Series slip[MODEL_ROOM(MODEL_NC)];
-    Series slip_rate[MODEL_ROOM(MODEL_NC)]; /* without contact forces */
-    Series capacity[MODEL_ROOM(MODEL_NC)];  /* largest force in stick */
-    Series depth[MODEL_ROOM(MODEL_NC)];     /* of a contact with bounds; positive inside */
-    Series release[MODEL_ROOM(MODEL_NC)];   /* of a stop that releases by force: has the sign of its force */
-    Series force[MODEL_ROOM(MODEL_NC)];     /* lambda */
+    Series slip_rate[MODEL_ROOM(MODEL_NC)];                           /* without contact forces */
+    Series capacity[MODEL_ROOM(MODEL_NC)];                            /* largest force in stick */
+    Series capacity_minus[MODEL_DIRECTED ? MODEL_ROOM(MODEL_NC) : 1]; /* the largest of its negative */
+    Series depth[MODEL_ROOM(MODEL_NC)];                               /* of a contact with bounds; positive inside */
+    Series release[MODEL_ROOM(MODEL_NC)]; /* of a stop that releases by force: has the sign of its force */
+    Series force[MODEL_ROOM(MODEL_NC)];   /* lambda */
     Series y[MODEL_ROOM(MODEL_NY)];
     InertiaSeries W[MODEL_ROOM(MODEL_NV)][MODEL_ROOM(MODEL_NC)];
     InertiaSeries G[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
@@ -35,6 +36,34 @@ typedef struct {
     Real factor[MODEL_ROOM(MODEL_NM)];
     Series w[MODEL_ROOM(MODEL_NW)];
 } Jets;
+
+/* the bound of the force in stick of contact c on a side, as a magnitude: +1 of positive forces, -1 of negative ones */
+static inline const Real *KIND(stick_bound)(const Jets *j, int c, int side)
+{
+    return MODEL_DIRECTED && side < 0 ? j->capacity_minus[c] : j->capacity[c];
+}
+
+/* the same bound on both sides */
+static inline void KIND(stick_mirror)(Jets *j, int c, int k)
+{
+    if (MODEL_DIRECTED) {
+        j->capacity_minus[c][k] = j->capacity[c][k];
+    }
+}
+
+/* what the matrix of held contacts weighs contact c by, and scales of its force go by: the larger bound */
+static inline Real KIND(stick_scale)(const Jets *j, int c)
+{
+    const int minus = MODEL_DIRECTED && PART(j->capacity_minus[c][0]) > PART(j->capacity[c][0]);
+    return KIND(stick_bound)(j, c, minus ? -1 : 1)[0];
+}
+
+/* no weight of its own, where the law has no capacity */
+static inline void KIND(stick_unweighted)(Jets *j, int c)
+{
+    j->capacity[c][0] = 0.0;
+    KIND(stick_mirror)(j, c, 0);
+}
 
 /* the held contacts of a step and the matrix that gives their forces (step/contact_forces.c, equation 1) */
 typedef struct {
@@ -78,11 +107,11 @@ void model_acceleration(const Real *p, const Real *d, Jets *j, int k);
 void model_law(const Real *p, const Real *d, Jets *j, int k, int c);
 /* series release of contact c; called after slip and depth */
 void model_release(const Real *p, const Real *d, Jets *j, int k, int c);
-/* slip_rate and capacity of contact c; called after acceleration */
+/* slip_rate and capacities of contact c; called after acceleration */
 void model_stick(const Real *p, const Real *d, Jets *j, int k, int c);
 /* series zrate; called after the forces */
 void model_internal(const Real *p, const Real *d, Jets *j, int k);
-/* outputs; called last; may read everything above except slip_rate and capacity */
+/* outputs; called last; may read everything above except slip_rate and capacities */
 void model_outputs(const Real *p, const Real *d, Jets *j, int k);
 
 /* states after the jump of contact c, from order 0 of the series */

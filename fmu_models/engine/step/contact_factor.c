@@ -238,7 +238,7 @@ static void KIND(factor_group)(const Jets *j, Sticking *s, int first, int last)
         symmetric &= s->drag[first + i] == 0.0;
         /* the friction of a rigid contact has a capacity only once the forces are known */
         const int c = s->contact[first + i];
-        const double capacity = model_contact_partner[c] < 0 ? PART(j->capacity[c][0]) : 0.0;
+        const double capacity = model_contact_partner[c] < 0 ? PART(stick_scale(j, c)) : 0.0;
         D[i] = capacity > 0.0 ? sqrt(capacity) : 1.0;
     }
     KIND(scale_effects)(j, s, first, n, D, S);

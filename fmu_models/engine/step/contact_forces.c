@@ -49,6 +49,7 @@ static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
             continue;
         }
         j->capacity[c][k] = model_friction(at->p, at->d, c) * j->force[normal][k];
+        stick_mirror(j, c, k);
         if (at->state[c] != CONTACT_STICK) {
             j->force[c][k] = contact_drag(at, at->state, normal) * j->force[normal][k];
         }

@@ -72,10 +72,10 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     for (int side = -1; side <= 1; side += 2) {
         double margin[POLYNOMIAL_TERMS];
         for (int k = 0; k < order; k++) {
-            margin[k] = j->capacity[c][k] - side * j->force[c][k];
+            margin[k] = stick_bound(j, c, side)[k] - side * j->force[c][k];
         }
         /* a margin that starts at zero does so on one side only */
-        const double fall = fall_of(margin, 1.0, both || side * j->force[c][0] > 0.0 ? known : 0, order - 1, h);
+        const double fall = fall_of(margin, 1.0, both || side == stick_side(j, c) ? known : 0, order - 1, h);
         if (fall >= 0.0 && (first < 0.0 || fall < first)) {
             first = fall;
         }

@@ -104,10 +104,11 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         }
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        const double own = model_contact_partner[c] < 0 ? fabs(j->capacity[c][k - 1]) : 0.0;
-        const double larger = fmax(fabs(j->force[c][k - 1]), own);
+        const double plus = fabs(j->capacity[c][k - 1]);
+        const double own = MODEL_DIRECTED ? fmax(plus, fabs(j->capacity_minus[c][k - 1])) : plus;
+        const double larger = fmax(fabs(j->force[c][k - 1]), model_contact_partner[c] < 0 ? own : 0.0);
         if (r->at.state[c] == CONTACT_STICK
-            && larger * power > 0.01 * r->tolerances.step * j->capacity[c][0] * length) {
+            && larger * power > 0.01 * r->tolerances.step * stick_scale(j, c) * length) {
             return 0;
         }
         if (contact_is_closed(r, c)) {
@@ -271,6 +272,9 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
             length = shorter_length(length, j->force[c], 0, order - 1, log_tolerance);
             if (model_contact_partner[c] < 0) { /* what a rigid contact's friction may be goes with its force */
                 length = shorter_length(length, j->capacity[c], 0, order - 1, log_tolerance);
+                if (MODEL_DIRECTED) {
+                    length = shorter_length(length, j->capacity_minus[c], 0, order - 1, log_tolerance);
+                }
             }
         }
         if (contact_is_closed(r, c)) {

@@ -16,6 +16,15 @@ typedef struct {
     double derivative[POLYNOMIAL_TERMS];
 } Falling;
 
+/* the side on which stick lets go at s */
+static int falling_side(const Jets *j, int c, int order, double s)
+{
+    const double force = polynomial_value(j->force[c], order, s);
+    const double plus = MODEL_DIRECTED ? polynomial_value(stick_bound(j, c, 1), order, s) : 0.0;
+    const double minus = MODEL_DIRECTED ? polynomial_value(stick_bound(j, c, -1), order, s) : 0.0;
+    return nearer_side(force, plus, minus);
+}
+
 /* an indicator, up to its sign, if it falls at the end of the step */
 static void falling_series(const Run *r, const Variation *l, int lane, int c, int slot, double s, Falling *f)
 {
@@ -32,10 +41,12 @@ static void falling_series(const Run *r, const Variation *l, int lane, int c, in
     const double *value = closed ? j->force[c] : normal ? j->depth[c] : released ? j->release[c] : j->slip[c];
     const Pair *pairs = closed ? l->force[c] : normal ? l->depth[c] : released ? l->release[c] : l->slip[c];
     f->order = l->order - (margin || closed);
-    const double side = margin && polynomial_value(j->force[c], l->order - 1, s) < 0.0 ? -1.0 : 1.0;
+    const int side = margin ? falling_side(j, c, l->order - 1, s) : 1;
+    const double *bound = stick_bound(j, c, side);
+    const Pair *moved = MODEL_DIRECTED && side < 0 ? l->capacity_minus[c] : l->capacity[c];
     for (int k = 0; k <= f->order; k++) {
-        f->value[k] = margin ? j->capacity[c][k] - side * j->force[c][k] : value[k];
-        f->derivative[k] = margin ? l->capacity[c][k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
+        f->value[k] = margin ? bound[k] - side * j->force[c][k] : value[k];
+        f->derivative[k] = margin ? moved[k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
     }
 }
 

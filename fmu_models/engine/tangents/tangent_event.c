@@ -74,7 +74,7 @@ void tangent_repeat_event(const Run *r, Tangent *t)
         flow_field(&t->at, j, 0, 0);
         for (int c = 0; c < MODEL_NC; c++) {
             if (r->at.state[c] != CONTACT_STICK) {
-                j->capacity[c][0] = 0.0;
+                stick_unweighted(j, c);
             }
         }
         contact_project(&t->at, j, r->projected);

@@ -40,6 +40,10 @@ static void vary_held(void *of, const Run *r, Variation *l)
         Jets *j = &tangents->list[k].jets;
         for (int c = 0; c < MODEL_NC; c++) {
             j->capacity[c][0] = r->jets.capacity[c][0] + EPS * l->capacity[c][0][k % PAIR] * _Complex_I;
+            if (MODEL_DIRECTED) {
+                j->capacity_minus[c][0] = r->jets.capacity_minus[c][0]
+                                          + EPS * l->capacity_minus[c][0][k % PAIR] * _Complex_I;
+            }
             for (int e = 0; e < MODEL_NC; e++) {
                 j->G[c][e][0] = r->jets.G[c][e][0] + EPS * l->G[c][e][0][k % PAIR] * _Complex_I;
             }

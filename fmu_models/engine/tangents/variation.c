@@ -85,6 +85,9 @@ static void variation_friction(const Run *r, const Jets *j, Variation *l, int k)
         }
         const double friction = model_friction(r->at.p, r->at.d, c);
         l->capacity[c][k] = friction * l->force[normal][k] + l->friction[c] * j->force[normal][k];
+        if (MODEL_DIRECTED) {
+            l->capacity_minus[c][k] = l->capacity[c][k];
+        }
         if (r->at.state[c] != CONTACT_STICK) {
             const double sign = r->at.state[c] == CONTACT_SLIP_PLUS    ? -1.0
                                 : r->at.state[c] == CONTACT_SLIP_MINUS ? 1.0
@@ -203,7 +206,9 @@ static int matrix_varies(const Run *r, const Variation *l)
     int varies = !MODEL_CONSTANT_INERTIA || l->moved;
     for (int i = 0; i < s->count; i++) {
         const int c = s->contact[i];
-        varies |= s->last[i] - s->first[i] > 1 && model_contact_partner[c] < 0 && !pair_is_zero(l->capacity[c][0]);
+        const int shares = s->last[i] - s->first[i] > 1 && model_contact_partner[c] < 0;
+        varies |= shares && !pair_is_zero(l->capacity[c][0]);
+        varies |= MODEL_DIRECTED && shares && !pair_is_zero(l->capacity_minus[c][0]);
     }
     return varies;
 }

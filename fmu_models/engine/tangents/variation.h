@@ -26,6 +26,7 @@ typedef struct {
     PairSeries slip[MODEL_ROOM(MODEL_NC)];
     PairSeries slip_rate[MODEL_ROOM(MODEL_NC)];
     PairSeries capacity[MODEL_ROOM(MODEL_NC)];
+    PairSeries capacity_minus[MODEL_DIRECTED ? MODEL_ROOM(MODEL_NC) : 1];
     PairSeries depth[MODEL_ROOM(MODEL_NC)];
     PairSeries release[MODEL_ROOM(MODEL_NC)];
     PairSeries force[MODEL_ROOM(MODEL_NC)];

@@ -12,9 +12,10 @@ Transactions on Automatic Control 40 (1995), equations (2) to (4), without visco
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any, ClassVar, Self, final
+from typing import Any, ClassVar, Self
 
 import sympy
 
@@ -22,10 +23,9 @@ from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction, parts_around
 from fmu_models.language.law_parameter import declared
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState, Parameter
+from fmu_models.language.quantities import InternalState, Parameter, State
 
 
-@final
 @dataclass(frozen=True)
 class LuGre:
     """Bristles of stiffness ``sigma0`` and damping ``sigma1`` whose steady force is that of the law ``steady``."""
@@ -35,11 +35,14 @@ class LuGre:
     sigma1: sympy.Expr = field(metadata=declared(100.0, "N s/m", "damping of the bristles", 0.0, 1e4))
     bristle: InternalState = field(default_factory=lambda: _bristle("z"))
     sticks: ClassVar[bool] = False
+    kept: ClassVar[type[DryFriction]] = DryFriction
+    """A contact's own law that bristles are put before."""
+    otherwise: ClassVar[type[DryFriction]] = Conti
 
     @classmethod
     def around(cls, own: Any, suffix: str = "") -> Self:
-        """Bristles ``z<suffix>`` before a contact's own law, if it is dry friction, otherwise before Conti's."""
-        steady = own if isinstance(own, DryFriction) else Conti.around(own, suffix)
+        """Bristles ``z<suffix>`` before a contact's own law, if it is ``kept``, or before another in its place."""
+        steady = own if isinstance(own, cls.kept) else cls.otherwise.around(own, suffix)
         return cls(**parts_around(cls, SimpleNamespace(steady=steady, bristle=_bristle(f"z{suffix}")), suffix))
 
     @property
@@ -48,13 +51,27 @@ class LuGre:
         return (self.bristle,)
 
     @property
+    def renewed(self) -> Mapping[State, sympy.Expr]:
+        """None: bristles do not jump."""
+        return {}
+
+    @property
     def capacity(self) -> sympy.Expr:
         """Breakaway force, N."""
         return self.steady.capacity
 
+    @property
+    def capacity_minus(self) -> sympy.Expr:
+        """The same in the other direction."""
+        return self.steady.capacity_minus
+
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
         """Friction force in steady slip, N, for a slip speed without sign, m/s."""
         return self.steady.magnitude(speed)
+
+    def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
+        """The same for a slip speed of this sign."""
+        return self.steady.towards(speed, sign)
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
@@ -64,7 +81,7 @@ class LuGre:
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
         """Rate of the deflection of the bristles, m/s."""
         speed = sign * slip
-        return (slip - self.sigma0 * speed * self.bristle / self.steady.magnitude(speed),)
+        return (slip - self.sigma0 * speed * self.bristle / self.steady.towards(speed, sign),)
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:

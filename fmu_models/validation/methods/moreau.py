@@ -4,7 +4,7 @@
     v+  = v + h a(t_m, q + theta h v_theta, v_theta) + W P            v_theta = (1 - theta) v + theta v+
     rigid contact, gap(q_m) <= 0:   0 <= P  orthogonal to  y+ + e y- >= 0
     its friction:                   |P_T| <= mu P_N,     y_T+ = 0 where it is less
-    friction, sliding switch:       |P| <= h capacity,   y+ = 0 where it is less
+    friction, sliding switch:       |P| <= h capacity,   y+ = 0 where it is less (a capacity for each sign of P)
     q+  = q_m + h/2 v+
 
 a, with the forces of compliant stops on the side of q_m, is linearised at the begin of the step (one step of Newton's
@@ -24,6 +24,7 @@ from typing import Any, Literal, final
 import numpy as np
 import sympy
 
+from fmu_models.lowering.hybrid_system import ContactDynamics
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
     CLOSED,
@@ -140,8 +141,12 @@ class _Stepping:
             free = [rate.xreplace(signs) if hasattr(rate, "xreplace") else rate for rate in self._smooth(smooth, mode)]
             jacobian = sympy.Matrix(free).jacobian(sympy.Matrix(equations.symbols))
             self._fields[mode] = equations.function([*free, *jacobian])
-            forces = [equations.place(c.force, signs) for c in equations.contacts]
-            self._limits[mode] = equations.function(forces)
+            limits = [
+                abs(equations.place(one, signs))
+                for c, state in zip(equations.contacts, mode, strict=True)
+                for one in _bounds(c, state)
+            ]
+            self._limits[mode] = equations.function(limits)
         return self._fields[mode], self._limits[mode]
 
     def _smooth(self, open_mode: Mode, mode: Mode) -> list[Any]:
@@ -205,11 +210,11 @@ class _Stepping:
         """Impulses by projected Gauss-Seidel iteration, and the friction contacts at their limit."""
         contacts = self.equations.contacts
         place = {i: k for k, i in enumerate(active)}
-        bounds = np.abs(np.array(limits(t, z.tolist()), dtype=float)) * h
+        bounds = np.array(limits(t, z.tolist()), dtype=float).reshape(-1, 2) * h
         mu = self._mu(t, z.tolist())
         P = np.array([last[i] for i in active])
         target = np.array([after[i] + (e[i] * before[i] if contacts[i].kind == "impact" else 0.0) for i in active])
-        limit = np.zeros(len(active))
+        most = np.zeros((len(active), 2))  # of P and of -P
         for _ in range(SWEEPS):
             change = 0.0
             for k, i in enumerate(active):
@@ -218,16 +223,24 @@ class _Stepping:
                     wanted = max(0.0, wanted)
                 else:
                     partner = contacts[i].partner
-                    limit[k] = bounds[i] if partner is None else mu[i] * P[place[partner]]
-                    wanted = min(limit[k], max(-limit[k], wanted))
+                    most[k] = bounds[i] if partner is None else mu[i] * P[place[partner]]
+                    wanted = min(most[k, 0], max(-most[k, 1], wanted))
                 change = max(change, abs(wanted - P[k]))
                 P[k] = wanted
             if change <= SETTLED * max(1e-300, float(np.abs(P).max())):
                 break
         impulses = np.zeros(len(contacts))
         impulses[active] = P
+        limit = np.where(P > 0.0, most[:, 0], most[:, 1])
         at_limit = [i for k, i in enumerate(active) if contacts[i].kind != "impact" and abs(P[k]) >= limit[k] > 0.0]
         return impulses, at_limit
+
+
+def _bounds(contact: ContactDynamics, state: int) -> tuple[Any, Any]:
+    """What friction may be along positive and along negative impulses: the law's force, where slip has its other sign
+    and friction depends on that what stick can hold."""
+    plus, minus = contact.capacities if contact.capacity_minus is not None else (contact.force, contact.force)
+    return (contact.force, minus) if state == MINUS else (plus, contact.force)
 
 
 class _History:

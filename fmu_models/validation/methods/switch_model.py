@@ -161,11 +161,11 @@ class _Bands:
             key = tuple(mode)
             if key not in self._stick:
                 equations, signs = self.equations, self.equations.signs(key)
-                capacities = [equations.place(c.capacity, signs) for c in equations.contacts]
+                capacities = [equations.place(one, signs) for c in equations.contacts for one in c.capacities]
                 self._stick[key] = equations.function([*equations.forces(key), *capacities])
             found = self._stick[key](t, z)
-            forces, capacities = found[: len(mode)], found[len(mode) :]
-            slipping = [i for i in inside if mode[i] == STICK and abs(forces[i]) > capacities[i]]
+            forces, plus, minus = found[: len(mode)], found[len(mode) :: 2], found[len(mode) + 1 :: 2]
+            slipping = [i for i in inside if mode[i] == STICK and not -minus[i] <= forces[i] <= plus[i]]
             if not slipping:
                 return key
             mode[slipping[0]] = MINUS if forces[slipping[0]] > 0.0 else PLUS

@@ -2,7 +2,7 @@
 
 Independent of the engine, and a good deal simpler. In a mode (equations.py) it watches functions that fall to zero:
 
-    friction, sliding switch   slip: s y        stick: capacity - lambda, capacity + lambda        region: its depth
+    friction, sliding switch   slip: s y        stick: lambda's distance to its bounds            region: its depth
     other switch               s h              (then the sign changes, or the states jump)
     stop                       open: -depth     touching: depth, or its force     released: depth, -force
     rigid contact              open: gap        closed: lambda
@@ -83,8 +83,8 @@ def watches(equations: Equations, mode: Mode) -> list[Watch]:
             if depth is not None:
                 found.append(Watch(i, "exit", depth))
             if state == STICK:
-                capacity = equations.place(contact.capacity, signs)
-                found += [Watch(i, "break-", capacity - forces[i]), Watch(i, "break+", capacity + forces[i])]
+                plus, minus = (equations.place(one, signs) for one in contact.capacities)
+                found += [Watch(i, "break-", plus - forces[i]), Watch(i, "break+", minus + forces[i])]
             else:
                 found.append(Watch(i, "slip", state * contact.slip))
     return found
@@ -230,6 +230,9 @@ class Run:
             made = tuple(after)
             if STICK in made:  # the forces that held the others may not suffice any more
                 made, z = self._settle(made, t, z, {})
+        for j, contact in enumerate(self.contacts):
+            if contact.reset_sides & 4 and (mode[j] == STICK) != (made[j] == STICK):
+                z = self._jump(j, t, z)
         self._note(t, mode, made, i if fell.what == "collide" and made[i] == OPEN else None)
         return made, z
 
@@ -270,13 +273,14 @@ class Run:
             lambdas, made = equations.forces(mode), []
             for j, c in enumerate(equations.contacts):
                 pull = sum(equations.system.G[j, k] * lambdas[k] for k in range(len(lambdas)))
-                made += [equations.place(c.capacity, signs), equations.place(c.slip_rate, signs) + pull]
+                capacities = [equations.place(one, signs) for one in c.capacities]
+                made += [*capacities, equations.place(c.slip_rate, signs) + pull]
             return made
 
         found = self.values(("consistent", mode), expressions, t, z)
         for j in zero:
-            capacity, rate = found[2 * j], found[2 * j + 1]
-            if mode[j] == STICK and abs(forces[j]) > capacity:
+            plus, minus, rate = found[3 * j : 3 * j + 3]
+            if mode[j] == STICK and not -minus <= forces[j] <= plus:
                 return False
             if mode[j] != STICK and j not in forced and mode[j] * rate < 0:
                 return False

@@ -1,6 +1,6 @@
 """Whether the contact states of a run are possible where the run says they are.
 
-friction      slip: the slip speed has its sign, lambda is the law's; stick: no slip, |lambda| <= capacity
+friction      slip: the slip speed has its sign, lambda is the law's; stick: no slip, lambda within its bounds
 stop          away: not inside; touching: inside, F is the law's; released: inside without force
 impact        open: gap >= 0; closed: gap = 0 and lambda >= 0
 its friction  slip: |lambda| = mu lambda_N; stick: no slip, |lambda| <= mu lambda_N
@@ -86,9 +86,10 @@ class _Contact:
         size = np.maximum(np.abs(law), np.abs(force))
         return self._where(states, (np.abs(force - law) - rounding) / np.where(size > 0, size, 1.0))
 
-    def _capacity(self, capacity: Any) -> NDArray:
-        """By how much a force in stick exceeds what holds it."""
-        force = np.abs(self.columns[f"{self.contact.name}_force"])
+    def _capacity(self, plus: Any, minus: Any) -> NDArray:
+        """By how much a force in stick exceeds what holds it, for either sign of lambda."""
+        reported = -self.columns[f"{self.contact.name}_force"]
+        force, capacity = np.abs(reported), np.where(reported > 0, plus, minus)
         size = np.maximum(force, np.abs(capacity))
         excess = force - capacity
         return np.sign(excess) * np.maximum(np.abs(excess) - self.force_rounding, 0.0) / np.where(size > 0, size, 1.0)
@@ -100,7 +101,7 @@ class _Contact:
 
     def _friction(self) -> list[tuple[str, NDArray]]:
         slip = self._relative("slip")
-        capacity = self.equations.laws(self.i, self.values)[1]
+        capacities = self.equations.capacities(self.i, self.values)
         found = [
             ("slip speed below zero in slip+", self._where((SLIP_PLUS,), -slip)),
             ("slip speed above zero in slip-", self._where((SLIP_MINUS,), slip)),
@@ -108,7 +109,7 @@ class _Contact:
         ]
         if self.contact.sticks:
             found.append(("slip speed in stick", self._where((STICK,), np.abs(slip))))
-            found.append(("force beyond the capacity in stick", self._where((STICK,), self._capacity(capacity))))
+            found.append(("force beyond the capacity in stick", self._where((STICK,), self._capacity(*capacities))))
         if self.contact.depth is not None:
             inside = self._relative("depth")
             found.append(("outside its region", self._where((SLIP_MINUS, STICK, SLIP_PLUS), -inside)))
@@ -139,9 +140,9 @@ class _Contact:
     def _rigid_friction(self) -> list[tuple[str, NDArray]]:
         slip = self._relative("slip")
         partner = self.equations.system.contacts[self.contact.partner or 0]
-        mu = self.equations.laws(self.i, self.values)[2]
+        mu = self.equations.laws(self.i, self.values)[1]
         limit = mu * np.maximum(self.columns[f"{partner.name}_force"], 0.0)
-        excess = self._capacity(limit)
+        excess = self._capacity(limit, limit)
         return [
             ("slip speed below zero in slip+", self._where((SLIP_PLUS,), -slip)),
             ("slip speed above zero in slip-", self._where((SLIP_MINUS,), slip)),

@@ -85,7 +85,8 @@ class Equations:
         return {
             "slip": self._compiled(list(c.slip_terms)),
             "depth": self._compiled(list(c.depth_terms)),
-            "force": self._compiled([c.force, c.capacity, c.friction, c.restitution]),
+            "force": self._compiled([c.force, c.friction, c.restitution]),
+            "capacities": self._compiled(list(c.capacities)),
         }
 
     def environment(self, columns: Columns, parameters: Mapping[str, float]) -> list[Any]:
@@ -117,10 +118,15 @@ class Equations:
         terms = self._contacts[c][which](*values)
         return sum(terms), sum(np.abs(term) for term in terms)
 
-    def laws(self, c: int, values: list[Any]) -> tuple[Any, Any, Any, Any]:
-        """Force of contact ``c`` while it slips or touches, capacity, coefficients of friction and of restitution."""
-        force, capacity, friction, restitution = self._contacts[c]["force"](*values)
-        return force, capacity, friction, restitution
+    def laws(self, c: int, values: list[Any]) -> tuple[Any, Any, Any]:
+        """Force of contact ``c`` while it slips or touches, coefficients of friction and of restitution."""
+        force, friction, restitution = self._contacts[c]["force"](*values)
+        return force, friction, restitution
+
+    def capacities(self, c: int, values: list[Any]) -> tuple[Any, Any]:
+        """Largest lambda and largest -lambda of contact ``c`` in stick."""
+        plus, minus = self._contacts[c]["capacities"](*values)
+        return plus, minus
 
     def forces(self, columns: Columns, values: list[Any]) -> list[Any]:
         """lambda of every contact: what the run reports; of a switch what its sign says, nan while it slides."""

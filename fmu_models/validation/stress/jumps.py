@@ -61,14 +61,15 @@ def jumps(
         gross = equations.rates(columns, parameters)[1].max(axis=1, initial=0.0) * span
         rounding = dict(zip(equations.driven, (ROUNDINGS * gross).tolist(), strict=True))
         for group in groups:
-            if any(kinds[event.contact].reset for event in group):
+            jumping = {state for event in group for state in kinds[event.contact].reset}
+            if any(kinds[event.contact].reset and kinds[event.contact].kind == "switch" for event in group):
                 continue
             off = leeway(trajectory, group[0].time)
             before, after = np.searchsorted(trajectory.time, [group[0].time - off, group[0].time + off]).tolist()
             impact = any(event.is_impact for event in group)
             tick = 4.0 * off
             kept = [*system.coordinates] if impact else [*system.states]
-            for state in kept:
+            for state in (one for one in kept if one not in jumping):
                 rate = np.abs(trajectory[f"der({state.name})"][[before, after]]).max()
                 jump = abs(float(trajectory[state.name][after] - trajectory[state.name][before])) - rate * tick
                 error = (jump - rounding.get(state.name, 0.0)) / (sizes[state.name] or 1.0)
@@ -117,7 +118,7 @@ def _restitution(
         return 0.0
     speed, size = equations.place(index, values, "slip")
     speed, size = (np.broadcast_to(a, trajectory.time.shape) for a in (speed, size))
-    e = float(np.broadcast_to(equations.laws(index, values)[3], trajectory.time.shape)[before])
+    e = float(np.broadcast_to(equations.laws(index, values)[2], trajectory.time.shape)[before])
     rates = [np.abs(trajectory[f"der({name})"][[before, after]]).max() for name in equations.driven]
     allowed = tick * sum(rates)
     wrong = abs(float(speed[after] + e * speed[before])) - allowed

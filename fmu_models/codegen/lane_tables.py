@@ -1,0 +1,274 @@
+"""What lanes (lanes/c) need of one model: ``model_lanes.h``, rows of the flow from parameters, and sums without zeros.
+
+A model is linear in every mode (lowering/piecewise_linear.py); z = (states, cos and sin of each harmonic), a last column
+stands for 1. Which entries can be other than zero is told here once, so that the compiler sees sums and no loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import sympy
+
+from fmu_models.codegen.c_expression import c_expression
+from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+from fmu_models.lowering.piecewise_linear import Lifted, obstacles
+
+NAME = "model_lanes.h"
+# modes of all contacts that tables are made for
+_MOST_MODES = 32
+_KINDS = {"stop": 0, "impact": 1, "switch": 2}
+
+Place = tuple[int, int]
+
+
+def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
+    """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
+    found = list(obstacles(system))
+    for contact in system.contacts:
+        where = f"contact '{contact.name}'"
+        if contact.sticks:
+            found.append(f"{where}: sticking is not followed in lanes")
+        elif contact.kind not in _KINDS or contact.partner is not None:
+            found.append(f"{where}: friction is not followed in lanes")
+        elif contact.poisson or contact.reset or contact.rooted:
+            found.append(f"{where}: its jumps are not followed in lanes")
+    modes = 1
+    for contact in system.contacts:
+        modes *= _digits(contact)
+    if modes > _MOST_MODES:
+        found.append(f"its contacts have {modes} modes, more than the {_MOST_MODES} that lanes have tables for")
+    if not system.states:
+        found.append("it has no states")
+    return tuple(dict.fromkeys(found))
+
+
+def _digits(contact: ContactDynamics) -> int:
+    """Contact states that lanes know: free; touching and released of a stop; two sides of a switch."""
+    if contact.kind == "stop":
+        return 2 if contact.release is None else 3
+    return 2 if contact.kind == "switch" else 1
+
+
+def lane_tables(system: HybridSystem) -> dict[str, str]:
+    """The header by its name; empty for what lanes do not follow."""
+    if lane_obstacles(system):
+        return {}
+    return {NAME: _Tables(system).text()}
+
+
+class _Tables:
+    """The rows of one system, and where they are not zero."""
+
+    def __init__(self, system: HybridSystem) -> None:
+        self.system = system
+        self.lifted = Lifted.of(system)
+        contacts = system.contacts
+        self.n = len(system.states)
+        nq = len(system.coordinates)
+        slips = {c.slip_symbol: c.slip for c in contacts}
+        rates = [*system.acceleration, *(sympy.sympify(rate).xreplace(slips) for rate in system.internal_rates)]
+        self.flow = {nq + i: self._row(rate) for i, rate in enumerate(rates)}
+        self.slip = [self._row(c.slip) for c in contacts]
+        self.depth = [None if c.depth is None else self._row(c.depth) for c in contacts]
+        self.force = [self._law(c, c.force) if c.kind == "stop" else None for c in contacts]
+        self.release = [None if c.release is None else self._law(c, c.release) for c in contacts]
+        self.free = self._free_places()
+        self.places = sorted(self.free | self._touching_places())
+        self.step = sorted(self._closure())
+        self.guards = [
+            (c, slot) for c, contact in enumerate(contacts) for slot in range(1 if contact.release is None else 2)
+        ]
+
+    def _row(self, expression: Any) -> tuple[Any, ...]:
+        row = self.lifted.row(expression)
+        assert row is not None  # an obstacle otherwise
+        return row
+
+    def _law(self, contact: ContactDynamics, expression: Any) -> tuple[Any, ...]:
+        """Factors of depth and rate, and the rest."""
+        depth, rate = contact.depth_symbol, contact.slip_symbol
+        row = self.lifted.row(expression, *(() if depth is None else (depth,)), rate)
+        assert row is not None
+        n = self.n + len(self.lifted.phasors)
+        return (*((sympy.S.Zero,) if depth is None else ()), *row[n + 1 :], row[n])
+
+    def _free_places(self) -> set[Place]:
+        return {(i, j) for i, row in self.flow.items() for j, entry in enumerate(row[:-1]) if entry != 0}
+
+    def _touching_places(self) -> set[Place]:
+        nq, found = len(self.system.coordinates), set()
+        for (i, c), _ in self.system.W.todok().items():
+            if self.force[c] is not None:
+                found |= {(nq + i, j) for j in self._columns(c)}
+        return found
+
+    def _columns(self, c: int) -> set[int]:
+        """Columns of depth and rate of a contact."""
+        rows = [row for row in (self.slip[c], self.depth[c]) if row is not None]
+        return {j for row in rows for j, entry in enumerate(row[:-1]) if entry != 0}
+
+    def _closure(self) -> set[Place]:
+        """Where the exponential of the free flow is not zero, among the states."""
+        nq = len(self.system.coordinates)
+        reach = {(i, nq + i) for i in range(nq)} | {(i, i) for i in range(self.n)}
+        reach |= {(i, j) for i, j in self.free if j < self.n}
+        while True:
+            more = {(i, k) for i, j in reach for m, k in reach if j == m} | reach
+            if more == reach:
+                return reach
+            reach = more
+
+    def text(self) -> str:
+        """The header."""
+        contacts = self.system.contacts
+        guard_columns = [sorted(self._columns(c)) if slot else self._guard_columns(c) for c, slot in self.guards]
+        home_rows = [self._guard_states(c) for c in range(len(contacts))]
+        bounds = [sorted({j for i, j in self.step if i in row}) for row in home_rows]
+        homes = 2 ** sum(contact.kind == "switch" for contact in contacts)
+        modes = 1
+        for contact in contacts:
+            modes *= _digits(contact)
+        sizes = {
+            "HARMONICS": len(self.lifted.harmonics),
+            "FLOW": len(self.places),
+            "STEP": len(self.step),
+            "GUARDS": len(self.guards),
+            "GUARD_ENTRIES": sum(map(len, guard_columns)),
+            "HOME_ENTRIES": sum(map(len, home_rows)),
+            "BOUND_ENTRIES": sum(map(len, bounds)),
+            "MODES": modes,
+            "HOMES": homes,
+        }
+        tables = {
+            "flow_row": [i for i, _ in self.places],
+            "flow_column": [j for _, j in self.places],
+            "step_row": [i for i, _ in self.step],
+            "step_column": [j for _, j in self.step],
+            "guard_contact": [c for c, _ in self.guards],
+            "guard_slot": [slot for _, slot in self.guards],
+            "guard_first": _firsts(guard_columns),
+            "guard_column": [j for row in guard_columns for j in row],
+            "home_first": _firsts(home_rows),
+            "home_column": [j for row in home_rows for j in row],
+            "bound_first": _firsts(bounds),
+            "bound_column": [j for row in bounds for j in row],
+            "kind": [_KINDS[contact.kind] for contact in contacts],
+            "digits": [_digits(contact) for contact in contacts],
+        }
+        guard = "STICKSLIP_MODEL_LANES_H"
+        return "\n".join(
+            [
+                f"/* Generated from the declaration of {self.system.name} for lanes; do not edit. */",
+                f"#ifndef {guard}\n#define {guard}\n",
+                "enum {",
+                *(f"    LANES_{name} = {value}," for name, value in sizes.items()),
+                "};\n",
+                *(
+                    f"static const unsigned char lanes_{name}[] = {{{', '.join(map(str, values)) or '0'}}};"
+                    for name, values in tables.items()
+                ),
+                "",
+                self._sums("FLOW", "A, y, d", self._flow_sums()),
+                self._sums("STEP_SUMS", "P, x, n", self._step_sums()),
+                self._sums("GUARD_SUMS", "R, y, g", _row_sums("g", "R", "y", guard_columns)),
+                self._sums("HOME_SUMS", "R, x, g", _row_sums("g", "R", "x", home_rows)),
+                self._sums("BOUND_SUMS", "B, x, b", _row_sums("b", "B", "x", bounds)),
+                "",
+                self._rows(),
+                "#endif\n",
+            ]
+        )
+
+    def _guard_columns(self, c: int) -> list[int]:
+        """Columns of what tells that a contact begins or ends: its depth, or the function of a switch."""
+        return [j for j, entry in enumerate((self.depth[c] or self.slip[c])[:-1]) if entry != 0]
+
+    def _guard_states(self, c: int) -> list[int]:
+        return [j for j in self._guard_columns(c) if j < self.n]
+
+    def _flow_sums(self) -> list[str]:
+        nq = len(self.system.coordinates)
+        lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq)]
+        for i in self.flow:
+            parts = [f"A[{e}] * y[{j}]" for e, (row, j) in enumerate(self.places) if row == i]
+            lines.append(f"d[{i}] = {' + '.join(parts) or '0.0 * y[0]'};")
+        return lines
+
+    def _step_sums(self) -> list[str]:
+        lines = []
+        for i in range(self.n):
+            parts = [f"P[{e}] * x[{j}]" for e, (row, j) in enumerate(self.step) if row == i]
+            lines.append(f"n[{i}] += {' + '.join(parts)};")
+        return lines
+
+    @staticmethod
+    def _sums(name: str, arguments: str, lines: Iterable[str]) -> str:
+        body = " \\\n".join(f"        {line}" for line in lines)
+        return f"#define LANES_{name}({arguments}) \\\n    do {{ \\\n{body} \\\n    }} while (0)"
+
+    def _rows(self) -> str:
+        """C that fills a LaneRows from parameters, inputs and signs."""
+        system = self.system
+        names: dict[Any, str] = {q: f"p[{i}]" for i, q in enumerate(system.parameters)}
+        names |= {q: f"u[{i}]" for i, q in enumerate(system.inputs)}
+        names |= {c.sign_symbol: f"sign[{i}]" for i, c in enumerate(system.contacts)}
+        nq = len(system.coordinates)
+        values: dict[str, Any] = {}
+        for k, argument in enumerate(self.lifted.harmonics):
+            time = next(iter(argument.free_symbols - names.keys()))
+            values[f"wave[{k}]"] = sympy.diff(argument, time)
+            values[f"phase[{k}]"] = argument.xreplace({time: sympy.S.Zero})
+        values |= {f"flow[{i}][{nq + i}]": sympy.S.One for i in range(nq)}
+        for i, row in self.flow.items():
+            values |= _entries(f"flow[{i}]", row)
+        for c in range(len(system.contacts)):
+            values |= _entries(f"slip[{c}]", self.slip[c])
+            values |= _entries(f"depth[{c}]", self.depth[c] or ())
+            values |= _entries(f"force[{c}]", self.force[c] or ())
+            values |= _entries(f"release[{c}]", self.release[c] or ())
+            values[f"restitution[{c}]"] = system.contacts[c].restitution
+        values |= {f"W[{nq + i}][{c}]": entry for (i, c), entry in system.W.todok().items()}
+        values |= {f"G[{i}][{c}]": entry for (i, c), entry in system.G.todok().items()}
+        lines = _assignments(values, names)
+        head = "static void lanes_rows(const double *p, const double *u, const double *sign, LaneRows *r)"
+        body = "\n".join(["    (void)p, (void)u, (void)sign;", "    memset(r, 0, sizeof *r);", *lines])
+        n = "NC"
+        width = self.n + len(self.lifted.phasors) + 1
+        return (
+            "/* rows over z and 1; laws as factors of depth and rate, and the rest */\n"
+            "typedef struct {\n"
+            "    double wave[MODEL_ROOM(LANES_HARMONICS)], phase[MODEL_ROOM(LANES_HARMONICS)];\n"
+            f"    double flow[MODEL_NX][{width}], slip[{n}][{width}], depth[{n}][{width}];\n"
+            f"    double force[{n}][3], release[{n}][3], restitution[{n}];\n"
+            f"    double W[MODEL_NX][{n}], G[{n}][{n}];\n"
+            "} LaneRows;\n\n"
+            f"{head}\n{{\n{body}\n}}\n"
+        )
+
+
+def _assignments(values: Mapping[str, Any], names: Mapping[Any, str]) -> list[str]:
+    """Of what is not zero, common parts once."""
+    wanted = {name: sympy.sympify(value) for name, value in values.items() if value != 0}
+    shared, made = sympy.cse(list(wanted.values()), symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
+    known = {**names, **{symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}}
+    lines = [f"    const double {known[symbol]} = {c_expression(value, known)};" for symbol, value in shared]
+    return lines + [f"    r->{n} = {c_expression(value, known)};" for n, value in zip(wanted, made, strict=True)]
+
+
+def _entries(name: str, row: Sequence[Any]) -> dict[str, Any]:
+    return {f"{name}[{j}]": entry for j, entry in enumerate(row)}
+
+
+def _firsts(rows: Sequence[Sequence[int]]) -> list[int]:
+    return [sum(len(row) for row in rows[:i]) for i in range(len(rows) + 1)]
+
+
+def _row_sums(result: str, factors: str, vector: str, rows: Sequence[Sequence[int]]) -> list[str]:
+    lines, e = [], 0
+    for i, row in enumerate(rows):
+        parts = [f"{factors}[{e + k}] * {vector}[{j}]" for k, j in enumerate(row)]
+        e += len(row)
+        lines.append(f"{result}[{i}] += {' + '.join(parts)};" if parts else f"(void){result};")
+    return lines

@@ -1,0 +1,223 @@
+/*
+ * One run of an ensemble between its steps.
+ *
+ *     rows     some steps that are not recorded, then rows of one or several steps each
+ *              where the motion repeats itself: as many rows more as its period has, and no others
+ *              where it has come to a known orbit: no more
+ */
+#include "journey.h"
+
+#include <stdio.h>
+
+#include "../events/model_exchange.h"
+#include "../events/run.h"
+#include "../fmi/variables.h"
+#include "../whole_run/restart.h"
+#include "growth.h"
+
+enum { ENSEMBLE_WIDTH = MODEL_NX + MODEL_NC + ENSEMBLE_TIMES };
+
+void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
+{
+    const int n = (int)job->e->n_directions;
+    for (int k = 0; k < n; k++) {
+        const int64_t along = job->e->along[k];
+        memset(directions[k], 0, sizeof directions[k]);
+        if (chosen && along < MODEL_NX) {
+            tangents_read(job->e->room, k, directions[k]);
+        } else {
+            directions[k][along] = 1.0;
+        }
+    }
+}
+
+double journey_norm(const double *v, int n)
+{
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        sum += v[i] * v[i];
+    }
+    return sqrt(sum);
+}
+
+/* the first tangent along the motion, the others beside it */
+static RunStatus journey_flow(Job *job)
+{
+    double rates[MODEL_ROOM(MODEL_NX)];
+    double growth[EXTENDED] = {0.0};
+    const int n = (int)job->e->n_directions;
+    if (exchange_derivatives(&job->m->core.run, rates) == RUN_ERROR) {
+        return RUN_ERROR;
+    }
+    int most = 0; /* the unit vector nearest to it makes room */
+    for (int i = 1; i < n && i < MODEL_NX; i++) {
+        most = fabs(rates[i]) > fabs(rates[most]) ? i : most;
+    }
+    for (int k = most; k > 0; k--) {
+        memcpy(job->directions[k], job->directions[k - 1], sizeof job->directions[k]);
+    }
+    memset(job->directions[0], 0, sizeof job->directions[0]);
+    memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
+    growth_orthonormalize(job->directions[0], n, EXTENDED, 0, growth);
+    job->speed = journey_norm(rates, MODEL_NX);
+    return RUN_OK;
+}
+
+static Outcome journey_tangents(Job *job)
+{
+    Ensemble *e = job->e;
+    tangents_choose(&job->m->core.run, e->room);
+    journey_unit(job, 1, job->directions);
+    if (e->flow && journey_flow(job) == RUN_ERROR) {
+        return OUTCOME_BROKEN;
+    }
+    return OUTCOME_FINISHED;
+}
+
+/* differences that were lost on the way to where the motion stays say nothing of it: followed anew from there */
+static RunStatus journey_renew(Job *job)
+{
+    const Ensemble *e = job->e;
+    int lost = 0;
+    for (int k = 0; k < e->n_directions; k++) {
+        lost |= !(journey_norm(job->directions[k], EXTENDED) > 0.0);
+    }
+    if (!lost) {
+        return RUN_OK;
+    }
+    journey_unit(job, 0, job->directions);
+    return e->flow ? journey_flow(job) : RUN_OK;
+}
+
+static Outcome journey_place(Job *job, int64_t i)
+{
+    Ensemble *e = job->e;
+    Instance *m = job->m;
+    Run *r = &m->core.run;
+    double x[MODEL_ROOM(MODEL_NX)];
+    double memory[NC];
+    const int follows = e->follow && i > 0 && e->outcomes[i - 1] <= OUTCOME_ABSORBED;
+    memcpy(x, r->at.x, sizeof x);
+    memcpy(memory, r->at.memory, sizeof memory);
+    const RunStart start = {e->n_set, e->set, e->values + i * e->n_set, e->starts[i], e->tolerance};
+    if (whole_run_enter_initialization(m, __func__, &start)) {
+        run_fail(r, "%s", "a value that cannot be set");
+        return OUTCOME_BROKEN;
+    }
+    if (follows) {
+        memcpy(r->at.x, x, sizeof x);
+        memcpy(r->at.memory, memory, sizeof memory);
+    }
+    if (e->n_directions > 0) {
+        tangents_start(e->room, r, (int)e->n_directions);
+        for (int k = 0; k < e->n_directions; k++) {
+            tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
+        }
+    }
+    if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
+    m->core.phase = PHASE_STEP;
+    m->core.settled = 1;
+    job->walk = (Walk){.e = e, .run = i};
+    if (e->kind == SECTION_LEVEL && variables_locate(e->state, &job->walk.state) != STATE) {
+        run_fail(r, "value reference %u is not a state", (unsigned)e->state);
+        return OUTCOME_BROKEN;
+    }
+    section_step_start(r, &job->walk);
+    return e->n_directions > 0 ? journey_tangents(job) : OUTCOME_FINISHED;
+}
+
+static void journey_begin_row(Job *job)
+{
+    const Ensemble *e = job->e;
+    const int64_t row = journey_row(job);
+    job->batched = 0;
+    job->waited = 0.0;
+    if (row >= 0 && e->growth && e->n_rows > 0) {
+        memset(e->growth + row * e->n_directions, 0, (size_t)e->n_directions * sizeof(double));
+    }
+}
+
+Outcome journey_start(Job *job, int64_t i, double *memory)
+{
+    Ensemble *e = job->e;
+    job->run = i;
+    job->wanted = e->n_rows;
+    job->left = e->transient;
+    e->rows[i] = e->steps[i] = 0;
+    e->recurs[i] = 0;
+    e->orbits[i] = -1;
+    const Outcome outcome = journey_place(job, i);
+    arrival_start(&job->arrival, e, memory);
+    journey_begin_row(job);
+    return outcome;
+}
+
+int64_t journey_row(const Job *job) { return job->left > 0 ? -1 : job->run * job->e->n_rows + job->e->rows[job->run]; }
+
+static void journey_record(Job *job, const Place *at)
+{
+    Ensemble *e = job->e;
+    Walk *w = &job->walk;
+    const int64_t row = journey_row(job);
+    section_step_close_row(at->state, at->time, w);
+    if (row >= 0 && e->points) {
+        double *point = e->points + row * ENSEMBLE_WIDTH;
+        memcpy(point, at->x, MODEL_NX * sizeof *point);
+        for (int c = 0; c < MODEL_NC; c++) {
+            const int remembers = model_contact_remembers[c] && at->state[c] != CONTACT_AWAY;
+            point[MODEL_NX + c] = remembers ? at->memory[c] : 0.0;
+        }
+        point[MODEL_NX + MODEL_NC] = at->time;
+        point[MODEL_NX + MODEL_NC + 1] = job->waited;
+    }
+    if (row >= 0 && e->held) {
+        memcpy(e->held + row * MODEL_NC, w->held, MODEL_NC * sizeof(double));
+    }
+    if (row >= 0 && e->began) {
+        memcpy(e->began + row * MODEL_NC, w->began, MODEL_NC * sizeof(int32_t));
+    }
+    memset(w->held, 0, sizeof w->held);
+    memset(w->began, 0, sizeof w->began);
+}
+
+int journey_note(Job *job, const Place *at, double time, Outcome *outcome)
+{
+    Ensemble *e = job->e;
+    const int64_t i = job->run;
+    const int recording = job->left == 0;
+    job->waited += time;
+    e->steps[i]++;
+    if (++job->batched < (recording ? e->batch : 1)) {
+        return 0;
+    }
+    journey_record(job, at);
+    e->rows[i] += recording;
+    job->left -= !recording;
+    if (!recording && job->left == 0 && !e->jacobians && e->n_directions > 0 && journey_renew(job) == RUN_ERROR) {
+        *outcome = OUTCOME_BROKEN;
+        return 1;
+    }
+    e->orbits[i] = e->n_known > 0 ? arrival_orbit(&job->arrival, at->x) : -1;
+    if (e->orbits[i] >= 0) {
+        *outcome = OUTCOME_ABSORBED;
+        return 1;
+    }
+    if (e->recurs[i] == 0 && (e->recurs[i] = arrival_period(&job->arrival, at->x, at->time)) > 0) {
+        job->wanted = e->recurs[i] < job->wanted ? e->recurs[i] : job->wanted;
+        job->left = e->rows[i] = 0;
+    }
+    *outcome = e->recurs[i] > 0 ? OUTCOME_SETTLED : OUTCOME_FINISHED;
+    if (job->left == 0 && e->rows[i] >= job->wanted) {
+        return 1;
+    }
+    journey_begin_row(job);
+    return 0;
+}
+
+void journey_end(const Job *job, Outcome outcome)
+{
+    Ensemble *e = job->e;
+    const char *message = outcome == OUTCOME_BROKEN ? job->m->core.run.message : "";
+    e->outcomes[job->run] = outcome;
+    snprintf(e->messages + job->run * ENSEMBLE_MESSAGE, ENSEMBLE_MESSAGE, "%s", message);
+}

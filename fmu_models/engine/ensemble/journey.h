@@ -1,0 +1,43 @@
+/* One run of an ensemble between its steps: its start, the rows that it fills, and when it is over. */
+#ifndef STICKSLIP_JOURNEY_H
+#define STICKSLIP_JOURNEY_H
+
+#include "../fmi/instance.h"
+#include "known_orbits.h"
+#include "section_step.h"
+
+typedef struct {
+    Instance *m;
+    Ensemble *e;
+    Walk walk;
+    Arrival arrival;
+    int64_t run;
+    int64_t wanted, left; /* rows; steps that are not recorded */
+    int64_t batched;      /* steps in the present row */
+    double waited;        /* time in it */
+    double directions[MODEL_ROOM(MODEL_NX + MODEL_NC + 1)][EXTENDED];
+    double speed; /* of the motion, where the first tangent began */
+} Job;
+
+/* where a motion is, on the section */
+typedef struct {
+    const double *x, *memory;
+    const signed char *state;
+    double time;
+} Place;
+
+/* the row that a step belongs to; -1: none */
+int64_t journey_row(const Job *job);
+/* choose the contact states of run i at its start, and make the first tangents; memory: arrival_numbers */
+Outcome journey_start(Job *job, int64_t i, double *memory);
+/* the run has made one more step, over a time: rows, repetition and orbits; 1 if it is over, with its outcome */
+int journey_note(Job *job, const Place *at, double time, Outcome *outcome);
+/* it is over */
+void journey_end(const Job *job, Outcome outcome);
+
+/* unit vectors: of the states as the choice of contact states has left them */
+void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED]);
+/* length of a vector */
+double journey_norm(const double *v, int n);
+
+#endif

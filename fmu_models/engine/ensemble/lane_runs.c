@@ -1,0 +1,260 @@
+/*
+ * Strobes of many motions at once.
+ *
+ *     some runs at a time, each as if it were alone
+ *         all that go on:   one period in lanes
+ *         the undecided:    the same period by the series of the engine, from the same point
+ *         each:             rows, repetition and orbits (journey.c); where a run is over the next takes its place
+ *
+ * Which steps are made by series depends on the motion alone, not on its neighbours: so do results.
+ */
+#include "lane_runs.h"
+
+#include "../events/run.h"
+#include "../fmi/variables.h"
+#include "journey.h"
+#include "lane_stepper.h"
+
+enum { LANE_RUNS_TOGETHER = 64 };
+
+/* what the engine knows of a motion beside its point, from one of its own steps to the next */
+typedef struct {
+    double settles[NC];
+    Closings closings[NC];
+    signed char known[NC][SLOTS];
+} Kept;
+
+typedef struct {
+    Job job[LANE_RUNS_TOGETHER];
+    LaneMotion motion[LANE_RUNS_TOGETHER];
+    Kept kept[LANE_RUNS_TOGETHER];
+    int series[LANE_RUNS_TOGETHER]; /* its last step was made by series */
+    int64_t loaded;                 /* the run whose numbers the instance has; -1: none */
+} Together;
+
+static int64_t in_lines(int64_t bytes) { return (bytes + 63) / 64 * 64; }
+
+static const LaneStepper *stepper_of(const void *stepper)
+{
+    const LaneStepper *s = stepper;
+    return s && s->version == LANE_STEPPER_VERSION && strcmp(s->token, MODEL_TOKEN) == 0 ? s : NULL;
+}
+
+int lane_runs_possible(const Ensemble *e)
+{
+    return stepper_of(e->lanes) && e->kind == SECTION_STROBE && e->n_directions == 0 && e->n_rows + e->transient > 0;
+}
+
+int64_t lane_runs_room(const void *stepper, int64_t longest)
+{
+    const LaneStepper *s = stepper_of(stepper);
+    if (!s) {
+        return 0;
+    }
+    return in_lines(sizeof(Together)) + in_lines(LANE_RUNS_TOGETHER * arrival_numbers(longest) * (int64_t)sizeof(double))
+           + s->room(LANE_RUNS_TOGETHER);
+}
+
+/* the motion of the run, which has just been placed or stepped by series */
+static void take(const Run *r, const Job *job, LaneMotion *motion, Kept *kept)
+{
+    memcpy(motion->x, r->at.x, MODEL_NX * sizeof *motion->x);
+    memcpy(motion->memory, r->at.memory, sizeof motion->memory);
+    memcpy(motion->state, r->at.state, sizeof motion->state);
+    memcpy(motion->held, job->walk.held, sizeof motion->held);
+    memcpy(motion->since, job->walk.contact_since, sizeof motion->since);
+    memcpy(motion->began, job->walk.began, sizeof motion->began);
+    memcpy(kept->settles, r->at.settles, sizeof kept->settles);
+    memcpy(kept->closings, r->closings, sizeof kept->closings);
+    memcpy(kept->known, r->at.known, sizeof kept->known);
+}
+
+/* the run at the strobe where a motion is */
+static RunStatus give(Together *t, int slot)
+{
+    Job *job = &t->job[slot];
+    const Ensemble *e = job->e;
+    const LaneMotion *motion = &t->motion[slot];
+    Run *r = &job->m->core.run;
+    if (t->loaded != job->run) {
+        job->m->core.phase = PHASE_INITIALIZATION;
+        if (variables_set(job->m, __func__, e->set, (size_t)e->n_set, e->values + job->run * e->n_set)) {
+            return run_fail(r, "%s", "a value that cannot be set");
+        }
+        job->m->core.phase = PHASE_STEP;
+        job->m->core.settled = 1;
+        t->loaded = job->run;
+        run_parameters_changed(r);
+    }
+    run_touched(r);
+    r->at.time = e->origin;
+    r->at.time_rest = 0.0;
+    memcpy(r->at.x, motion->x, MODEL_NX * sizeof *motion->x);
+    memcpy(r->at.memory, motion->memory, sizeof motion->memory);
+    memcpy(r->at.state, motion->state, sizeof motion->state);
+    memcpy(job->walk.held, motion->held, sizeof motion->held);
+    memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
+    memcpy(job->walk.began, motion->began, sizeof motion->began);
+    memset(r->at.settles, 0, sizeof r->at.settles);
+    memset(r->closings, 0, sizeof r->closings);
+    if (t->series[slot]) {
+        memcpy(r->at.settles, t->kept[slot].settles, sizeof r->at.settles);
+        memcpy(r->closings, t->kept[slot].closings, sizeof r->closings);
+        memcpy(r->at.known, t->kept[slot].known, sizeof r->at.known);
+    }
+    run_resume(r);
+    return RUN_OK;
+}
+
+/* the outcome of a step as section_step.c has it */
+static Outcome bounded(const Ensemble *e, const double *x)
+{
+    for (int i = 0; i < MODEL_NX; i++) {
+        if (!(fabs(x[i]) <= e->bound)) {
+            return OUTCOME_ESCAPED;
+        }
+    }
+    return OUTCOME_FINISHED;
+}
+
+/* one period by series, of a motion that lanes have not decided */
+static Outcome step_by_series(Together *t, int slot)
+{
+    Job *job = &t->job[slot];
+    if (give(t, slot) == RUN_ERROR) {
+        return OUTCOME_BROKEN;
+    }
+    const Outcome outcome = section_step(&job->m->core.run, &job->walk);
+    take(&job->m->core.run, job, &t->motion[slot], &t->kept[slot]);
+    t->series[slot] = 1;
+    return outcome;
+}
+
+/* what comes of the step that a motion has made; 1 if its run is over */
+static int step_made(Together *t, int slot, Outcome *outcome)
+{
+    Job *job = &t->job[slot];
+    Ensemble *e = job->e;
+    LaneMotion *motion = &t->motion[slot];
+    if (motion->decided) {
+        t->series[slot] = 0;
+        *outcome = bounded(e, motion->x);
+        if (e->in_lanes) {
+            e->in_lanes[job->run]++;
+        }
+    } else {
+        *outcome = step_by_series(t, slot);
+    }
+    if (*outcome != OUTCOME_FINISHED) {
+        return 1;
+    }
+    memcpy(job->walk.held, motion->held, sizeof motion->held);
+    memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
+    memcpy(job->walk.began, motion->began, sizeof motion->began);
+    const Place at = {motion->x, motion->memory, motion->state, e->origin};
+    const int over = journey_note(job, &at, e->periods[job->run], outcome);
+    memcpy(motion->held, job->walk.held, sizeof motion->held);
+    memcpy(motion->since, job->walk.contact_since, sizeof motion->since);
+    memcpy(motion->began, job->walk.began, sizeof motion->began);
+    return over;
+}
+
+/* all of a run by series */
+static Outcome run_by_series(Job *job)
+{
+    const Ensemble *e = job->e;
+    const Run *r = &job->m->core.run;
+    Outcome outcome;
+    do {
+        if (e->stop && *(const volatile int32_t *)e->stop) {
+            return OUTCOME_STOPPED;
+        }
+        outcome = section_step(&job->m->core.run, &job->walk);
+        if (outcome != OUTCOME_FINISHED) {
+            return outcome;
+        }
+        const Place at = {r->at.x, r->at.memory, r->at.state, r->at.time};
+        if (journey_note(job, &at, r->at.time - job->walk.since, &outcome)) {
+            return outcome;
+        }
+    } while (1);
+}
+
+/* the next runs that begin without an error take a place; 0 if there is none left */
+static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *memory, void *room)
+{
+    const LaneStepper *s = stepper_of(e->lanes);
+    const Run *r = &m->core.run;
+    LaneMotion *motion = &t->motion[slot];
+    while (e->done < e->n_runs) {
+        Job *job = &t->job[slot];
+        const int64_t i = e->done++;
+        job->m = m;
+        job->e = e;
+        if (e->in_lanes) {
+            e->in_lanes[i] = 0;
+        }
+        t->loaded = i;
+        Outcome outcome = journey_start(job, i, memory);
+        int steady = 1;
+        for (int k = 0; k < MODEL_NU; k++) {
+            steady &= r->at.du[k] == 0.0;
+        }
+        if (outcome == OUTCOME_FINISHED) {
+            outcome = bounded(e, r->at.x);
+        }
+        steady &= e->starts[i] == e->origin;
+        if (outcome == OUTCOME_FINISHED && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
+            outcome = run_by_series(job);
+        } else if (outcome == OUTCOME_FINISHED) {
+            take(r, job, motion, &t->kept[slot]);
+            t->series[slot] = 1;
+            motion->wanted = 1;
+            return 1;
+        }
+        journey_end(job, outcome);
+    }
+    motion->wanted = 0;
+    return 0;
+}
+
+Status lane_runs(Instance *m, Ensemble *e)
+{
+    const LaneStepper *s = stepper_of(e->lanes);
+    char *base = e->lane_room;
+    Together *t = e->lane_room;
+    const int64_t numbers = arrival_numbers(e->longest);
+    const int together = e->follow ? 1 : e->n_runs < LANE_RUNS_TOGETHER ? (int)e->n_runs : LANE_RUNS_TOGETHER;
+    double *memory = (double *)(void *)(base + in_lines(sizeof *t));
+    void *room = base + in_lines(sizeof *t) + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double));
+    int going = 0;
+    s->open(room, together);
+    for (int slot = 0; slot < together; slot++) {
+        going += next_run(t, slot, m, e, memory + slot * numbers, room);
+    }
+    while (going > 0) {
+        if (e->stop && *(const volatile int32_t *)e->stop) {
+            for (int slot = 0; slot < together; slot++) {
+                if (t->motion[slot].wanted) {
+                    journey_end(&t->job[slot], OUTCOME_STOPPED);
+                }
+            }
+            break;
+        }
+        s->step(room, t->motion);
+        for (int slot = 0; slot < together; slot++) {
+            Outcome outcome;
+            if (!t->motion[slot].wanted || !step_made(t, slot, &outcome)) {
+                continue;
+            }
+            journey_end(&t->job[slot], outcome);
+            if (e->follow) {
+                /* the next begins where this one ended */
+                memcpy(m->core.run.at.x, t->motion[slot].x, MODEL_NX * sizeof(double));
+                memcpy(m->core.run.at.memory, t->motion[slot].memory, sizeof t->motion[slot].memory);
+            }
+            going -= !next_run(t, slot, m, e, memory + slot * numbers, room);
+        }
+    }
+    return STATUS_OK;
+}

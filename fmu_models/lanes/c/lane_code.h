@@ -1,0 +1,563 @@
+/*
+ * Steps of many motions from strobe to strobe, included once per target: LANES_W motions to a vector, NAME tells the
+ * inclusions apart. Every lane is computed by the same operations in the same order whatever their number: results do
+ * not depend on the target, nor on who is in the other lanes.
+ *
+ *     for each point of the grid    all motions at home: one exact step, certified to meet nothing
+ *                                   the others (a guard may fall, or a contact touches) are queued, and go through
+ *                                   events() lane by lane, other lanes at the same time
+ *     events:  series of the states over a sub-step; its guards are polynomials
+ *                  clear        lower bound of the first four terms (Bernstein) less the others > 0
+ *                  one root     falls all the way, or bends one way only; a dip that bends upward is searched for its
+ *                               lowest point
+ *                  otherwise    half the sub-step
+ *              go to the earliest root, change the mode; next lane when the point of the grid is reached
+ */
+
+#define LANES_BYTES (8 * LANES_W)
+
+typedef double NAME(V) __attribute__((vector_size(LANES_BYTES), aligned(LANES_BYTES)));
+typedef int64_t NAME(M) __attribute__((vector_size(LANES_BYTES), aligned(LANES_BYTES)));
+#define V NAME(V)
+#define M NAME(M)
+#define INLINE inline __attribute__((always_inline))
+
+static INLINE V NAME(fill)(double a)
+{
+    V v;
+    for (int l = 0; l < LANES_W; l++) {
+        v[l] = a;
+    }
+    return v;
+}
+
+static INLINE V NAME(pick)(M m, V a, V b) { return (V)(((M)a & m) | ((M)b & ~m)); }
+
+static INLINE V NAME(size)(V a)
+{
+    const V zero = NAME(fill)(-0.0);
+    return (V)((M)a & ~(M)zero);
+}
+
+static INLINE V NAME(least)(V a, V b) { return NAME(pick)(a < b, a, b); }
+
+static INLINE V NAME(most)(V a, V b) { return NAME(pick)(a > b, a, b); }
+
+static INLINE int NAME(any)(M m)
+{
+    int64_t found = 0;
+    for (int l = 0; l < LANES_W; l++) {
+        found |= m[l];
+    }
+    return found != 0;
+}
+
+/* numbers of the home steps of a group of lanes */
+typedef struct {
+    V x[MODEL_NX];
+    M home, running; /* at home in the present period; on their way in it */
+    V steps;
+    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[NC];
+    V forced[LANES_GRID][MODEL_NX], guard_constant[LANES_GRID + 1][NC];
+} NAME(Group);
+
+static int64_t NAME(group_bytes)(void) { return (int64_t)sizeof(NAME(Group)); }
+
+static INLINE NAME(Group) * NAME(group)(Pool *pool, int64_t slot)
+{
+    return (NAME(Group) *)(void *)pool->columns + slot / LANES_W;
+}
+
+/* the home step of a lane into its column */
+static void NAME(settle)(Pool *pool, int64_t slot, int home)
+{
+    NAME(Group) *g = NAME(group)(pool, slot);
+    const LaneTable *t = &pool->tables[slot];
+    const HomeStep *s = &t->home[home];
+    const int l = (int)(slot % LANES_W);
+    g->steps[l] = t->steps;
+    for (int e = 0; e < LANES_STEP; e++) {
+        g->step[e][l] = s->step[e];
+    }
+    for (int e = 0; e < LANES_HOME_ENTRIES; e++) {
+        g->guard[e][l] = s->guard[e];
+    }
+    for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
+        g->bound[e][l] = s->bound[e];
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        g->bound_constant[c][l] = s->bound_constant[c];
+    }
+    for (int k = 0; k <= t->steps; k++) {
+        for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
+            g->forced[k][i][l] = s->forced[k][i];
+        }
+        for (int c = 0; c < MODEL_NC; c++) {
+            g->guard_constant[k][c][l] = s->guard_constant[k][c];
+        }
+    }
+}
+
+/* one step of the grid of a group; the lanes that it does not make are returned */
+static INLINE M NAME(advance)(NAME(Group) * g, int k)
+{
+    V next[MODEL_NX], g0[NC], g1[NC], bound[NC], size[MODEL_NX];
+    const M running = g->running & (M)(g->steps > NAME(fill)((double)k));
+    M clear = g->home;
+    for (int i = 0; i < MODEL_NX; i++) {
+        next[i] = g->forced[k][i];
+        size[i] = NAME(size)(g->x[i]);
+    }
+    LANES_STEP_SUMS(g->step, g->x, next);
+    for (int c = 0; c < MODEL_NC; c++) {
+        g0[c] = g->guard_constant[k][c];
+        g1[c] = g->guard_constant[k + 1][c];
+        bound[c] = g->bound_constant[c];
+    }
+    LANES_HOME_SUMS(g->guard, g->x, g0);
+    LANES_HOME_SUMS(g->guard, next, g1);
+    LANES_BOUND_SUMS(g->bound, size, bound);
+    for (int c = 0; c < MODEL_NC; c++) {
+        clear &= (M)(NAME(least)(g0[c], g1[c]) > bound[c]);
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        g->x[i] = NAME(pick)(clear & running, next[i], g->x[i]);
+    }
+    return running & ~clear;
+}
+
+enum { NAME(ORDER) = LANES_ORDER };
+
+/* value, slope and curvature of a polynomial */
+static INLINE void NAME(horner)(const V *q, V u, V *f, V *d, V *dd)
+{
+    V a = q[LANES_ORDER];
+    V b = NAME(fill)(0.0);
+    V c = NAME(fill)(0.0);
+    for (int k = LANES_ORDER - 1; k >= 0; k--) {
+        c = c * u + b;
+        b = b * u + a;
+        a = a * u + q[k];
+    }
+    *f = a;
+    *d = b;
+    *dd = c + c;
+}
+
+/* where q falls through zero between low, where it is positive, and high, where it is not; undecided lanes are marked */
+static __attribute__((noinline)) V NAME(root)(const V *q, V low, V high, M wanted, M *undecided)
+{
+    enum { MOST = 60 };
+    V f, d, dd, end;
+    M frozen = ~wanted;
+    NAME(horner)(q, low, &f, &d, &dd);
+    NAME(horner)(q, high, &end, &d, &dd);
+    V u = low + (high - low) * (f / (f - end));
+    u = NAME(pick)((M)(u > low) & (M)(u < high), u, high);
+    for (int i = 0; i < MOST && NAME(any)(~frozen); i++) {
+        NAME(horner)(q, u, &f, &d, &dd);
+        const M below = (M)(f <= NAME(fill)(0.0));
+        high = NAME(pick)(below & ~frozen, u, high);
+        low = NAME(pick)(~below & ~frozen, u, low);
+        const V newton = f / d;
+        const V bend = NAME(fill)(1.0) - NAME(fill)(0.5) * newton * (dd / d);
+        V next = u - newton / NAME(pick)((M)(bend > NAME(fill)(0.5)), bend, NAME(fill)(1.0));
+        const M inside = (M)(next >= low) & (M)(next <= high);
+        next = NAME(pick)(inside, next, NAME(fill)(0.5) * (low + high));
+        const M close = (M)(NAME(size)(next - u) <= NAME(fill)(4e-16) * next) | (M)(f == NAME(fill)(0.0))
+                        | (M)(high - low <= NAME(fill)(2e-16) * high);
+        next = NAME(pick)((M)(f == NAME(fill)(0.0)), u, next);
+        u = NAME(pick)(frozen, u, next);
+        frozen |= close;
+    }
+    *undecided |= ~frozen;
+    return u;
+}
+
+/*
+ * The first fall of a guard on [0, 1], as its place; 2 where there is none. Marked are lanes that shorter sub-steps may
+ * decide.
+ */
+static INLINE V NAME(guard_falls)(const V *q, M wanted, M *longer)
+{
+    const V zero = NAME(fill)(0.0);
+    const V one = NAME(fill)(1.0);
+    const V third = NAME(fill)(1.0 / 3.0);
+    const V none = NAME(fill)(2.0);
+    V rest = NAME(size)(q[4]);
+    for (int k = 5; k <= LANES_ORDER; k++) {
+        rest += NAME(size)(q[k]);
+    }
+    const V b2 = q[0] + third * (q[1] + q[1] + q[2]);
+    const V b3 = q[0] + q[1] + q[2] + q[3];
+    const V low = NAME(least)(NAME(least)(q[0], q[0] + third * q[1]), NAME(least)(b2, b3));
+    M open = wanted & ~(M)(low > rest);
+    if (!NAME(any)(open)) {
+        return none;
+    }
+    V rest1 = zero;
+    V rest2 = zero;
+    V end = q[LANES_ORDER];
+    V slope_end = NAME(fill)((double)LANES_ORDER) * q[LANES_ORDER];
+    for (int k = LANES_ORDER; k >= 4; k--) {
+        rest1 += NAME(fill)((double)k) * NAME(size)(q[k]);
+        rest2 += NAME(fill)((double)(k * (k - 1))) * NAME(size)(q[k]);
+    }
+    for (int k = LANES_ORDER - 1; k >= 1; k--) {
+        end += q[k];
+        slope_end += NAME(fill)((double)k) * q[k];
+    }
+    end += q[0];
+    const V twice = q[2] + q[2];
+    const V e2 = q[1] + twice + NAME(fill)(3.0) * q[3];
+    const V e1 = q[1] + q[2];
+    const M falls = (M)(NAME(most)(NAME(most)(q[1], e1), e2) + rest1 < zero);
+    const M rises = (M)(NAME(least)(NAME(least)(q[1], e1), e2) > rest1);
+    const V bend_end = twice + NAME(fill)(6.0) * q[3];
+    const M upward = (M)(NAME(least)(twice, bend_end) > rest2);
+    const M downward = (M)(NAME(most)(twice, bend_end) + rest2 < zero);
+    const M above = (M)(q[0] > zero);
+    const M at_start = open & ~above & (M)(q[1] < zero);
+    M undecided = open & ~above & ~at_start;
+    open &= above;
+    const M ends_below = (M)(end <= zero);
+    /* rises; falls or bends one way, and stays above at the end where that says enough */
+    M clear = rises | (falls & ~ends_below) | (downward & ~ends_below) | (upward & (M)(q[1] >= zero))
+              | (upward & ~ends_below & (M)(slope_end <= zero));
+    M single = (falls | downward | upward) & ends_below & ~clear;
+    const M dips = open & upward & ~clear & ~single;
+    V high = one;
+    if (NAME(any)(dips)) {
+        V slope[LANES_ORDER + 1];
+        V f, d, dd;
+        for (int k = 0; k < LANES_ORDER; k++) {
+            slope[k] = -NAME(fill)((double)(k + 1)) * q[k + 1];
+        }
+        slope[LANES_ORDER] = zero;
+        /* the slope rises through zero: its opposite falls */
+        const V lowest = NAME(root)((const V *)slope, zero, one, dips, &undecided);
+        NAME(horner)(q, lowest, &f, &d, &dd);
+        clear |= dips & (M)(f > zero);
+        single |= dips & (M)(f <= zero);
+        high = NAME(pick)(dips, lowest, high);
+    }
+    *longer |= open & ~clear & ~single;
+    single &= open & ~clear;
+    V place = NAME(pick)(at_start, zero, none);
+    if (NAME(any)(single)) {
+        const V found = NAME(root)(q, zero, high, single, &undecided);
+        place = NAME(pick)(single, found, place);
+    }
+    *longer |= undecided;
+    return place;
+}
+
+/* lanes that go through events, one column each */
+typedef struct {
+    V y[LANES_Z], left, longest;
+    V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
+    M known[LANES_NG];
+    int64_t slot[LANES_W]; /* -1: empty */
+    int rounds[LANES_W];
+} NAME(Bench);
+
+static void NAME(load_mode)(NAME(Bench) * b, int l, const LaneMode *m)
+{
+    for (int e = 0; e < LANES_FLOW; e++) {
+        b->flow[e][l] = m->flow[e];
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        b->constant[i][l] = m->constant[i];
+    }
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+        b->guard[e][l] = m->guard[e];
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        b->guard_constant[g][l] = m->guard_constant[g];
+    }
+    b->longest[l] = m->longest;
+}
+
+/* a lane takes its place before point k of the grid */
+static void NAME(enter)(Pool *pool, NAME(Bench) * b, int l, int64_t slot, int k)
+{
+    const NAME(Group) *group = NAME(group)(pool, slot);
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
+    const int column = (int)(slot % LANES_W);
+    const int home = group->home[column] != 0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        b->y[i][l] = home ? group->x[i][column] : lane->x[i];
+    }
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+        b->y[MODEL_NX + j][l] = t->phasor[k][j];
+    }
+    for (int j = 0; j < LANES_HARMONICS; j++) {
+        b->wave[j][l] = t->wave[j];
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        b->known[g][l] = 0;
+    }
+    b->left[l] = t->h;
+    b->slot[l] = slot;
+    b->rounds[l] = 0;
+    NAME(load_mode)(b, l, &t->mode[lane->mode]);
+}
+
+/* and leaves it at the next point, or undecided */
+static void NAME(leave)(Pool *pool, NAME(Bench) * b, int l)
+{
+    const int64_t slot = b->slot[l];
+    NAME(Group) *group = NAME(group)(pool, slot);
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
+    const int column = (int)(slot % LANES_W);
+    const int home = t->mode[lane->mode].home;
+    b->slot[l] = -1;
+    b->left[l] = 0.0;
+    if (lane->failed) {
+        group->running[column] = 0;
+        return;
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        lane->x[i] = b->y[i][l];
+        group->x[i][column] = b->y[i][l];
+    }
+    if (home >= 0 && home != lane->started) {
+        NAME(settle)(pool, slot, home);
+        lane->started = home;
+    }
+    group->home[column] = home >= 0 ? -1 : 0;
+}
+
+/* column l of a vector array */
+#define COLUMN(values, n, l, out)                                                                                      \
+    for (int i_ = 0; i_ < (n); i_++) {                                                                                 \
+        (out)[i_] = (values)[i_][l];                                                                                   \
+    }
+
+/* the event of guard g in lane l at a time since the strobe */
+static void NAME(happen)(Pool *pool, NAME(Bench) * b, int l, int g, double time)
+{
+    double z[LANES_Z];
+    signed char known[LANES_NG];
+    Lane *lane = &pool->lanes[b->slot[l]];
+    const LaneTable *t = &pool->tables[b->slot[l]];
+    COLUMN(b->y, LANES_Z, l, z)
+    lane_event(t, lane, z, g, time, known);
+    for (int i = 0; i < MODEL_NX; i++) {
+        b->y[i][l] = z[i];
+    }
+    for (int i = 0; i < LANES_GUARDS; i++) {
+        b->known[i][l] = known[i] ? -1 : 0;
+    }
+    NAME(load_mode)(b, l, &t->mode[lane->mode]);
+}
+
+/* the series of the states, and the guards as polynomials, over a sub-step of length h: its variable runs from 0 to 1 */
+static INLINE void NAME(expand)(const NAME(Bench) * b, V h, V (*y)[LANES_Z], V (*q)[LANES_ORDER + 1])
+{
+    V rates[MODEL_NX];
+    V g[LANES_NG];
+    for (int j = 0; j < LANES_Z; j++) {
+        y[0][j] = b->y[j];
+    }
+    for (int k = 0; k < LANES_ORDER; k++) {
+        const V f = h * NAME(fill)(1.0 / (k + 1));
+        LANES_FLOW(b->flow, y[k], rates);
+        for (int i = 0; i < MODEL_NX; i++) {
+            y[k + 1][i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+        }
+        for (int j = 0; j < LANES_HARMONICS; j++) {
+            y[k + 1][MODEL_NX + 2 * j] = -(f * b->wave[j]) * y[k][MODEL_NX + 2 * j + 1];
+            y[k + 1][MODEL_NX + 2 * j + 1] = f * b->wave[j] * y[k][MODEL_NX + 2 * j];
+        }
+    }
+    for (int k = 0; k <= LANES_ORDER; k++) {
+        for (int i = 0; i < LANES_GUARDS; i++) {
+            g[i] = k == 0 ? b->guard_constant[i] : NAME(fill)(0.0);
+        }
+        LANES_GUARD_SUMS(b->guard, y[k], g);
+        for (int i = 0; i < LANES_GUARDS; i++) {
+            q[i][k] = g[i];
+        }
+    }
+}
+
+/* without the root at the start, where one is known */
+static INLINE void NAME(deflate)(V *q, M known)
+{
+    if (!NAME(any)(known)) {
+        return;
+    }
+    for (int k = 0; k < LANES_ORDER; k++) {
+        q[k] = NAME(pick)(known, q[k + 1], q[k]);
+    }
+    q[LANES_ORDER] = NAME(pick)(known, NAME(fill)(0.0), q[LANES_ORDER]);
+}
+
+/* the earliest fall of all guards; how far the sub-step goes where there is none; lanes that are not decided */
+static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undecided)
+{
+    enum { HALVINGS = 12 };
+    V reach = NAME(fill)(1.0);
+    V place = NAME(fill)(2.0);
+    M left = busy;
+    *which = NAME(fill)(-1.0);
+    for (int n = 0; n < HALVINGS; n++) {
+        M longer = left & ~left;
+        V first = NAME(fill)(2.0);
+        V guard = NAME(fill)(-1.0);
+        for (int g = 0; g < LANES_GUARDS; g++) {
+            const V at = NAME(guard_falls)(q[g], left, &longer);
+            guard = NAME(pick)((M)(at < first), NAME(fill)((double)g), guard);
+            first = NAME(least)(at, first);
+        }
+        const M done = left & ~longer;
+        const M falls = done & (M)(first < NAME(fill)(1.5));
+        place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));
+        *which = NAME(pick)(falls, guard, *which);
+        left &= longer;
+        if (!NAME(any)(left)) {
+            break;
+        }
+        /* half of it, for lanes that need it */
+        const V half = NAME(pick)(left, NAME(fill)(0.5), NAME(fill)(1.0));
+        reach *= half;
+        for (int g = 0; g < LANES_GUARDS; g++) {
+            V power = half;
+            for (int k = 1; k <= LANES_ORDER; k++) {
+                q[g][k] *= power;
+                power *= half;
+            }
+        }
+    }
+    *undecided = left;
+    return place;
+}
+
+/* all queued lanes, from point k of the grid to the next */
+static void NAME(events)(Pool *pool, int k, int64_t queued)
+{
+    NAME(Bench) b;
+    V y[LANES_ORDER + 1][LANES_Z];
+    V q[LANES_NG][LANES_ORDER + 1];
+    int64_t next = 0;
+    memset(&b, 0, sizeof b);
+    for (int l = 0; l < LANES_W; l++) {
+        b.slot[l] = -1;
+    }
+    while (1) {
+        int busy = 0;
+        M there = (M)(b.left > NAME(fill)(0.0));
+        for (int l = 0; l < LANES_W; l++) {
+            if (b.slot[l] < 0 && next < queued) {
+                NAME(enter)(pool, &b, l, pool->queue[next++], k);
+            }
+            there[l] = b.slot[l] < 0 ? 0 : -1;
+            busy |= b.slot[l] >= 0;
+        }
+        if (!busy) {
+            return;
+        }
+        const V h = NAME(least)(b.left, b.longest);
+        V which;
+        M undecided;
+        NAME(expand)(&b, h, y, q);
+        for (int g = 0; g < LANES_GUARDS; g++) {
+            /* a guard that is zero and rises has been left just now, as one that is known to have been */
+            const M left = (M)(q[g][0] == NAME(fill)(0.0)) & (M)(q[g][1] > NAME(fill)(0.0));
+            NAME(deflate)(q[g], b.known[g] | left);
+            b.known[g] = there & ~there;
+        }
+        const V u = NAME(search)(q, there, &which, &undecided);
+        const M whole = (M)(u == NAME(fill)(1.0)) & (M)(h == b.left);
+        for (int j = 0; j < LANES_Z; j++) {
+            V sum = y[LANES_ORDER][j];
+            for (int n = LANES_ORDER - 1; n >= 0; n--) {
+                sum = sum * u + y[n][j];
+            }
+            b.y[j] = NAME(pick)(there, sum, b.y[j]);
+        }
+        b.left = NAME(pick)(whole, NAME(fill)(0.0), b.left - h * u);
+        b.left = NAME(most)(b.left, NAME(fill)(0.0));
+        for (int l = 0; l < LANES_W; l++) {
+            if (b.slot[l] < 0) {
+                continue;
+            }
+            Lane *lane = &pool->lanes[b.slot[l]];
+            const LaneTable *t = &pool->tables[b.slot[l]];
+            lane->failed |= undecided[l] != 0 || ++b.rounds[l] > LANES_ROUNDS;
+            if (!lane->failed && which[l] >= 0.0) {
+                NAME(happen)(pool, &b, l, (int)which[l], t->h * (k + 1) - b.left[l]);
+            }
+            if (lane->failed || b.left[l] == 0.0) {
+                NAME(leave)(pool, &b, l);
+            }
+        }
+    }
+}
+
+/* all motions that want it, by one period */
+static void NAME(period)(Pool *pool, LaneMotion *motions)
+{
+    const int64_t groups = (pool->motions + LANES_W - 1) / LANES_W;
+    int most = 0;
+    for (int64_t slot = 0; slot < groups * LANES_W; slot++) {
+        NAME(Group) *g = NAME(group)(pool, slot);
+        const int l = (int)(slot % LANES_W);
+        g->running[l] = 0;
+        if (slot >= pool->motions || !lane_begin(pool, slot, &motions[slot])) {
+            continue;
+        }
+        Lane *lane = &pool->lanes[slot];
+        const LaneTable *t = &pool->tables[slot];
+        const int home = t->mode[lane->mode].home;
+        for (int i = 0; i < MODEL_NX; i++) {
+            g->x[i][l] = lane->x[i];
+        }
+        if (home >= 0 && home != lane->started) {
+            NAME(settle)(pool, slot, home);
+            lane->started = home;
+        }
+        g->steps[l] = t->steps;
+        g->home[l] = home >= 0 ? -1 : 0;
+        g->running[l] = -1;
+        most = t->steps > most ? t->steps : most;
+    }
+    for (int k = 0; k < most; k++) {
+        int64_t queued = 0;
+        for (int64_t n = 0; n < groups; n++) {
+            NAME(Group) *g = NAME(group)(pool, n * LANES_W);
+            const M left = NAME(advance)(g, k);
+            if (!NAME(any)(left)) {
+                continue;
+            }
+            for (int l = 0; l < LANES_W; l++) {
+                if (left[l]) {
+                    pool->queue[queued++] = (int32_t)(n * LANES_W + l);
+                }
+            }
+        }
+        if (queued > 0) {
+            NAME(events)(pool, k, queued);
+        }
+    }
+    for (int64_t slot = 0; slot < pool->motions; slot++) {
+        const NAME(Group) *g = NAME(group)(pool, slot);
+        const int l = (int)(slot % LANES_W);
+        Lane *lane = &pool->lanes[slot];
+        if (g->running[l]) {
+            COLUMN(g->x, MODEL_NX, l, lane->x)
+        }
+        if (motions[slot].wanted) {
+            lane_end(pool, slot, &motions[slot], g->running[l] != 0);
+        }
+    }
+}
+
+#undef V
+#undef M
+#undef INLINE
+#undef COLUMN
+#undef LANES_BYTES

@@ -1,0 +1,31 @@
+/* Motions that are stepped together, as every target sees them (lane_code.h). */
+#ifndef STICKSLIP_POOL_H
+#define STICKSLIP_POOL_H
+
+#include "lane_table.h"
+
+/* what one motion has on its way over a period */
+typedef struct {
+    double x[MODEL_NX]; /* where it is at the points of the grid away from home, from the origin of its mode */
+    int mode, started;
+    int failed; /* not decided: the series of the engine make this step */
+    LaneMotion motion;
+} Lane;
+
+typedef struct {
+    int64_t motions;
+    LaneTable *tables;
+    Lane *lanes;
+    int32_t *queue;
+    double *columns; /* of the home steps, group by group (lane_code.h) */
+} Pool;
+
+/* the offset of a part of the room */
+static inline int64_t pool_reserve(int64_t *used, int64_t bytes)
+{
+    const int64_t at = *used;
+    *used += (bytes + 63) / 64 * 64;
+    return at;
+}
+
+#endif

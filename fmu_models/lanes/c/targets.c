@@ -1,0 +1,169 @@
+/*
+ * One stepper per width of vectors, and which this processor has. The library is built once for all processors of a
+ * kind; functions of a target are only called where CPUID, and the system by XCR0, say that its registers are there.
+ */
+#include "lane_event.h"
+
+#if defined(__x86_64__)
+#define LANES_X86 1
+#include <cpuid.h>
+#else
+#define LANES_X86 0
+#endif
+
+#define LANES_W 1
+#define NAME(x) x##_1
+#include "lane_code.h"
+#undef LANES_W
+#undef NAME
+
+#define LANES_W 2
+#define NAME(x) x##_2
+#include "lane_code.h"
+#undef LANES_W
+#undef NAME
+
+#if LANES_X86
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2")
+#endif
+#define LANES_W 4
+#define NAME(x) x##_4
+#include "lane_code.h"
+#undef LANES_W
+#undef NAME
+#if defined(__clang__)
+#pragma clang attribute pop
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), apply_to = function)
+#else
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512vl")
+#endif
+#define LANES_W 8
+#define NAME(x) x##_8
+#include "lane_code.h"
+#undef LANES_W
+#undef NAME
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif
+
+/* lanes of the widest vectors that processor and system have */
+static int widest(void)
+{
+#if LANES_X86
+    unsigned a, b, c, d, low, high;
+    const unsigned AVX = 0x6, AVX512 = 0xe6; /* registers that the system keeps */
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE)) {
+        return 2;
+    }
+    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    if ((low & AVX) != AVX || !__get_cpuid_count(7, 0, &a, &b, &c, &d) || !(b & bit_AVX2)) {
+        return 2;
+    }
+    const unsigned wanted = bit_AVX512F | bit_AVX512DQ | bit_AVX512VL;
+    return (low & AVX512) == AVX512 && (b & wanted) == wanted ? 8 : 4;
+#else
+    return 2;
+#endif
+}
+
+typedef struct {
+    int64_t tables, lanes, queue, columns, used;
+} Layout;
+
+static Layout layout(int64_t motions, int64_t width, int64_t group)
+{
+    Layout l = {0};
+    const int64_t groups = (motions + width - 1) / width;
+    l.used = ((int64_t)sizeof(Pool) + 63) / 64 * 64;
+    l.tables = pool_reserve(&l.used, motions * (int64_t)sizeof(LaneTable));
+    l.lanes = pool_reserve(&l.used, motions * (int64_t)sizeof(Lane));
+    l.queue = pool_reserve(&l.used, groups * width * (int64_t)sizeof(int32_t));
+    l.columns = pool_reserve(&l.used, groups * group);
+    return l;
+}
+
+static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
+{
+    const Layout l = layout(motions, width, group);
+    Pool *pool = room;
+    char *base = room;
+    pool->motions = motions;
+    pool->tables = (LaneTable *)(void *)(base + l.tables);
+    pool->lanes = (Lane *)(void *)(base + l.lanes);
+    pool->queue = (int32_t *)(void *)(base + l.queue);
+    pool->columns = (double *)(void *)(base + l.columns);
+    for (int64_t i = 0; i < motions; i++) {
+        pool->tables[i].usable = 0;
+        pool->tables[i].steps = 0;
+        pool->lanes[i].started = -1;
+    }
+    memset(pool->columns, 0, (size_t)((motions + width - 1) / width * group));
+}
+
+/* the same numbers as before, of this slot or of the one before it, need no table */
+static int is_table_of(const LaneTable *t, const double *p, const double *u, double origin, double period)
+{
+    return t->steps > 0 && t->origin == origin && t->period == period && memcmp(t->p, p, MODEL_NP * sizeof *p) == 0
+           && memcmp(t->u, u, MODEL_NU * sizeof *u) == 0;
+}
+
+static int place(void *room, int64_t slot, const double *p, const double *u, double origin, double period)
+{
+    Pool *pool = room;
+    LaneTable *t = &pool->tables[slot];
+    if (is_table_of(t, p, u, origin, period)) {
+        return t->usable;
+    }
+    pool->lanes[slot].started = -1;
+    t->steps = 0;
+    if (slot > 0 && is_table_of(t - 1, p, u, origin, period)) {
+        memcpy(t, t - 1, sizeof *t);
+        return t->usable;
+    }
+    return table_make(t, p, u, origin, period);
+}
+
+#define STEPPER(width)                                                                                                 \
+    static int64_t room_##width(int64_t motions) { return layout(motions, width, group_bytes_##width()).used; }        \
+    static void open_##width(void *room, int64_t motions) { open_pool(room, motions, width, group_bytes_##width()); }  \
+    static void step_##width(void *room, LaneMotion *motions) { period_##width(room, motions); }                       \
+    static const LaneStepper stepper_##width = {LANE_STEPPER_VERSION, MODEL_TOKEN, width, room_##width,                \
+                                                open_##width,         place,       step_##width};
+
+STEPPER(1)
+STEPPER(2)
+#if LANES_X86
+STEPPER(4)
+STEPPER(8)
+#endif
+
+#if defined(_WIN32)
+__declspec(dllexport)
+#else
+__attribute__((visibility("default")))
+#endif
+const void *stickslip_lanes(int64_t width);
+
+/* the stepper with so many lanes, 0: as many as this processor has; NULL where it has not so many */
+const void *stickslip_lanes(int64_t width)
+{
+    const int most = widest();
+    switch (width == 0 ? most : width <= most ? width : -1) {
+    case 1: return &stepper_1;
+    case 2: return &stepper_2;
+#if LANES_X86
+    case 4: return &stepper_4;
+    case 8: return &stepper_8;
+#endif
+    default: return NULL;
+    }
+}

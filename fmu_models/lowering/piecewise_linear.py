@@ -1,0 +1,171 @@
+"""Whether every mode of a system is linear with constant coefficients, and the rows of its flow if so.
+
+Modes are not enumerated. Where W and G hold parameters alone and every rate, slip, depth, force, capacity, release and
+reset is affine in
+
+    z = (states, cos and sin of each harmonic of the time, 1)
+
+for each sign and each speed of entry, so is every mode: contact forces, of law or of constraint, are solutions of linear
+equations with constant factors. Inputs count as constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import sympy
+
+from fmu_models.language.quantities import TIME, Parameter
+from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
+
+Row = tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Lifted:
+    """The coordinates z of a system.
+
+    Attributes:
+        states: symbols of the states.
+        harmonics: arguments a of the harmonics of the time; z holds cos a and sin a of each, in turns.
+        phasors: the symbols that stand for these.
+    """
+
+    states: tuple[sympy.Basic, ...]
+    harmonics: tuple[Any, ...]
+    phasors: tuple[sympy.Basic, ...]
+
+    @classmethod
+    def of(cls, system: HybridSystem) -> Lifted:
+        """Those of a system; harmonics whose argument is not affine in the time are left out."""
+        found: dict[Any, None] = {}
+        for _, expression in _expressions(system):
+            for wave in sorted(expression.atoms(sympy.sin, sympy.cos), key=str):
+                if _is_harmonic(wave.args[0]):
+                    found[wave.args[0]] = None
+        symbols = [sympy.Dummy(f"{name}{i}", real=True) for i in range(len(found)) for name in ("cos", "sin")]
+        return cls(system.states, tuple(found), tuple(symbols))
+
+    def row(self, expression: Any, *more: sympy.Basic) -> Row | None:
+        """Factors of z, one more for each of ``more``, in an expression; None where it is not affine in them."""
+        known = {
+            wave: self.phasors[2 * i + k]
+            for i, argument in enumerate(self.harmonics)
+            for k, wave in enumerate((sympy.cos(argument), sympy.sin(argument)))
+        }
+        lifted = sympy.sympify(expression).xreplace(known)
+        unknowns = (*self.states, *self.phasors, *more)
+        present = lifted.free_symbols
+        factors = [sympy.diff(lifted, z) if z in present else sympy.S.Zero for z in unknowns]
+        changing = {*unknowns, TIME}
+        for factor in factors:
+            if factor.free_symbols & changing and sympy.expand(factor).free_symbols & changing:
+                return None
+        constant = lifted.xreplace(dict.fromkeys(unknowns, sympy.S.Zero))
+        if TIME in constant.free_symbols:
+            return None
+        n = len(unknowns) - len(more)
+        return (*factors[:n], constant, *factors[n:])
+
+
+def obstacles(system: HybridSystem) -> tuple[str, ...]:
+    """Why some mode is not linear with constant coefficients, a sentence each; empty where all are."""
+    if system.rule:
+        return ("a map has no flow",)
+    if system.inertia or not system.constant_inertia:
+        return ("the mass matrix, or a lever of a contact, changes with the motion",)
+    lifted = Lifted.of(system)
+    found = []
+    for what, contact, expression in _named(system):
+        local = () if contact is None else _local(contact)
+        if lifted.row(expression, *local) is None:
+            found.append(_sentence(lifted, what, contact, sympy.sympify(expression)))
+    for contact in system.contacts:
+        if contact.remembers:
+            found.append(f"contact '{contact.name}': the factors of its force change with the speed of entry")
+    return tuple(dict.fromkeys(found))
+
+
+def _local(contact: ContactDynamics) -> tuple[sympy.Basic, ...]:
+    """What a law reads of its contact that is affine in z itself."""
+    return (contact.slip_symbol, *(() if contact.depth_symbol is None else (contact.depth_symbol,)))
+
+
+def _named(system: HybridSystem) -> Iterable[tuple[str, ContactDynamics | None, Any]]:
+    """Everything that must be affine, with what it is."""
+    for state, rate in zip(system.driven, system.acceleration, strict=True):
+        yield f"the rate of {state.name}", None, rate
+    for state, rate in zip(system.internal_states, system.internal_rates, strict=True):
+        yield f"the rate of {state.name}", None, _inlined(system, rate)
+    for contact in system.contacts:
+        where = f"contact '{contact.name}'"
+        for expression in (contact.force, contact.capacity, contact.slip, contact.depth, contact.release):
+            if expression is not None:
+                yield where, contact, expression
+        for state, value in contact.reset.items():
+            yield f"{where}: the jump of {state.name}", contact, value
+
+
+def _inlined(system: HybridSystem, expression: Any) -> Any:
+    """Slip speeds written out."""
+    return sympy.sympify(expression).xreplace({c.slip_symbol: c.slip for c in system.contacts})
+
+
+def _expressions(system: HybridSystem) -> Iterable[tuple[str, Any]]:
+    for what, _, expression in _named(system):
+        yield what, sympy.sympify(expression)
+
+
+def _is_harmonic(argument: Any) -> bool:
+    slope = sympy.diff(argument, TIME)
+    offset = argument.xreplace({TIME: sympy.S.Zero})
+    both = slope.free_symbols | offset.free_symbols
+    return slope != 0 and all(isinstance(symbol, Parameter) for symbol in both)
+
+
+def _sentence(lifted: Lifted, what: str, contact: ContactDynamics | None, expression: Any) -> str:
+    """What of an expression is not affine, and for which parameters it would be."""
+    names = {} if contact is None else {contact.slip_symbol: "v", contact.sign_symbol: "sgn(v)"}
+    if contact is not None and contact.depth_symbol is not None:
+        names[contact.depth_symbol] = "d"
+    local = () if contact is None else _local(contact)
+    worst = _smallest(lifted, expression, local)
+    if contact is not None and contact.sign_symbol in worst.free_symbols and contact.slip_symbol in worst.free_symbols:
+        # sign times speed is its magnitude
+        magnitude = sympy.Symbol("|v|")
+        worst = worst.xreplace({contact.sign_symbol * contact.slip_symbol: magnitude})
+        worst = worst.subs(contact.sign_symbol * contact.slip_symbol, magnitude)
+    shown = worst.xreplace({s: sympy.Symbol(names.get(s, getattr(s, "name", str(s)))) for s in worst.free_symbols})
+    of = "the depth" if contact is not None and contact.depth_symbol in worst.free_symbols else "the speed"
+    of = of if contact is not None else "the states"
+    unless = _remedy(lifted, expression, local)
+    return f"{what}: {shown} is not linear in {of}" + (f", but for {unless}" if unless else "")
+
+
+def _smallest(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> Any:
+    """The smallest part of an expression that is not affine by itself."""
+    for part in expression.args:
+        if part.free_symbols and lifted.row(part, *local) is None:
+            return _smallest(lifted, part, local)
+    return expression
+
+
+def _remedy(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> str:
+    """Values of parameters for which an expression is affine after all."""
+    parameters = sorted((s for s in expression.free_symbols if isinstance(s, Parameter)), key=lambda s: s.declared)
+    for parameter in parameters:
+        if not parameter.is_positive and _is_affine(lifted, expression, local, {parameter: sympy.S.Zero}):
+            return f"{parameter.name} = 0"
+    for one, other in combinations(parameters, 2):
+        if one.unit == other.unit and _is_affine(lifted, expression, local, {one: other}):
+            return f"{one.name} = {other.name}"
+    return ""
+
+
+def _is_affine(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic], values: dict[Any, Any]) -> bool:
+    """Whether an expression is affine, and does not vanish, with these values."""
+    changed = expression.xreplace(values)
+    return changed != 0 and not changed.has(sympy.nan, sympy.zoo) and lifted.row(changed, *local) is not None

@@ -1,0 +1,179 @@
+"""Constants adjusted to all that is known of them, and readings that contradict each other.
+
+Constants b > 0 are known by readings of products of their powers (J as stated; k/J of a free decay), and by residuals
+r(x, b) of a fit whose unknowns x are projected out. In l = ln b, near where the constants are,
+    minimise  sum_i ((d_i.l - y_i)/s_i)^2 + (l - l_0)'H(l - l_0) + 2 h'(l - l_0)
+H, h of the residuals; their scores over clusters, whose covariance is W, allow for colour:
+    M = D'S^-2 D + H,   step = M^-1 (D'S^-2 (y - D l_0) - h),   C = M^-1 (D'S^-2 D + W) M^-1      (S = diag s)
+A reading that is off by more than `SUSPECT` of the deviations of its residual contradicts the others. Readings whose
+residuals go together cannot be told apart by them (stated J and k, where the logs give k/J): all of them are widened
+by that ratio, so that the adjusted value lies between and its deviation spans both.
+
+Sources: Baarda (1968), A testing procedure for use in geodetic networks; Birge (1932), Phys. Rev. 40, 207.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.inference.problem import Evaluation, Problem, prior_precision
+
+SUSPECT = 3.0  # standard deviations of a residual: 3 in a thousand readings that are right
+TOGETHER = 0.9  # correlation of residuals from which on readings cannot be told apart
+UNKNOWN = 0.3  # relative deviation given to a constant of which nobody says how well it is known
+OPEN = 0.05  # relative deviation from which on the others say nothing of such a constant
+CHECKED = 1e-3  # share of a reading's variance that its residual must keep to tell anything
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What is known of a product of powers of constants. deviation: relative, standard; stated: whether it is known
+    how well."""
+
+    name: str
+    powers: Mapping[str, int]
+    value: float
+    deviation: float
+    stated: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """What residuals say of n constants near where they are, by their logarithms: information H (n, n), score h (n,)
+    and covariance of the score W (n, n)."""
+
+    information: np.ndarray
+    score: np.ndarray
+    spread: np.ndarray
+
+    @staticmethod
+    def nothing(count: int) -> Pull:
+        """Residuals that are not asked."""
+        return Pull(np.zeros((count, count)), np.zeros(count), np.zeros((count, count)))
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Readings that contradict the others. names: those that cannot be told apart; deviations: by which they are off,
+    and were widened; values: as read; others: what each would have to be by all others."""
+
+    names: tuple[str, ...]
+    deviations: float
+    values: tuple[float, ...]
+    others: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Adjustment:
+    """step: (n,) of the logarithms of the constants; covariance: (n, n) of them; open: those of which neither readings
+    nor residuals say how well they are known, in the order in which they would be held."""
+
+    step: np.ndarray
+    covariance: np.ndarray
+    open: tuple[str, ...]
+
+
+def pull(
+    problem: Problem, x: np.ndarray, here: Evaluation, columns: np.ndarray, beside: np.ndarray, precision: np.ndarray
+) -> tuple[Pull, np.ndarray, np.ndarray]:
+    """What the residuals of a problem at x (m,) say of constants; and how x moves to its best (m,), and with the
+    logarithms of the constants (m, k).
+
+    columns: (n, k) derivatives of its residuals by the logarithms of the constants; beside: (n, j) by what else is
+    taken as given, of which the precision (j, j) is known.
+    """
+    count = len(x)
+    freedom = len(here.residual) - here.eliminated - count
+    scale = 1.0 if problem.noise_known else float(np.sqrt(here.residual @ here.residual / freedom))
+    known = np.zeros((count + len(precision),) * 2)
+    known[:count, :count], known[count:, count:] = prior_precision(problem), precision
+    priors = np.diag(known) > 0
+    roots = np.linalg.cholesky(known[np.ix_(priors, priors)]).T
+    off = np.array(
+        [0.0 if one.prior is None else v - one.prior.value for one, v in zip(problem.unknowns, x, strict=True)]
+    )
+    off = np.concatenate([off, np.zeros(len(precision))])[priors]
+    design = np.vstack([np.hstack([here.gradient, beside]) / scale, np.eye(len(known))[priors]])
+    design[len(columns) :] = roots @ design[len(columns) :]
+    residual = np.concatenate([here.residual / scale, roots @ off])
+    whole = np.vstack([columns / scale, np.zeros((len(roots), columns.shape[1]))])
+    norms = np.linalg.norm(design, axis=0)
+    basis, triangle = np.linalg.qr(design / norms)
+    left = whole - basis @ (basis.T @ whole)
+    rest = residual - basis @ (basis.T @ residual)
+    moved = -np.linalg.solve(triangle, basis.T @ np.column_stack([residual, whole])) / norms[:, None]
+    scores = left[: len(columns)] * rest[: len(columns), None]
+    labels, place = np.unique(here.cluster, return_inverse=True)
+    table = np.stack([np.bincount(place, column) for column in scores.T], axis=1)
+    table = table - table.mean(axis=0)
+    # residuals of a fit are smaller than errors; priors scatter as they say
+    fewer = len(labels) / max(len(labels) - count / 2, 1)
+    spread = fewer * table.T @ table + left[len(columns) :].T @ left[len(columns) :]
+    said = left.T @ left
+    # residuals that depend on one another are so many times fewer
+    colour = max(float(np.trace(spread)) / max(float(np.trace(said)), 1e-300), 1.0)
+    return Pull(said / colour, left.T @ residual / colour, spread / colour**2), moved[:count, 0], moved[:count, 1:]
+
+
+def _design(names: Sequence[str], readings: Sequence[Reading]) -> np.ndarray:
+    return np.array([[float(one.powers.get(name, 0)) for name in names] for one in readings])
+
+
+def adjusted(
+    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull, held: Sequence[str] = ()
+) -> Adjustment:
+    """Constants (n,) ``at`` their present values adjusted to readings and residuals; those ``held`` stay."""
+    free = np.array([name not in held for name in names])
+    design = _design(names, readings)[:, free]
+    weight = np.array([one.deviation**-2 for one in readings])
+    off = np.array([np.log(one.value) for one in readings]) - _design(names, readings) @ np.log(at)
+    normal = (design.T * weight) @ design
+    matrix = normal + said.information[np.ix_(free, free)]
+    inverse = np.linalg.inv(matrix)
+    step, covariance = np.zeros(len(names)), np.zeros((len(names),) * 2)
+    step[free] = inverse @ ((design.T * weight) @ off - said.score[free])
+    covariance[np.ix_(free, free)] = inverse @ (normal + said.spread[np.ix_(free, free)]) @ inverse
+    unsure = {one.name for one in readings if not one.stated}
+    deviation = np.sqrt(np.diag(covariance))
+    open_ = tuple(n for n, sd in zip(names, deviation, strict=True) if n in unsure and sd > OPEN)
+    return Adjustment(step, covariance, open_)
+
+
+def contradiction(
+    names: Sequence[str], at: np.ndarray, readings: Sequence[Reading], said: Pull, held: Sequence[str] = ()
+) -> Contradiction | None:
+    """The readings that contradict the others most; None where none does."""
+    free = np.array([name not in held for name in names])
+    design = _design(names, readings)[:, free]
+    variance = np.array([one.deviation**2 for one in readings])
+    found = adjusted(names, at, readings, said, held)
+    residual = np.array([np.log(one.value) for one in readings]) - _design(names, readings) @ (np.log(at) + found.step)
+    weighted = design.T / variance
+    inverse = np.linalg.inv(weighted @ design + said.information[np.ix_(free, free)])
+    kept = np.eye(len(readings)) - design @ inverse @ weighted
+    of_logs = inverse @ said.spread[np.ix_(free, free)] @ inverse
+    spread = (kept * variance) @ kept.T + design @ of_logs @ design.T
+    checked = (np.diag(kept) > CHECKED) & np.array([one.stated for one in readings])
+    sd = np.sqrt(np.where(checked, np.diag(spread), np.inf))
+    ratio = np.abs(residual) / sd
+    worst = int(np.argmax(ratio))
+    if not ratio[worst] > SUSPECT:
+        return None
+    together = np.abs(spread[worst]) / (sd * sd[worst]) > TOGETHER
+    group = [place for place in range(len(readings)) if place == worst or (together[place] and ratio[place] > SUSPECT)]
+    return Contradiction(
+        tuple(readings[place].name for place in group),
+        float(ratio[worst]),
+        tuple(readings[place].value for place in group),
+        tuple(float(readings[p].value * np.exp(-residual[p] / kept[p, p])) for p in group),
+    )
+
+
+def widened(readings: Sequence[Reading], found: Contradiction) -> tuple[Reading, ...]:
+    """The readings, those that contradict the others less sure."""
+    return tuple(
+        replace(one, deviation=one.deviation * found.deviations) if one.name in found.names else one for one in readings
+    )

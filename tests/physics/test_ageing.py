@@ -1,0 +1,114 @@
+"""Breakaway that ages in stick: a block on a belt against each phase by itself, and the faces of its FMU."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from closed_form import root
+from scipy.integrate import solve_ivp
+
+from fmu_models import oscillators
+from fmu_models.codegen.package import built
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.driver import simulate_any
+from fmu_models.language.contacts import Friction
+from fmu_models.language.laws import LAWS
+from fmu_models.language.laws.ageing import T_0
+from fmu_models.simulation.run import simulate
+from fmu_models.simulation.sensitivity import SensitiveRun
+from fmu_models.validation.stress.cases import grid
+from fmu_models.validation.stress.equations import Equations
+from fmu_models.validation.stress.judge import Subject, judge
+
+M, K, N, BELT = 1.25, 60.0, 4.905, 0.1  # kg, N/m, N, m/s
+LAW = {"mu_s": 0.65, "mu_k": 0.35, "p": 15.0, "b": 0.03}
+PARAMETERS = {"m": M, "k": K, "N": N, "c": 0.0, **LAW}
+GIVEN: Any = {"parameters": PARAMETERS, "inputs": {"v_belt": BELT}, "start": {"x": 0.0, "v": BELT}}
+
+
+@cache
+def block(version: str = "3.0") -> Fmu:
+    return Fmu.open(built("block_on_belt", laws={"belt": "ageing"}, fmi_version=version))
+
+
+def breakaway(time: float, mu_s: float, b: float) -> float:
+    return mu_s + b * np.log10(1 + time / T_0)
+
+
+def marks(count: int, mu_s: float, mu_k: float, p: float, b: float) -> list[tuple[float, float]]:
+    """Time and place at the ends of stick and slip in turn, from rest on the belt at x = 0."""
+    t, x, found = 0.0, 0.0, []
+    for _ in range(count):
+        held = root(lambda d, x=x: K * (x + BELT * d) - N * breakaway(d, mu_s, b), 1e-9, 10.0)
+        t, x = t + held, x + BELT * held
+        found.append((t, x))
+
+        def rates(_: float, y: np.ndarray) -> list[float]:
+            speed = max(BELT - y[1], 0.0)
+            return [y[1], (N * ((mu_s - mu_k) / (1 + p * speed) + mu_k) - K * y[0]) / M]
+
+        def stops(_: float, y: np.ndarray) -> float:
+            return y[1] - BELT
+
+        stops.terminal, stops.direction = True, 1.0  # type: ignore[attr-defined]
+        run = solve_ivp(rates, (0.0, 5.0), [x, BELT], method="DOP853", rtol=2.3e-14, atol=1e-16, events=stops)
+        t, x = t + run.t_events[0][0], run.y_events[0][0][0]
+        found.append((t, x))
+    return found
+
+
+def test_every_stick_ages_anew_and_slip_begins_with_a_fall() -> None:
+    expected = marks(3, **LAW)
+    times = np.array([time for time, _ in expected])
+    run = simulate(block(), times[-1] + 1e-3, **GIVEN)
+    events = [event for event in run.events if event.time > 0]
+    np.testing.assert_allclose([event.time for event in events], times, rtol=1e-10)
+    near = 1e-7
+    there = simulate(block(), times[-1] + near, output_times=np.sort([*(times - near), *(times + near)]), **GIVEN)
+    before, after = there["t_stick"][::2], there["t_stick"][1::2]
+    sticks = np.diff([0.0, *times])[::2]
+    np.testing.assert_allclose(before[::2], sticks - near, rtol=1e-9)
+    np.testing.assert_allclose([*before[1::2], *after[::2]], 0.0, atol=0)
+    np.testing.assert_allclose(after[1::2], near, rtol=1e-2)
+    force = there["F"].reshape(-1, 2)[::2]
+    levels = np.array([breakaway(one, LAW["mu_s"], LAW["b"]) for one in sticks])
+    np.testing.assert_allclose(force[:, 0], N * levels, rtol=1e-5)
+    np.testing.assert_allclose(force[:, 1], N * LAW["mu_s"], rtol=1e-5)
+
+
+def test_derivatives_of_later_releases_know_how_long_a_stick_was() -> None:
+    """Central differences of the phases by themselves."""
+    count, names = 2, ("mu_s", "mu_k", "b")
+    with SensitiveRun(block(), by=names) as sensitive:
+        run = sensitive.run(np.array([0.0, marks(count, **LAW)[-1][0] + 0.01]), **GIVEN)
+    found = np.array([d for event, d in zip(run.events, run.event_derivative, strict=True) if event.time > 0])
+    step = 1e-5
+    for place, name in enumerate(names):
+        more, less = (marks(count, **{**LAW, name: LAW[name] + sign * step}) for sign in (1, -1))
+        expected = [(a[0] - b[0]) / (2 * step) for a, b in zip(more, less, strict=True)]
+        np.testing.assert_allclose(found[:, place], expected, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_every_face_of_the_fmu_has_the_motion_of_the_engine(version: str) -> None:
+    fmu, times = block(version), np.linspace(0.0, 2.0, 21)
+    own = simulate(fmu, 2.0, output_times=times, **GIVEN)
+    for method in ("auto", "co-simulation"):
+        other = simulate_any(fmu, 2.0, method=method, tolerance=1e-11, output_times=times, **GIVEN)
+        np.testing.assert_allclose(other["x"], own["x"], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(other["t_stick"], own["t_stick"], rtol=0, atol=1e-7)
+
+
+def test_extremes_of_the_law_are_judged_accurate() -> None:
+    """The stress grid of a model with the law in it."""
+    model = oscillators.load("block_on_belt")
+    (contact,) = model.contacts
+    assert isinstance(contact, Friction)
+    model = model.with_law(belt=LAWS.load("ageing").around(contact.law))
+    subject = Subject.of(model, block())
+    for case in (one for one in grid("block_on_belt", model, Equations(model)) if one.quick):
+        cell = judge(case, subject)
+        assert cell.verdict == "accurate", cell

@@ -1,0 +1,150 @@
+"""The exact flow in lanes: which models have it, the same bits for any number of lanes, the motions of the series."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.jobs import ESCAPED, Jobs
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.lane_tables import lane_obstacles
+from fmu_models.fmu.load import load
+from fmu_models.lanes.library import has_lanes, lanes_of
+from fmu_models.lowering.lower import lower
+from fmu_models.lowering.piecewise_linear import obstacles
+from fmu_models.oscillators import MODELS
+from fmu_models.oscillators import load as declaration
+
+T = 2.0 * math.pi
+GO = np.zeros(1, np.int32)
+LINEAR = {
+    *("discontinuous_support", "bouncing_ball", "impact_pair", "impact_damper", "fermi_accelerator"),
+    *("two_domain_oscillator", "woodpecker", "planar_hopf", "planar_multiple_crossing", "drive_motor"),
+}
+# what a family of each varies, and its default otherwise
+FAMILIES = {
+    "discontinuous_support": ("omega", {"ks": 300.0, "cs": 0.6, "g": 1.6}, "omega", (0.8, 1.0)),
+    "bouncing_ball": ("omega", {}, "A", (2.7e-3, 3.7e-3)),
+    "impact_pair": ("omega", {}, "D", (4.0, 11.5)),
+    "impact_damper": ("omega", {}, "f0", (0.05, 0.2)),
+    "fermi_accelerator": ("omega", {}, "L", (50.0, 110.0)),
+    "two_domain_oscillator": ("W", {}, "w2", (1.2, 1.9)),
+}
+
+
+def family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:
+    forcing, values, varied, (low, high) = FAMILIES[name]
+    system = Strobe(load(name), forcing=forcing, parameters=values)
+    starts = np.tile(system.start({"x": 0.0, "v": 0.0} if name == "discontinuous_support" else {}), (count, 1))
+    return system, Jobs(starts, {varied: np.linspace(low, high, count)}, rows=rows)
+
+
+def test_the_proof_knows_which_models_are_linear_in_every_mode():
+    found = {name: obstacles(lower(declaration(name))) for name in MODELS.members()}
+    assert {name for name, why in found.items() if not why} == LINEAR
+    assert found["disc_rig"][0] == ("contact 'disc0': 1/(p0*|v| + 1) is not linear in the speed, but for p0 = 0")
+    assert "d**(3/2) is not linear in the depth" in found["hinge_clearance"][0]
+
+
+def test_what_is_linear_may_still_have_contacts_that_lanes_do_not_follow():
+    system = lower(declaration("woodpecker"))
+    assert obstacles(system) == ()
+    assert lane_obstacles(system)[0] == "contact 'beak': friction is not followed in lanes"
+    assert not has_lanes(load("woodpecker"))
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_lanes_make_the_motions_of_the_series(name):
+    system, jobs = family(name, 100, 10)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.in_lanes.sum() > 0.98 * lanes.steps.sum()
+    assert series.in_lanes.sum() == 0
+    errors = np.abs(lanes.points - series.points).max(axis=1) / np.abs(series.points).max(axis=(0, 1))
+    assert np.median(errors) < 2e-13
+    assert errors.max() < 1e-10
+    assert np.array_equal(lanes.began, series.began)
+    assert lanes.held == pytest.approx(series.held, abs=1e-10)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
+    system, jobs = family(name, 13, 40)
+    known = lanes_of(system.fmu)
+    steppers = [one for width in (1, 2, 4, 8) if (one := known.stepper(width)) is not None]
+    assert [one.lanes for one in steppers][:2] == [1, 2]
+    made = []
+    for stepper in steppers:
+        monkeypatch.setitem(vars(system), "_lanes", stepper)
+        made.append(system.run(jobs, GO))
+    alone = np.concatenate([system.run(jobs.part(i, i + 1), GO).points for i in range(len(jobs))])
+    for one in made:
+        assert np.array_equal(one.points, alone)
+        assert np.array_equal(one.held, made[0].held)
+
+
+def test_a_resonance_without_damping_grows_as_it_should():
+    system = Strobe(load("discontinuous_support"), forcing="omega", parameters={"c": 0.0, "g": 1e5})
+    made = system.run(Jobs(np.zeros((3, 2)), transient=999, rows=1), GO)
+    # x = f0/2 t sin(t), v = f0/2 (sin(t) + t cos(t))
+    with mpmath.workdps(30):
+        t = 1000 * mpmath.mpf(T)
+        exact = [float(t / 4 * mpmath.sin(t)), float((mpmath.sin(t) + t * mpmath.cos(t)) / 4)]
+    assert made.in_lanes.tolist() == [1000] * 3
+    assert made.points[:, 0] == pytest.approx(np.tile(exact, (3, 1)), abs=1e-12 * abs(exact[1]))
+
+
+def test_the_lightest_touch_is_seen_and_none_is_invented():
+    # from the place of rest with the speed v: the highest point of a damped swing is known
+    depths = np.concatenate([np.logspace(-3, math.log10(3e-14), 400), -np.logspace(-3, math.log10(3e-14), 400)])
+    speeds = np.linspace(1.0, 3.0, 800)
+    with mpmath.workdps(30):
+        d = mpmath.mpf(0.05) / 2
+        w = mpmath.sqrt(1 - d * d)
+        at = mpmath.atan(w / d) / w
+        peak = mpmath.exp(-d * at) * mpmath.sin(w * at) / w
+        gaps = np.array([float(peak * mpmath.mpf(v) - h * mpmath.mpf(v)) for v, h in zip(speeds, depths, strict=True)])
+    starts = np.stack([np.zeros(800), speeds], axis=1)
+    system = Strobe(load("discontinuous_support"), forcing="omega", parameters={"f0": 0.0, "omega": 1.2})
+    made = system.run(Jobs(starts, {"g": gaps}, rows=1), GO)
+    assert made.in_lanes.sum() == 800
+    assert made.began[:400].sum() == 400
+    assert made.began[400:].sum() == 0
+
+
+def test_a_stiff_support_has_its_origin_on_the_wall():
+    values = {"ks": 1e9, "omega": 0.95}
+    system = Strobe(load("discontinuous_support"), forcing="omega", parameters=values)
+    jobs = Jobs(np.zeros((8, 2)) + np.linspace(0.0, 1.0, 8)[:, None], rows=10)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.in_lanes.sum() == lanes.steps.sum()
+    assert lanes.began.sum() > 8
+    assert lanes.points == pytest.approx(series.points, abs=1e-10)
+
+
+def test_a_lane_that_goes_to_infinity_harms_no_other():
+    system, jobs = family("discontinuous_support", 9, 20)
+    far = dataclasses.replace(jobs, starts=np.where(np.arange(9)[:, None] == 4, 1e12, jobs.starts))
+    made, known = system.run(far, GO), system.run(jobs, GO)
+    assert made.outcomes[4] == ESCAPED
+    others = np.arange(9) != 4
+    assert np.array_equal(made.points[others], known.points[others])
+
+
+def test_what_rests_on_its_table_is_left_to_the_series_and_counted():
+    values = {"omega": 1.0, "g": 1.0, "A": 1.2, "e": 0.2}
+    system = Strobe(load("bouncing_ball"), forcing="omega", parameters=values)
+    made = system.run(Jobs(np.array([[60.0, 0.0]] * 2), rows=10), GO)
+    series = system.stepped_by("taylor").run(Jobs(np.array([[60.0, 0.0]] * 2), rows=10), GO)
+    assert 0 < made.in_lanes[0] < made.steps[0]
+    assert made.points == pytest.approx(series.points, abs=1e-9)
+    assert "by series" in system.how
+
+
+def test_a_stepper_that_is_none_is_refused():
+    with pytest.raises(StickslipError, match=r"no stepper 'euler'\. Choose auto or taylor"):
+        Strobe(load("discontinuous_support"), forcing="omega", stepper="euler")

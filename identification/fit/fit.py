@@ -31,6 +31,7 @@ DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
 WEAK = "weak-form"  # the estimator that runs no model
+WORSE = 1e-3  # relative: residuals larger than those of what is nested, beyond what cutting slips anew changes
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
@@ -156,7 +157,19 @@ class _Work:
             words = ", ".join(cause.name for cause in causes)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
         found = self.concluded("end", again, wider=WIDER)
-        return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+        said = (*(stuck(found, plain) if failed is None else ()), *found.warnings)
+        structure = (*found.structure, *_assumed(causes))
+        return replace(found, causes=causes, plain=plain.parameters, structure=structure, warnings=said)
+
+
+def stuck(rich: FrictionFit, nested: FrictionFit) -> tuple[str, ...]:
+    """What to say of a fit that is worse than one that it holds as a part."""
+    if rich.rms_residual <= nested.rms_residual * (1 + WORSE):
+        return ()
+    return (
+        "With the disturbances the fit is worse than without, though it holds that as a part: the search stopped in a "
+        "local minimum. Take another estimator (--estimator), or name the disturbances one by one.",
+    )
 
 
 def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> FrictionFit:

@@ -146,7 +146,8 @@ def design(
     ranked = tuple(sorted(found, key=lambda c: (c.refused is not None, -c.gain)))
     names = [parameter.name for parameter in fit.parameters]
     known = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(now))).tolist(), strict=True))
-    return Design(ranked, known, _index(now), duration, _advice(ranked, known, _index(now), duration))
+    advice = _advice(ranked, known, _index(now), duration) + _reversal(fit)
+    return Design(ranked, known, _index(now), duration, advice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +274,17 @@ def _index(information: np.ndarray) -> float:
     norms = np.sqrt(np.diag(information))
     least = float(np.linalg.eigvalsh(information / np.outer(norms, norms))[0])
     return float(1 / np.sqrt(max(least, HIGHEST**-2)))
+
+
+def _reversal(fit: FrictionFit) -> str:
+    """What to say where nothing in the logs shows the zero of the angle."""
+    ways = {float(np.sign(speed)) for log in fit.logs for speed in log.drive_speeds}
+    if len(ways) > 1 or any(constant.name == "k/J" for constant in fit.constants):
+        return ""
+    return (
+        " All drives turn one way and there is no free decay, so that a zero of the angle that is off passes for "
+        "friction: let one log turn the other way, which gives the zero to some um on the border."
+    )
 
 
 def _advice(ranked: Sequence[Candidate], known: Mapping[str, float], index: float, duration: float) -> str:

@@ -15,11 +15,12 @@ from identification.estimators.disturbances import ANGLE, CAUSES, DRIFT, FORCE, 
 from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_problem import shooting_problem
 from identification.fit.causes import find_causes
-from identification.fit.fit import fit_friction
+from identification.fit.fit import fit_friction, stuck
 from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
 from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
+from identification.next_step.design import design
 from identification.report.friction_figure import friction_figure
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
@@ -74,6 +75,19 @@ def test_a_reversed_drive_gives_the_zero_of_the_angle() -> None:
     (zero,) = fit.nuisance
     assert zero.value == pytest.approx(2.3e-3, abs=2e-6 / 0.125)  # 2 um on the border
     assert (np.abs(fit.law_values / TRUTH - 1) < [0.005, 0.005, 0.03]).all()
+
+
+def test_drives_that_all_turn_one_way_do_not_show_the_zero_and_that_is_said() -> None:
+    ready = bench(Disturbances(zero=2.3e-3), duration=4.0, decay=False)
+    assert sum("No free decay shows the zero" in one for one in ready.warnings) == 1
+    # 1 mrad: k/(R N) = 2.62/(0.125*4.905) = 4.27 a radian
+    assert "by 0.0043" in ready.warnings[-1]
+    fit = fit_friction(ready, estimator="weak-form")
+    said = "let one log turn the other way"
+    assert said in design(fit, speeds=[0.83], loads=[4.905]).advice
+    turned = replace(fit, logs=(replace(fit.logs[0], drive_speeds=(-0.41,)), *fit.logs[1:]))
+    assert said not in design(turned, speeds=[0.83], loads=[4.905]).advice
+    assert not any("No free decay" in one for one in bench(Disturbances(), duration=4.0).warnings)
 
 
 def test_a_drift_of_a_laser_alone_is_named_and_known_poorly() -> None:
@@ -147,6 +161,8 @@ def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -
     for one in fit.bins:
         assert one.coefficient == pytest.approx(one.fitted, rel=0.02)
         assert one.fitted == pytest.approx(CONTI.value(np.array([one.slip]), TRUTH)[0], rel=0.03)
+    plain = fit_friction(ready, estimator="weak-form")
+    assert not stuck(fit, plain) and "local minimum" in stuck(plain, fit)[0]
     title = friction_figure(fit, {"disc0": samples}).axes[0].get_title()
     assert "without what disturbances changed: " in title and "wear" in title
 

@@ -39,7 +39,8 @@ def fit(
         str,
         typer.Option(
             metavar="none|auto|NAME,...",
-            help="Estimated beside the law: normal-force, normal-force-each, angle, wear; auto: those that show.",
+            help="Estimated beside the law: normal-force, normal-force-each, angle, wear, zero, drift; auto: those that "
+            "show.",
         ),
     ] = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 
 import pytest
+from threadpoolctl import threadpool_limits
+
+from fmu_models.base.processes import THREADS
+
+# Workers of tests share the cores already: threads of BLAS beside them wait for one another, at a third of the CPU time
+# of a fit. What plugins have loaded is told; what is loaded later, in children too, reads the environment.
+os.environ.update({name: os.environ.get(name, "1") for name in THREADS})
+threadpool_limits(1)
 
 
 @pytest.fixture

@@ -40,6 +40,7 @@ class System(Protocol):
     """What makes a chunk; see ``section_system``."""
 
     together: int
+    pace: int
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> Rows: ...
     def check(self, name: str, values: Vector) -> None: ...
@@ -125,7 +126,7 @@ class Execution:
         """
         for name, values in jobs.varied.items():
             self.system.check(name, values)
-        chunks = jobs.chunks(self.system.together, far=bool(self.store or self.cluster))
+        chunks = jobs.chunks(self.system.together, self.system.pace, far=bool(self.store or self.cluster))
         if self.store is None:
             self._run(jobs, chunks, _InOrder(chunks, take, self._ahead if jobs.chain == 1 else len(chunks)), quiet)
             return

@@ -44,8 +44,8 @@ PATIENCE = 1000.0
 # of the size of a state: a start nearer to its level is on it, and does not cross it at once
 ON_LEVEL = 1e-9
 STEPPERS = ("auto", "taylor")
-# motions that lanes take at a time, so that few of them wait for others
-TOGETHER = 64
+# steps in lanes in the time of one by the series, about
+PACE = 8
 # relative error of a step: of our engine, which keeps it at little cost; of a method of integration, above its rounding
 TOLERANCE, TOLERANCE_OF_OTHERS = 1e-14, 1e-12
 
@@ -68,6 +68,8 @@ class FmuSection(SectionSystem):
         StickslipError: unknown names, values out of their range, a forcing without period, an FMU of others that has no
             Model Exchange or states that cannot be set.
     """
+
+    together = 1
 
     def __init__(
         self,
@@ -124,18 +126,24 @@ class FmuSection(SectionSystem):
         if not lanes or self._lanes is None:
             return ""
         rest = 100.0 * (made - lanes) / made
-        return f"exact flow, {self._lanes.lanes} lanes" + (f"; {rest:.2g} % of the steps by series" if rest else "")
-
-    @property
-    def together(self) -> int:
-        """Runs that are made better in one call."""
-        return TOGETHER if self._lanes else 1
+        by_series = f"; {rest:.2g} % of the steps by series" if rest else ""
+        return f"exact flow, up to {self._lanes.lanes} lanes{by_series}"
 
     @cached_property
     def _lanes(self) -> Stepper | None:
         """What makes the steps of many motions at once."""
-        exact = self._strobes and self._engine is not None and self.stepper == "auto" and has_lanes(self.fmu)
-        return lanes_of(self.fmu).stepper() if exact else None
+        return lanes_of(self.fmu).stepper() if self._exact else None
+
+    @property
+    def _exact(self) -> bool:
+        """Whether steps are made by the exact flow in lanes."""
+        return self._strobes and self._engine is not None and self.stepper == "auto" and has_lanes(self.fmu)
+
+    def _stepper(self, motions: int) -> Stepper | None:
+        """That for so many motions at once: empty lanes cost time, and change no bit of the others."""
+        if self._lanes is None or motions >= self._lanes.lanes:
+            return self._lanes
+        return lanes_of(self.fmu).stepper(1 << (motions - 1).bit_length())
 
     @property
     def _strobes(self) -> bool:
@@ -181,6 +189,7 @@ class FmuSection(SectionSystem):
         other = copy.copy(self)
         other.stepper, other._made = _known(stepper), []
         vars(other).pop("_lanes", None)
+        other.pace = PACE if other._exact else 1
         return other
 
     def check(self, name: str, values: Vector) -> None:
@@ -265,6 +274,7 @@ class FmuSection(SectionSystem):
     def _follow(self) -> None:
         """Who makes the steps: the engine of an FMU of ours, or the importer."""
         self._engine = engine_of(self.fmu) if self.fmu.ours else None
+        self.pace = PACE if self._exact else 1
         self._made: list[tuple[int, int]] = []  # steps of each call, and how many of them were made in lanes
         self._importer = None if self.fmu.ours else ImporterSteps(self.fmu, self.tolerance)
 
@@ -393,7 +403,7 @@ class FmuSection(SectionSystem):
             flow=jobs.flow,
             jacobians=jobs.derivatives,
             tolerance=self.tolerance,
-            stepper=None if jobs.tangents or jobs.derivatives else self._lanes,
+            stepper=None if jobs.tangents or jobs.derivatives else self._stepper(1 if jobs.chain > 1 else m),
         )
 
     def _along(self, jobs: Jobs) -> list[int]:

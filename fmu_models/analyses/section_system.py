@@ -38,12 +38,14 @@ class SectionSystem(Shown, ABC):
         autonomous: nothing forces the motion and its time is no part of the point, though the section is one of time:
             one of the exponents is zero.
         together: runs that are best made by one call, since they go step by step together.
+        pace: steps in the time that a run of the engine's series takes for one.
     """
 
     values: Mapping[str, float]
     unit: str = "s"
     autonomous: bool = False
     together: int = 4096
+    pace: int = 1
 
     @property
     @abstractmethod

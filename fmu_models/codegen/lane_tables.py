@@ -1,7 +1,7 @@
-"""What lanes (lanes/c) need of one model: ``model_lanes.h``, rows of the flow from parameters, and sums without zeros.
+"""What lanes (lanes/c) need of a model: ``model_lanes.h``, rows of the flow from parameters, and sums without zeros.
 
-A model is linear in every mode (lowering/piecewise_linear.py); z = (states, cos and sin of each harmonic), a last column
-stands for 1. Which entries can be other than zero is told here once, so that the compiler sees sums and no loops.
+A model is linear in every mode (lowering/piecewise_linear.py); z = (states, cos and sin of each harmonic), a last
+column stands for 1. Which entries can be other than zero is told here once: the compiler sees sums and no loops.
 """
 
 from __future__ import annotations

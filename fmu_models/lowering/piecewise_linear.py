@@ -5,8 +5,8 @@ reset is affine in
 
     z = (states, cos and sin of each harmonic of the time, 1)
 
-for each sign and each speed of entry, so is every mode: contact forces, of law or of constraint, are solutions of linear
-equations with constant factors. Inputs count as constants.
+for each sign, so is every mode: contact forces, of law or of constraint, solve linear equations with constant factors.
+Inputs count as constants.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def _named(system: HybridSystem) -> Iterable[tuple[str, ContactDynamics | None, 
         yield f"the rate of {state.name}", None, _inlined(system, rate)
     for contact in system.contacts:
         where = f"contact '{contact.name}'"
-        for expression in (contact.force, contact.capacity, contact.slip, contact.depth, contact.release):
+        for expression in (contact.force, *contact.capacities, contact.slip, contact.depth, contact.release):
             if expression is not None:
                 yield where, contact, expression
         for state, value in contact.reset.items():

@@ -8,6 +8,8 @@ import numpy as np
 
 from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
+from fmu_models.analyses.continuation.branch import Branch, Branches
+from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.poincare import PoincareSection
@@ -28,6 +30,11 @@ UNLABELLED = {UNDECIDED: ("undecided", "////"), INFINITE: ("to infinity", "...."
 SWEEPS = {"up": "black", "down": COLOURS[5]}
 NONE = "#E5E5E5"  # of motions that do not repeat themselves, in charts of periods
 DENSE = 20000  # points of a section from which on their density is drawn
+# of what is special on a branch
+MARKS = {
+    **{"fold": "s", "flip": "D", "flip of the parent": "D", "Neimark-Sacker": "*", "Hopf": "*", "pitchfork": "P"},
+    **{"branch point": "P", "grazing-sliding corner": "^", "jump": "X"},
+}
 FEW = 200  # different points up to which each is a dot
 FLOOR = 1e-8  # of the largest line: those below are not drawn
 
@@ -140,6 +147,73 @@ def _(chart: Chart, axes: Axes) -> None:
     assert legend is not None
     legend.set_title(chart.what)
     axes.set_title(chart.model, fontsize="medium")
+
+
+@draw.register(Branch)
+def _(branch: Branch, axes: Axes) -> None:
+    _draw_branches((branch,), branch.states[0], axes)
+
+
+@draw.register(Branches)
+def _(found: Branches, axes: Axes) -> None:
+    _draw_branches(found.branches, found.of, axes)
+
+
+def _draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
+    """Stable motions by thick lines, unstable ones by thin lines, what is special by marks."""
+    from matplotlib.collections import LineCollection
+
+    used: dict[str, tuple[list[float], list[float]]] = {}
+    for branch in branches:
+        y = branch.points[:, branch.states.index(of)]
+        pieces = np.stack([np.stack([branch.values, y], 1)[:-1], np.stack([branch.values, y], 1)[1:]], 1)
+        widths = np.where(branch.stable[:-1] & branch.stable[1:], 2.4, 0.7)
+        axes.add_collection(LineCollection(list(pieces), linewidths=widths, colors="black", capstyle="round"))
+        for special in branch.special:
+            x, height = used.setdefault(special.kind, ([], []))
+            x.append(special.value)
+            height.append(special.state[of])
+    for i, (kind, (x, height)) in enumerate(used.items()):
+        colour = COLOURS[i % len(COLOURS)]
+        axes.plot(x, height, MARKS.get(kind, "o"), color=colour, markeredgecolor="black", label=kind, zorder=3)
+    axes.autoscale_view()
+    axes.set_xlabel(branches[0].over)
+    axes.set_ylabel(of)
+    axes.set_title(branches[0].model, fontsize="medium")
+    if used:
+        axes.legend(frameon=False, fontsize="small")
+
+
+@tell.register(Branch)
+def _(branch: Branch) -> str:
+    """What is special, in the order of the branch, and the ends."""
+    lines = [f"{branch._heading()}, period {branch.every}: {branch.stable.sum()} stable"]
+    (kind, why), last = branch.ends
+    lines.append(f"  {kind}: {why}")
+    lines += [f"  {_told(special)}" for special in branch.special]
+    return "\n".join([*lines, f"  {last[0]}: {last[1]}"])
+
+
+def _told(special: Special) -> str:
+    multipliers = ", ".join(_number(one) for one in special.multipliers)
+    line = f"{special.kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
+    if special.contact:
+        line += f"; {special.contact}"
+    if special.multipliers_with_event is not None:
+        line += f"; with its event {', '.join(_number(one) for one in special.multipliers_with_event)}"
+    for where, shares in special.crossings.items():
+        line += f"; {where} at q = {', '.join(f'{share:.8g}' for share in shares)}"
+    return line
+
+
+def _number(value: complex) -> str:
+    real, imaginary = float(np.real(value)), float(np.imag(value))
+    return f"{real:.8g}" if abs(imaginary) < 1e-12 else f"{real:.8g}{imaginary:+.8g}i"
+
+
+@tell.register(Branches)
+def _(found: Branches) -> str:
+    return "\n".join(tell(one) for one in found.branches)
 
 
 @draw.register(Spectrum)

@@ -34,7 +34,7 @@ class Compute(Shown):
             the states once per period, and how many different ones are left at the end; "orbit": the periodic motion
             near the start, stable or not, and its multipliers; "lyapunov": the exponents of the motion that the run
             becomes; "spectrum": the lines of the periodic motion that it becomes; a family of motions: "diagram",
-            "basins", "chart", "section"; or a kind of the user's own, see ``kinds``.
+            "basins", "chart", "section", "branch"; or a kind of the user's own, see ``kinds``.
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.

@@ -25,7 +25,8 @@ from fmu_models.fmu.library import library, unload
 
 C = declarations(
     "engine/model/run_state.h",
-    *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run", "sensitivity_run")),
+    *(f"engine/whole_run/{name}.h" for name in ("restart", "whole_run")),
+    *("engine/tangents/near_miss.h", "engine/whole_run/sensitivity_run.h"),
     *("engine/model/model.h", "engine/ensemble/request.h"),
 )
 RUN = C.constants(prefix="WHOLE_RUN_")

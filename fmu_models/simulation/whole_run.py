@@ -17,6 +17,9 @@ ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the 
 
 _WholeRun = C.structure("WholeRun")
 _SensitivityRun = C.structure("SensitivityRun")
+NEAR_MISS = np.dtype(C.structure("NearMiss"))
+# as many as a run of some thousand events can have; memory not written to costs nothing
+NEAR_MISSES = 1 << 14
 
 
 class Request(NamedTuple):
@@ -102,11 +105,66 @@ def crossings(engine: Engine, instance: Instance, request: Request, section: Sec
         raise instance.failure()
 
 
-class Differentiator:
-    """Runs of one instance with their derivatives by the variables ``directions``, memory kept from run to run."""
+class Passage(NamedTuple):
+    """What a run with derivatives tells beside its values, of n states, k events and j near misses.
 
-    def __init__(self, engine: Engine, instance: Instance, directions: NDArray[np.uint32]) -> None:
+    Attributes:
+        rates: (n_times, n) of the states.
+        speeds, speed_derivatives: (k,), (k, m) at which the indicator of each event fell, per second; nan where it has
+            none.
+        misses: (j,) of dtype NEAR_MISS: where pending indicators came nearest to zero, by contact and time.
+        miss_derivatives: (j, m) of their values.
+    """
+
+    rates: NDArray[np.float64]
+    speeds: NDArray[np.float64]
+    speed_derivatives: NDArray[np.float64]
+    misses: NDArray[Any]
+    miss_derivatives: NDArray[np.float64]
+
+
+class _Details:
+    """Where the engine writes what makes a ``Passage``."""
+
+    def __init__(self, events: int, directions: int, states: int) -> None:
+        self.speeds, self.speed_derivatives = np.empty(events), np.empty((events, directions))
+        self.misses, self.derivatives = np.empty(NEAR_MISSES, NEAR_MISS), np.empty((NEAR_MISSES, directions))
+        self.states = states
+        self.seen: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+
+    def ask(self, c: Any, rows: int) -> None:
+        """Have the engine write here; forget what was."""
+        self.rates = np.empty((rows, self.states))
+        self.seen = []
+        c.rates, c.event_speeds = self.rates.ctypes.data, self.speeds.ctypes.data
+        c.event_speed_derivatives = self.speed_derivatives.ctypes.data
+        c.misses.capacity, c.misses.list = len(self.misses), self.misses.ctypes.data
+        c.misses.derivatives = self.derivatives.ctypes.data
+
+    def keep(self, events: int) -> None:
+        """Those of the events of a part of the run."""
+        self.seen.append((self.speeds[:events].copy(), self.speed_derivatives[:events].copy()))
+
+    def passage(self, c: Any) -> Passage:
+        n = min(int(c.misses.count), len(self.misses))
+        speeds, changes = (np.concatenate(part) for part in zip(*self.seen, strict=True))
+        return Passage(self.rates, speeds, changes, self.misses[:n].copy(), self.derivatives[:n].copy())
+
+
+class Differentiator:
+    """Runs of one instance with their derivatives by the variables ``directions``, memory kept from run to run.
+
+    Args:
+        states: how many the model has, if every run is to be told with its ``passage``.
+    """
+
+    def __init__(
+        self, engine: Engine, instance: Instance, directions: NDArray[np.uint32], states: int | None = None
+    ) -> None:
         self._engine, self._instance, self._directions = engine, instance, directions
+        events = instance.whole_run.event_capacity
+        self._details = None if states is None else _Details(events, directions.size, states)
+        self.passage: Passage | None = None
         self._event_derivatives = np.empty((instance.whole_run.event_capacity, directions.size))
         self._room = np.empty(int(engine.sensitivity_room(directions.size)) // 8 + 2)
         self._allowance = max(1, ALLOWANCE // (4 * (1 + directions.size)))  # a tangent costs as much as four runs
@@ -137,6 +195,9 @@ class Differentiator:
             event_derivatives=self._event_derivatives.ctypes.data,
             room=self._room.ctypes.data,
         )
+        details = self._details
+        if details:
+            details.ask(c, len(values))
         events, changes = [], []
         status, seconds = RUN.MORE, 0.0
         while status == RUN.MORE:
@@ -146,8 +207,11 @@ class Differentiator:
             seconds += time.perf_counter() - begin
             events.append(self._instance.events(c.run.n_events))
             changes.append(self._event_derivatives[: c.run.n_events].copy())
+            if details:
+                details.keep(c.run.n_events)
         if status != RUN.DONE:
             raise self._instance.failure()
+        self.passage = details.passage(c) if details else None
         result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
         return result, derivatives, np.concatenate(changes), c.corners > 0
 

@@ -10,6 +10,7 @@ from fmu_models.base import console
 from fmu_models.base.version import version
 from fmu_models.commands.basins import basins
 from fmu_models.commands.bench import bench
+from fmu_models.commands.branch import branch
 from fmu_models.commands.chart import chart
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
@@ -43,7 +44,7 @@ from rig_io.commands.emulate import emulate
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
-FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum)
+FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch)
 FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
     app.command()(command)

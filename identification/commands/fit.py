@@ -11,7 +11,17 @@ from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
 from fmu_models.base.files import refuse_existing
 from fmu_models.base.threads import one_blas_thread
-from identification.commands.fits import RATIOS, FigurePath, decay_of, draw_friction, fit_logs, print_fit, write_text
+from identification.commands.fits import (
+    RATIOS,
+    Disturbing,
+    FigurePath,
+    decay_of,
+    draw_friction,
+    fit_logs,
+    named,
+    print_fit,
+    write_text,
+)
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
 
 if TYPE_CHECKING:
@@ -35,12 +45,12 @@ def fit(
             "--free", metavar="NAME", help="Constant estimated beside the law: J, k/J, c/J, R, r, N, zero; repeat."
         ),
     ] = None,
-    disturbances: Annotated[
+    disturbances: Disturbing = "auto",
+    law_spread: Annotated[
         str,
         typer.Option(
-            metavar="none|auto|NAME,...",
-            help="Estimated beside the law: normal-force, normal-force-each, angle, wear, zero, drift; auto: those that "
-            "show.",
+            metavar="none|auto|all",
+            help="Intervals hold the spread over laws that the logs cannot tell apart; auto: those within reach.",
         ),
     ] = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
@@ -76,7 +86,8 @@ def fit(
             estimator=estimator,
             law=law,
             options=Options(tuple(free or ()), workers=workers),
-            disturbances=_disturbances(disturbances),
+            disturbances=named(disturbances),
+            law_spread=law_spread,
             inference=inference,
             progress=lambda done: advance(begun + (0.98 - begun) * done),
             allow_no_stick=allow_no_stick,
@@ -87,13 +98,6 @@ def fit(
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
-
-
-def _disturbances(asked: str) -> str | list[str]:
-    """What is to be sought or estimated."""
-    if asked in ("none", "auto"):
-        return asked
-    return [name.strip() for name in asked.split(",")]
 
 
 def _kept(

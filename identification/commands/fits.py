@@ -23,10 +23,23 @@ if TYPE_CHECKING:
 
 FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit --result'.")]
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
-
+Disturbing = Annotated[
+    str,
+    typer.Option(
+        metavar="none|auto|NAME,...",
+        help="Estimated beside the law: normal-force, normal-force-each, angle, wear, zero, drift; auto: those shown.",
+    ),
+]
 
 RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 NOTHING = Stated()
+
+
+def named(disturbances: str) -> str | list[str]:
+    """What is to be sought or estimated."""
+    if disturbances in ("none", "auto"):
+        return disturbances
+    return [name.strip() for name in disturbances.split(",")]
 
 
 def decay_of(logs: Sequence[RigLog], said: Stated = NOTHING) -> FreeDecay | None:

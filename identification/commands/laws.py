@@ -8,6 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Settings
+from identification.commands.fits import Disturbing, named
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 
 if TYPE_CHECKING:
@@ -18,9 +19,15 @@ if TYPE_CHECKING:
 
 def laws(
     logs: Logs,
-    estimator: Annotated[str, typer.Option(help="weak-form or savitzky-golay.")] = "weak-form",
+    estimator: Annotated[
+        str, typer.Option(help="Whose likelihood decides: shooting, whole-cycle, weak-form or savitzky-golay.")
+    ] = "shooting",
+    disturbances: Disturbing = "auto",
     contact: Annotated[
-        bool, typer.Option("--contact", help="Rigid contact against bristles (LuGre) too, over whole cycles.")
+        bool,
+        typer.Option(
+            "--contact", help="Rigid contact against bristles (LuGre) too, over whole cycles, as where sticks give way."
+        ),
     ] = False,
     settings: Settings = None,
     repair: Repairs = None,
@@ -28,7 +35,7 @@ def laws(
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     json: Json = False,
 ) -> None:
-    """Compare friction laws on the same logs, by information criteria and by the prediction of held-out logs.
+    """Compare friction laws on the same logs, by the likelihood of an estimator and by the prediction of held-out logs.
 
     Example: stickslip laws data/rigs/paper_rubber
     """
@@ -38,10 +45,13 @@ def laws(
     with console.progress("comparing laws") as advance:
         read = read_logs(logs, stated(settings), repair, reader)
         ready = pool(read, allow_no_stick=allow_no_stick)
-        share = 0.1 if contact else 1.0
-        found = compare_laws(ready, estimator=estimator, progress=lambda done: advance(share * done))
+        share = 0.5 if contact else 0.95
+        asked = named(disturbances)
+        found = compare_laws(
+            ready, estimator=estimator, disturbances=asked, progress=lambda done: advance(share * done)
+        )
         contacts = None
-        if contact:
+        if contact or found.elastic:
             contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))
 
     def show(out: Console) -> None:
@@ -58,6 +68,10 @@ def print_laws(found: LawComparison, out: Console) -> None:
 
     out.print(law_table(found))
     out.print(LEGEND)
+    if found.causes:
+        out.print(f"Estimated beside every law: {', '.join(found.causes)}.")
+    for law, why in found.aside.items():
+        out.print(f"Left aside: {law}, {why}")
     out.print(found.verdict)
     for warning in found.warnings:
         out.print(f"Warning: {warning}", style="bold")

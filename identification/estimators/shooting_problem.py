@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import Options
-from identification.estimators.disturbances import disturbed_oscillator
+from identification.estimators.disturbances import Term, disturbed_oscillator
 from identification.estimators.shooting_segments import LINE, Runs, ShootingProblem, ShootingSegment, Start, directions
 from identification.inference.problem import Prior, Unknown
 from identification.laws.law import FittableLaw, unknowns
@@ -40,23 +40,9 @@ def shooting_problem(
     Raises:
         StickslipError: a nuisance parameter is unknown, or nothing is known of it.
     """
-    from fmu_models.codegen.package import built
-    from fmu_models.fmu.fmu import Fmu
-
     others = _nuisance(ready, options.nuisance, any(segment.laser for segment in segments))
     terms = options.disturbances
     every = options.given.bounded((*unknowns(law), *(term.unknown for term in terms), *others))
-    names = [unknown.name for unknown in every]
-    runs = {}
-    for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
-        laws = dict.fromkeys(contacts, law.reference)
-        model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
-        factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if not term.of_sensor))
-        if factors:
-            fmu = disturbed_oscillator(contacts[0], law.reference, factors)
-        else:
-            fmu = Fmu.open(built(model, contacts=contacts, laws=laws))
-        runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
     freed = {unknown.name for unknown in others}
     return ShootingProblem(
         ready=ready,
@@ -72,13 +58,45 @@ def shooting_problem(
             ]
         ),
         noise_known=noise_known,
-        runs=runs,
+        runs=_runs(ready, law, [unknown.name for unknown in every], terms),
         starts=tuple(Start(segment.guess) for segment in segments),
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
         workers=options.workers,
         turned=_turned(ready) if any(term.moves in ("cos", "sin") for term in terms) else {},
     )
+
+
+def under(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, q: np.ndarray) -> ShootingProblem:
+    """The same segments under another law, so that the two are judged by the same residuals. slips: solved at x; q:
+    (m,) first values of the law's parameters."""
+    count = len(slips.law.parameters)
+    every = (*unknowns(law), *slips.unknowns[count:])
+    return replace(
+        slips,
+        law=law,
+        unknowns=every,
+        first=np.concatenate([q, x[count:]]),
+        runs=_runs(slips.ready, law, [unknown.name for unknown in every], slips.terms),
+        starts=tuple(Start(start.at(x)) for start in slips.starts),
+    )
+
+
+def _runs(ready: Pool, law: FittableLaw, names: Sequence[str], terms: Sequence[Term]) -> dict[tuple[str, ...], Runs]:
+    """The models of the logs, by the discs in contact, differentiated by what is named."""
+    from fmu_models.codegen.package import built
+    from fmu_models.fmu.fmu import Fmu
+
+    runs = {}
+    factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if not term.of_sensor))
+    for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
+        if factors:
+            fmu = disturbed_oscillator(contacts[0], law.reference, factors)
+        else:
+            model = MODELS[ready.arrangement if len(contacts) == 2 else "together"]
+            fmu = Fmu.open(built(model, contacts=contacts, laws=dict.fromkeys(contacts, law.reference)))
+        runs[contacts] = Runs(fmu, directions(law, names, contacts, terms))
+    return runs
 
 
 def _turned(ready: Pool) -> dict[int, Signal]:

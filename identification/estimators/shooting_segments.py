@@ -340,7 +340,12 @@ class ShootingProblem(FrictionProblem):
         try:
             return self._searched(number, x, names)
         except StickslipError:
-            # where the disc sticks at once its first speed counts for nothing, and a step of it may lead anywhere
+            # where the disc sticks at once its first speed counts for nothing, and a step of it may lead anywhere;
+            # and from the start at an x that is far off none may be found that the log shows
+            last.states, last.x, last.slope = self.segments[number].guess, None, None
+        try:
+            return self._searched(number, x, names)
+        except StickslipError:
             last.states, last.x, last.slope = before.states, before.x, before.slope
             raise
 

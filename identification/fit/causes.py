@@ -140,6 +140,7 @@ def find_causes(
     search = _Search(ready, law, workers)
     seen = [one for one in CAUSES if not hidden(ready, one)]
     now, chosen = search.fit(()), list[str]()
+    progress(0.5)
     if named:
         now = search.anew(search.fit(named, now))
         return tuple(_cause(search, now, one) for one in now.causes)

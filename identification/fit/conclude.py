@@ -16,7 +16,9 @@ from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.laws import LAWS
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.shooting_segments import LINE
+from identification.estimators.regression import RegressionProblem
+from identification.estimators.releases import Constants, breakaway
+from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, Reading, SpeedBin
 from identification.inference.choice import Inference, infer
@@ -84,6 +86,12 @@ def conclude(
     elastic = None
     if estimator.rigid and len(ready.contacts) == 1:  # the force of a stick on one of two discs holds that of the other
         elastic = presliding(ready, float(law.value(np.zeros(1), found.values[:count])[0]))
+    releases = None
+    alone = isinstance(problem, RegressionProblem | ShootingProblem) and not problem.terms
+    if alone and estimator.rigid and len(ready.contacts) == 1 and not (elastic and elastic.elastic):
+        others = {one.name: float(value) for one, value in zip(problem.unknowns, found.values, strict=True)}
+        known_of = Constants(problem.held, solved.covariance, _by_logarithm(solved, shifts)[:count], others)
+        releases = breakaway(ready, law, found.values[:count], covariance[:count, :count], known_of)
     constants, scale = _constants(solved, shifts)
     loose = np.diag(solved.covariance) > 0
     contradictions = tuple(said for one in solved.conflicts for said in _sides(solved, one, shifts))
@@ -122,6 +130,7 @@ def conclude(
             *_warnings(law, found, parameters, segments),
             *known.warnings,
             *(elastic.warnings if elastic else ()),
+            *(releases.warnings if releases else ()),
         ),
         nuisance=nuisance,
         covariance=asked.covariance,
@@ -129,6 +138,7 @@ def conclude(
         collinearity=known.collinearity,
         whiteness=known.whiteness,
         presliding=elastic,
+        breakaway=releases,
         declaration="" if law.reference in LAWS.members() else law.reference,
         solved=Solved(problem, found, covariance),
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
@@ -14,6 +14,7 @@ from identification.estimators.disturbances import Term, terms_of
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
 from identification.fit.causes import WIDER, find_causes, terms_found
 from identification.fit.conclude import conclude
+from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.result import Cause, FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
@@ -43,6 +44,7 @@ def fit_friction(
     law: str = "Conti",
     options: Options = DEFAULT_OPTIONS,
     disturbances: str | Sequence[str] = NONE,
+    law_spread: str = NONE,
     parameters: Parameters | None = None,
     inference: Inference = DEFAULT_INFERENCE,
     progress: Callable[[float], None] | None = None,
@@ -55,13 +57,17 @@ def fit_friction(
     k_per_J). An interrupt (Ctrl-C) once there is a solution ends the work, and the fit says what is missing.
     inference: how its uncertainty is found; ``progress`` is told the fraction of all this done. disturbances: names of
     `estimators.disturbances.CAUSES`, estimated beside the law; "auto": those that the logs show, sought only where the
-    residuals ask for it (one driving disc); or "none".
+    residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry the spread over laws
+    that the logs cannot tell apart, and over which: those that the weak form leaves within reach ("auto"), "all" that
+    are not far off, or "none". A law that had not converged, as one nested in it shows, is taken from there.
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
     """
     if parameters is not None:
         options = replace(options, given=given(parameters))
+    if law_spread not in MODES:
+        raise StickslipError(f"There is no spread over laws '{law_spread}'.{nearest(law_spread, MODES)}")
     chosen = ESTIMATORS.load(estimator)
     form = find_law(law)
     if not form.sticks and estimator != "lugre":
@@ -75,9 +81,10 @@ def fit_friction(
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
     if disturbances == AUTO and not ready.seen_well:
         disturbances = NONE
-    work = _Work(ready, sought, chosen, options, inference, Stages.of_fit(progress, inference, disturbances != NONE))
+    stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
+    work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
-        return work.concluded("end", work.searched("search"))
+        return work.contested(made := work.searched("search"), work.concluded("end", made))
     named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
     terms_of(ready, named)  # names are judged before the work
     return work.with_causes(named)
@@ -92,6 +99,7 @@ class _Work:
     estimator: Estimator
     options: Options
     inference: Inference
+    law_spread: str
     stages: Stages
 
     def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
@@ -104,9 +112,12 @@ class _Work:
     ) -> tuple[Estimate, Options]:
         """The same with constants as they are stated, and the options that it was made with."""
         estimator = by or self.estimator
-        told = by_evaluations(estimator.searches, self.stages.of(stage), self.options.progress)
-        options = replace(self.options, disturbances=terms, progress=told)
-        return estimator.estimate(self.ready, self.law, options), options
+        told = self.stages.of(stage)
+        progress = by_evaluations(estimator.searches, told, self.options.progress)
+        options = replace(self.options, disturbances=terms, progress=progress)
+        made = estimator.estimate(self.ready, self.law, options)
+        told(1.0)
+        return made, options
 
     def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""
@@ -118,6 +129,22 @@ class _Work:
                 f"Interrupted: {asked.covariance} and intervals were not finished; the deviations are the jackknife's."
             )
             return conclude(self.ready, made, DEFAULT_INFERENCE, warnings=(said,), wider=wider)
+
+    def contested(self, made: Adjusted, fit: FrictionFit, wider: float = 1.0) -> FrictionFit:
+        """The fit with the spread over laws; its law taken up again where it had not converged."""
+        if self.law_spread == NONE or fit.interrupted:
+            return fit
+        try:
+            found = contest(self.ready, made.estimate, self.law_spread, progress=self.stages.of("laws"))
+        except KeyboardInterrupt:
+            return replace(fit, warnings=("Interrupted: other laws were not asked.", *fit.warnings))
+        if found is None:
+            return fit
+        better = found.fitted[found.own]
+        if better.found is not made.estimate.solution:
+            estimate = replace(made.estimate, problem=better.problem, solution=better.found)
+            fit = self.concluded("end", replace(made, estimate=estimate), wider=wider)
+        return with_spread(fit, found)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
         """The fit with the disturbances that are named, or that its residuals ask for."""
@@ -144,19 +171,22 @@ class _Work:
         if failed is not None or named or asks_for_causes(plain):
             told, workers = self.stages.of("causes"), self.options.workers
             try:
-                causes = find_causes(self.ready, self.law, named=named, workers=workers, progress=told)
+                if named or not self.law.sticks or self.law.directed:
+                    causes = find_causes(self.ready, self.law, named=named, workers=workers, progress=told)
+                else:
+                    causes = causes_beside_law(self.ready, self.law, workers=workers, progress=told)
             except KeyboardInterrupt:
                 return _ended(plain, "disturbances were not sought to the end", failed)
         if not causes:
             if failed is not None:
                 raise failed
-            return plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made)
+            return self.contested(made, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made))
         try:
             again = self.searched("search again", terms=terms_found(self.ready, causes))
         except KeyboardInterrupt:
             words = ", ".join(cause.name for cause in causes)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
-        found = self.concluded("end", again, wider=WIDER)
+        found = self.contested(again, self.concluded("end", again, wider=WIDER), WIDER)
         said = (*(stuck(found, plain) if failed is None else ()), *found.warnings)
         structure = (*found.structure, *_assumed(causes))
         return replace(found, causes=causes, plain=plain.parameters, structure=structure, warnings=said)
@@ -189,5 +219,4 @@ def _assumed(causes: Sequence[Cause]) -> list[str]:
 
 def asks_for_causes(plain: FrictionFit) -> bool:
     """Whether the residuals of a fit of one disc are not those of the noise alone."""
-    white = plain.whiteness
-    return len(plain.contacts) == 1 and white is not None and bool(white.coloured or white.beyond or white.repeated)
+    return len(plain.contacts) == 1 and plain.whiteness is not None and plain.whiteness.more_than_noise

@@ -1,8 +1,9 @@
 """What an estimator returns: one type for all of them, which says what it assumed.
 
-Two kinds of uncertainty are kept apart: ``standard_deviation`` is what noise and instruments leave open in these logs;
-``scale_deviation`` is what the constants of the rig (J, k, c, N, R, r), known only so well, pass on to the parameters.
-An interval holds both. Where nobody says how well a constant is known that moves a parameter, the interval is "at
+Three kinds of uncertainty are kept apart: ``standard_deviation`` is what noise and instruments leave open in the logs;
+``scale_deviation`` is what the constants of the rig (J, k, c, N, R, r), known only so well, pass on to the parameters;
+``law_deviation`` is their spread over laws that the logs cannot tell apart, where these were asked. An interval holds
+them all. Where nobody says how well a constant is known that moves a parameter, the interval is "at
 least" so wide.
 """
 
@@ -20,6 +21,7 @@ from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Pictured, Shown
+from identification.estimators.releases import Breakaway
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.problem import identifier
@@ -32,17 +34,29 @@ if TYPE_CHECKING:
     import pandas
     from lmfit import Minimizer
 
-VERSION = 3  # of the format of a fit
+VERSION = 4  # of the format of a fit
 LEVEL = 0.95  # of intervals
 MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
 AT_LEAST = "at least "  # before an interval that lacks the uncertainty of a constant
+NAMES = {  # in JSON, as the tables have them
+    "standard_deviation": "sd_noise",
+    "plain_deviation": "sd_white",
+    "scale_deviation": "sd_rig_constants",
+    "law_deviation": "sd_law",
+    "bound": "sd_bound",
+    "description": "meaning",
+    "standard_uncertainty": "sd",
+    "source": "from",
+}
+LISTED = ("parameters", "nuisance", "plain", "constants")  # whose members have these
 WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: they follow from the rest
 
 
 @dataclass(frozen=True)
 class FittedParameter(Shown):
     """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
-    white (for comparison); scale_deviation: from the rig's constants; bounds of the search, None where there is none;
+    white (for comparison); scale_deviation: from the rig's constants; law_deviation: from the choice of the law, None
+    where other laws were not asked or have no such quantity; bounds of the search, None where there is none;
     ``at_bound``: it ended on one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not
     known.
     """
@@ -58,6 +72,7 @@ class FittedParameter(Shown):
     at_bound: bool
     description: str = ""
     bound: float | None = None
+    law_deviation: float | None = None
 
     @property
     def held(self) -> bool:
@@ -74,8 +89,13 @@ class FittedParameter(Shown):
 
     @property
     def total_deviation(self) -> float:
-        """Noise and scale together, same unit."""
-        return float(np.hypot(self.standard_deviation, self.scale_deviation))
+        """Noise, scale and law together, same unit."""
+        return float(np.hypot(self.standard_deviation, self.given_deviation))
+
+    @property
+    def given_deviation(self) -> float:
+        """Of what is taken as given, the constants of the rig and the law."""
+        return float(np.hypot(self.scale_deviation, self.law_deviation or 0.0))
 
 
 @dataclass(frozen=True)
@@ -163,6 +183,17 @@ class Cause(Shown):
 
 
 @dataclass(frozen=True)
+class RivalLaw(Shown):
+    """A law on the same residuals, that of the fit among them. weight: Akaike's; lead: by which its AIC exceeds the
+    least; values: what it makes of the parameters of the fit, those that mean the same in it."""
+
+    law: str
+    weight: float
+    lead: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class FrictionFit(Pictured):
     """Fitted friction law of one driving disc, or of two: then parameters are named after their disc (mu_s0, mu_s1),
     and the angle at which contact changes, if there is one, is the last of them (theta_s, alpha).
@@ -173,9 +204,11 @@ class FrictionFit(Pictured):
     nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
+    breakaway: where the sticks of one driving disc let go, and whether that ages;
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
-    beside the law; plain: the parameters without them, empty where there are none.
+    beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
+    that of the fit, itself among them, empty where none were.
     solved: the problem behind it, None in a fit that was read back.
     """
 
@@ -204,11 +237,13 @@ class FrictionFit(Pictured):
     collinearity: Collinearity | None = None
     whiteness: Whiteness | None = None
     presliding: PreSliding | None = None
+    breakaway: Breakaway | None = None
     declaration: str = ""
     causes: tuple[Cause, ...] = ()
     plain: tuple[FittedParameter, ...] = ()
     constants_correlation: tuple[tuple[float, ...], ...] = ()
     contradictions: tuple[Reading, ...] = ()
+    rivals: tuple[RivalLaw, ...] = ()
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -222,7 +257,8 @@ class FrictionFit(Pictured):
                 "unit": one.unit,
                 **dict(zip(WRITTEN, (*self.interval(one.name), self.at_least(one.name)), strict=True)),
                 "sd_noise": one.standard_deviation,
-                "sd_constants": one.scale_deviation,
+                "sd_rig_constants": one.scale_deviation,
+                "sd_law": one.law_deviation,
                 "sd_bound": one.bound,
                 "efficiency": one.efficiency,
                 "at_bound": one.at_bound,
@@ -308,9 +344,9 @@ class FrictionFit(Pictured):
         return self.solved.to_lmfit()
 
     def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
-        """Confidence interval of a parameter, from noise and from the constants of the rig; infinite where a profile
-        finds an end open."""
-        value, reach = self[name].value, self._reach(level) * self[name].scale_deviation
+        """Confidence interval of a parameter, from noise, from the constants of the rig and, where other laws were
+        asked, from the choice of the law; infinite where a profile finds an end open."""
+        value, reach = self[name].value, self._reach(level) * self[name].given_deviation
         low, high = self.noise_interval(name, level)
         return value - float(np.hypot(value - low, reach)), value + float(np.hypot(high - value, reach))
 
@@ -340,6 +376,16 @@ class FrictionFit(Pictured):
         """What is said before the interval of a parameter."""
         return AT_LEAST if self.at_least(name) else ""
 
+    @property
+    def words_of_law(self) -> str:
+        """What is said of the choice of the law."""
+        if not self.rivals:
+            return "What another law would make of these logs was not asked: --law-spread all, or `stickslip laws`."
+        others = [f"{one.law} (weight {one.weight:.2f})" for one in self.rivals if one.law != self.law]
+        if not others:
+            return "No other law is within reach of these logs."
+        return f"The intervals hold the spread over laws: {self.law} and {', '.join(others)}."
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`. An open end of an interval is null."""
         plain = asdict(replace(self, solved=None))
@@ -349,6 +395,7 @@ class FrictionFit(Pictured):
             first = {key: one.pop(key) for key in ("name", "value", "unit")}
             first |= dict(zip(WRITTEN, (*ends, self.at_least(first["name"])), strict=True))
             one |= {**first, **{key: one.pop(key) for key in tuple(one)}}
+        plain |= {key: [_renamed(one, NAMES) for one in plain[key]] for key in LISTED}
         return {"type": "stickslip friction fit", "version": VERSION, **plain}
 
     def to_json(self) -> str:
@@ -379,6 +426,10 @@ class FrictionFit(Pictured):
         values = {key: value for key, value in plain.items() if key not in ("type", "version", "solved")}
         if isinstance(values.get("parameters"), list):
             values["parameters"] = [_without_written(one) for one in values["parameters"]]
+        kept = {written: name for name, written in NAMES.items()}
+        for key in LISTED:
+            if isinstance(values.get(key), list):
+                values[key] = [_renamed(one, kept) for one in values[key]]
         fit = from_plain(FrictionFit, values, "The fitted law")
         n = len(fit.parameters)
         if [len(row) for row in fit.correlation] != [n] * n:
@@ -386,6 +437,11 @@ class FrictionFit(Pictured):
         if len(fit.materials) not in (0, len(fit.contacts)):
             raise StickslipError("The fitted law names contacts and materials of different number. Fit again.")
         return fit
+
+
+def _renamed(one: Any, names: Mapping[str, str]) -> Any:
+    """A member of a list with other names of its fields."""
+    return {names.get(key, key): value for key, value in one.items()} if isinstance(one, dict) else one
 
 
 def _without_written(parameter: Any) -> Any:

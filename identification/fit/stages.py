@@ -11,7 +11,7 @@ Told = Callable[[float], None]
 
 USUAL = 4.0  # evaluations of a search
 # time of the stages over that of a plain search
-CONCLUSION, CAUSES, AGAIN = 0.25, 0.5, 1.5
+CONCLUSION, CAUSES, AGAIN, LAWS = 0.25, 0.5, 1.5, 1.0
 DRAW, PROFILES = 0.1, 4.0
 
 
@@ -22,12 +22,13 @@ class Stages:
         self.told, self.times = told, times
 
     @classmethod
-    def of_fit(cls, told: Told | None, inference: Inference, causes: bool) -> Stages:
-        """Those of a fit that seeks, or estimates, disturbances or does not."""
+    def of_fit(cls, told: Told | None, inference: Inference, causes: bool, laws: bool) -> Stages:
+        """Those of a fit that seeks, or estimates, disturbances or does not, and asks other laws or does not."""
         end = CONCLUSION + (inference.draws * DRAW if inference.covariance == "bootstrap" else 0.0)
         end += PROFILES if inference.profile else 0.0
         between = {"conclusion": CONCLUSION, "causes": CAUSES, "search again": AGAIN} if causes else {}
-        return cls(told, {"search": 1.0, **between, "end": end})
+        after = {"laws": LAWS} if laws else {}
+        return cls(told, {"search": 1.0, **between, "end": end, **after})
 
     def of(self, name: str) -> Told:
         """What takes the share of one stage that is done."""

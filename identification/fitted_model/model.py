@@ -26,6 +26,7 @@ TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which 
 AT_REST = 1e-12  # rad, up to which the angle of rest is found
 NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
+AGEING = "ageing"  # the law of the FMU whose breakaway ages
 BRISTLES = ("lugre", "lugre_stribeck")  # the laws of the FMU that never stick exactly
 
 
@@ -278,6 +279,8 @@ def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
         # of two discs the names end in the number of theirs, as those of the FMU do
         suffix = number if len(contacts) > 1 else ""
         found |= {f"{name}{number}": fit[f"{name}{suffix}"].value for name in law.names}
+        if fit.breakaway and fit.breakaway.growth is not None and law.reference == AGEING:
+            found[f"b{number}"] = max(fit.breakaway.growth, 0.0)
     for one in (*fit.parameters, *fit.constants, *fit.nuisance):
         if one.name in CHANGEOVER.values():
             found[one.name] = one.value

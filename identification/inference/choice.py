@@ -80,7 +80,7 @@ def infer(
     Raises:
         StickslipError: as in `bootstrap`.
     """
-    share = 0.5 if asked.profile else 1.0  # of the work that is the bootstrap's
+    share = 0.0 if asked.covariance != "bootstrap" else 0.5 if asked.profile else 1.0  # of the work: the bootstrap's
     draws = None
     if asked.covariance == "bootstrap":
         step = None if progress is None else lambda done: progress(share * done)
@@ -93,7 +93,7 @@ def infer(
     warnings = [*collinear.warnings, *(white.warnings if white else ()), *(draws.warnings if draws else ())]
     intervals: tuple[Interval, ...] = ()
     if asked.profile:
-        rest = None if progress is None else lambda done: progress(1 - (1 - done) * share)
+        rest = None if progress is None else lambda done: progress(share + (1 - share) * done)
         quantile = student(len(np.unique(found.evaluation.cluster)) - count, asked.level)
         profiles = profile(problem, found, covariance, names, quantile=quantile, level=asked.level, progress=rest)
         intervals = profiles.intervals

@@ -1,22 +1,28 @@
 """Which law the data ask for: laws compared by information criteria, and by the prediction of data not yet seen.
 
 Residuals are coloured, so that n of them say less than n independent ones. With C the covariance that allows for colour
-and C_w that of white residuals, both of the law with the most parameters,
+and C_w that of white residuals, both of the law that fits best,
     inflation = trace(C_w^-1 C)/m,    n_e = n/inflation      effective number of observations
     AIC = n_e ln(S/n) + 2 (m + 1),    AICc = AIC + 2 (m + 1)(m + 2)/(n_e - m - 2),    BIC = n_e ln(S/n) + (m + 1) ln n_e
-(quasi-likelihood, one overdispersion for all laws). Held out: each log in turn is predicted by the law fitted to the
-others (with one log alone: each part of it); S_h is the sum of squares over all. Laws are ordered by BIC, those whose
-values contradict what they mean last. How sure that is, is told by the lead over the next law, and by the difference of
-S_h against its chance (scatter from cluster to cluster, and the spread of the fits that predict).
+(quasi-likelihood, one overdispersion for all laws). Where the noise of the sensors is known, residuals are in units of
+it, and with s^2 the mean square of the best law's, if that is above 1, else 1,
+    AIC = AICc = (n_e/n) S/s^2 + 2 m,    BIC = (n_e/n) S/s^2 + m ln n_e
+The weight of a law is exp(-AIC/2) over its sum over laws (Akaike): how far its values count. Held out: each log in turn
+is predicted by the law fitted to the others (with one log alone: each part of it); S_h is the sum of squares over all;
+laws that are far behind are not asked. Laws are ordered by BIC, those whose values contradict what they mean last. How
+sure that is, is told by the lead over the next law, and by the difference of S_h against its chance (scatter from
+cluster to cluster, and the spread of the fits that predict). Nothing is sure where the residuals of even the first law
+are not those of noise.
 
-Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, section 2.5 (quasi-AIC); Kass & Raftery
-(1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10 very strong).
+Sources: Burnham & Anderson (2002), Model Selection and Multimodel Inference, sections 2.5 (quasi-AIC), 2.9 (weights);
+Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: above 2 positive, above 6 strong, above 10
+very strong).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +38,7 @@ if TYPE_CHECKING:
     import pandas
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
+BEHIND = 500.0  # in BIC: a law that far behind predicts nothing better
 SURE = 2.0  # standard errors of a difference in held-out prediction
 SEARCH = 1e-6  # relative, of a fit to some of the logs
 SAME = 1.01  # ratio of the numbers of residuals up to which the same logs were cut at slightly other instants
@@ -43,9 +50,10 @@ class LawScore(Shown):
     """How well one law does.
 
     values, deviations (standard; NaN where the data do not determine a parameter), units: of all unknowns; rms: root
-    mean square of the residuals; criteria as above; held_out: root mean square of the held-out residuals, relative to
-    the fit of the law with the most parameters (1: predicts as well as that fits); worse: by how many standard errors
-    its held-out prediction is worse than that of the first law; bounds: parameters that lie on a bound; warnings: why
+    mean square of the residuals; criteria as above; weight: Akaike's, 0 of a law that is put aside; held_out: root mean
+    square of the held-out residuals, relative to the fit of the law that fits best (1: predicts as well as that fits);
+    worse: by how many standard errors its held-out prediction is worse than that of the first law (both None where it
+    was not asked); bounds: parameters that lie on a bound; warnings: why
     its values mean nothing, empty if they do.
     """
 
@@ -57,8 +65,9 @@ class LawScore(Shown):
     aic: float
     aicc: float
     bic: float
-    held_out: float
-    worse: float
+    weight: float
+    held_out: float | None
+    worse: float | None
     bounds: tuple[str, ...]
     warnings: tuple[str, ...]
 
@@ -66,20 +75,26 @@ class LawScore(Shown):
 @dataclass(frozen=True)
 class LawComparison(Pictured):
     """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; warnings: what speaks
-    against even the first law; verdict: what decides, and how sure it is."""
+    against even the first law; verdict: what decides, and how sure it is; estimator: whose residuals they are; causes:
+    disturbances that were estimated beside every law; aside: laws that were not compared, and why; elastic: whether
+    sticks give way, which none of these laws does."""
 
     scores: tuple[LawScore, ...]
     residuals: int
     effective: float
     warnings: tuple[str, ...]
     verdict: str
+    estimator: str = ""
+    causes: tuple[str, ...] = ()
+    aside: Mapping[str, str] = field(default_factory=dict)
+    elastic: bool = False
 
     @property
     def frame(self) -> pandas.DataFrame:
         """A row for each law, best first: criteria, error of held-out logs, by how many standard errors it is worse."""
         import pandas
 
-        names = ("bic", "aicc", "aic", "held_out", "worse")
+        names = ("bic", "aicc", "aic", "weight", "held_out", "worse")
         rows = [{name: getattr(one, name) for name in names} for one in self.scores]
         return pandas.DataFrame(rows, index=pandas.Index([one.law for one in self.scores], name="law"))
 
@@ -88,7 +103,10 @@ class LawComparison(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         least = self.best.bic
-        return {one.law: f"BIC {one.bic - least:+.1f}, held out {one.held_out:.3g}" for one in self.scores}
+        return {
+            one.law: f"BIC {one.bic - least:+.1f}" + ("" if one.held_out is None else f", held out {one.held_out:.3g}")
+            for one in self.scores
+        }
 
     @property
     def best(self) -> LawScore:
@@ -108,25 +126,29 @@ class LawComparison(Pictured):
 @dataclass(frozen=True)
 class Comparing:
     """How laws are compared. covariance: "jackknife" over clusters or "hac"; parts: of a log that stands alone, each
-    predicted by the law fitted to the others; warnings: by law, why its values mean nothing: it is put aside."""
+    predicted by the law fitted to the others; warnings: by law, why its values mean nothing: it is put aside; nested:
+    pairs of laws of which the second contains the first, those whose unknowns it has if None; doubts: what speaks
+    against every law of those compared."""
 
     covariance: str = "jackknife"
     parts: int = 2
     warnings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    nested: Collection[tuple[str, str]] | None = None
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
     """A law's problem with its solution, covariance (m, m), the held-out sum of squares of each cluster (k,), and the
-    variance of their sum that comes from the fits to the other logs."""
+    variance of their sum that comes from the fits to the other logs; none where they were not asked."""
 
     name: str
     problem: Problem
     found: Solution
     covariance: np.ndarray | None
-    held_out: np.ndarray
-    chance: float
     warnings: tuple[str, ...]
+    held_out: np.ndarray | None = None
+    chance: float = 0.0
 
     @property
     def sum(self) -> float:
@@ -162,38 +184,44 @@ def compare_problems(
     """
     if len(problems) < 2:
         raise StickslipError("A comparison needs two laws or more.")
+    told = progress if progress is not None else lambda _: None
     candidates = []
     for number, (name, problem) in enumerate(problems.items()):
-        candidates.append(_candidate(name, problem, solutions[name] if solutions else solve(problem), asked))
-        if progress is not None:
-            progress((number + 1) / len(problems))
+        found = solutions[name] if solutions else solve(problem)
+        warnings = tuple(asked.warnings.get(name, ()))
+        candidates.append(_Candidate(name, problem, found, _covariance(problem, found, asked), warnings))
+        told(0.5 * (number + 1) / len(problems))
     sizes = sorted({one.rows for one in candidates})
     if sizes[-1] > SAME * sizes[0]:
         raise StickslipError(
             f"The laws were fitted to different numbers of residuals ({', '.join(map(str, sizes))}): compare them with "
             "an estimator that reduces the logs in the same way for every law (weak-form)."
         )
-    richest = max(candidates, key=lambda one: (one.covariance is not None, one.count))
-    effective = _effective(richest)
-    ranked = sorted(candidates, key=lambda one: (bool(one.warnings), _criteria(one, effective)[2]))
-    scores = tuple(_score(one, ranked[0], richest, effective) for one in ranked)
-    white = whiteness(ranked[0].found.evaluation, logs).warnings
+    scale = _scale(candidates)
+    ranked = sorted(candidates, key=lambda one: (bool(one.warnings), scale.criteria(one)[2]))
+    least = scale.criteria(ranked[0])[2]
+    for place, one in enumerate(ranked):
+        if place < 2 or scale.criteria(one)[2] < least + BEHIND:
+            held_out, chance = _held_out(one.problem, one.found, asked)
+            ranked[place] = replace(one, held_out=held_out, chance=chance)
+        told(0.5 + 0.5 * (place + 1) / len(ranked))
+    scores = _scores(ranked, scale)
+    doubts = (*asked.doubts, *whiteness(ranked[0].found.evaluation, logs).warnings)
     held = f"held-out {'logs' if len(logs) > 1 else 'parts of the log'}"
-    return LawComparison(scores, richest.rows, effective, white, _verdict(scores, held, white))
+    verdict = _verdict(scores, held, doubts, asked.nested)
+    return LawComparison(scores, scale.rows, scale.effective, doubts, verdict)
 
 
-def single_law(name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str) -> LawComparison:
-    """What there is to say of a law that no other comes near."""
-    one = _candidate(name, problem, found, DEFAULT)
-    effective = _effective(one)
-    warnings = whiteness(found.evaluation, logs).warnings
-    return LawComparison((_score(one, one, one, effective),), one.rows, effective, warnings, verdict)
-
-
-def _candidate(name: str, problem: Problem, found: Solution, asked: Comparing) -> _Candidate:
-    warnings = tuple(asked.warnings.get(name, ()))
-    covariance = _covariance(problem, found, asked)
-    return _Candidate(name, problem, found, covariance, *_held_out(problem, found, asked), warnings)
+def single_law(
+    name: str, problem: Problem, found: Solution, logs: Sequence[str], verdict: str, doubts: Sequence[str] = ()
+) -> LawComparison:
+    """What there is to say of a law that no other comes near. doubts: what speaks against it."""
+    one = _Candidate(name, problem, found, _covariance(problem, found, DEFAULT), ())
+    held_out, chance = _held_out(problem, found, DEFAULT)
+    one, scale = replace(one, held_out=held_out, chance=chance), _scale([one])
+    doubts = (*doubts, *whiteness(found.evaluation, logs).warnings)
+    verdict += f" But even {name} is not the whole truth, see below." if doubts else ""
+    return LawComparison(_scores([one], scale), scale.rows, scale.effective, doubts, verdict)
 
 
 def _covariance(problem: Problem, found: Solution, asked: Comparing) -> np.ndarray | None:
@@ -233,25 +261,62 @@ def _held_out(problem: Problem, found: Solution, asked: Comparing) -> tuple[np.n
     return sums, chance
 
 
-def _effective(one: _Candidate) -> float:
-    """How many independent residuals those of a law are worth."""
-    here = one.found.evaluation
-    if one.covariance is None:
-        return float(one.rows)
-    return one.rows / inflation(plain_covariance(here.gradient, here.residual), one.covariance)
+@dataclass(frozen=True)
+class _Scale:
+    """What one law's residuals are judged by, from those of the law that fits best: their sum of squares and number,
+    how many independent ones they are worth, and their variance where the noise is known."""
+
+    sum: float
+    rows: int
+    effective: float
+    variance: float | None
+
+    def criteria(self, one: _Candidate) -> tuple[float, float, float]:
+        """AIC, AICc and BIC; a variance that is estimated counts as a parameter."""
+        if self.variance is not None:
+            misfit, count = float(self.effective / self.rows * one.sum / self.variance), one.count
+            aic = misfit + 2 * count
+            return aic, aic, misfit + count * float(np.log(self.effective))
+        count, misfit = one.count + 1, self.effective * float(np.log(one.sum / one.rows))
+        aic = misfit + 2 * count
+        spare = max(self.effective - count - 1, 1.0)
+        return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(self.effective))
 
 
-def _criteria(one: _Candidate, effective: float) -> tuple[float, float, float]:
-    """AIC, AICc and BIC; the variance of the residuals counts as a parameter."""
-    count = one.count + 1
-    misfit = effective * float(np.log(one.sum / one.rows))
-    aic = misfit + 2 * count
-    spare = max(effective - count - 1, 1.0)
-    return aic, aic + 2 * count * (count + 1) / spare, misfit + count * float(np.log(effective))
+def _scale(candidates: Sequence[_Candidate]) -> _Scale:
+    best = min(candidates, key=lambda one: (one.covariance is None, one.sum))
+    here, effective = best.found.evaluation, float(best.rows)
+    if best.covariance is not None:
+        effective /= inflation(plain_covariance(here.gradient, here.residual), best.covariance)
+    variance = None
+    if all(one.problem.noise_known for one in candidates):
+        variance = max(best.sum / max(best.rows - here.eliminated - best.count, 1), 1.0)
+    return _Scale(best.sum, best.rows, effective, variance)
 
 
-def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: float) -> LawScore:
-    aic, aicc, bic = _criteria(one, effective)
+def criteria(solved: Mapping[str, tuple[Problem, Solution]]) -> dict[str, float]:
+    """AIC of laws that are fitted to the same residuals."""
+    made = [_Candidate(name, one, found, _covariance(one, found, DEFAULT), ()) for name, (one, found) in solved.items()]
+    scale = _scale(made)
+    return {one.name: scale.criteria(one)[0] for one in made}
+
+
+def akaike_weights(aic: np.ndarray) -> np.ndarray:
+    """Weights (k,) of laws, sum 1, by their AIC (k,)."""
+    likelihood = np.exp(-0.5 * (aic - np.min(aic)))
+    return likelihood / likelihood.sum()
+
+
+def _scores(ranked: Sequence[_Candidate], scale: _Scale) -> tuple[LawScore, ...]:
+    trusted = np.array([not one.warnings for one in ranked])
+    weights = akaike_weights(
+        np.where(trusted, [scale.criteria(one)[0] for one in ranked], np.inf if trusted.any() else 0)
+    )
+    return tuple(_score(one, ranked[0], scale, float(weight)) for one, weight in zip(ranked, weights, strict=True))
+
+
+def _score(one: _Candidate, best: _Candidate, scale: _Scale, weight: float) -> LawScore:
+    aic, aicc, bic = scale.criteria(one)
     names = [unknown.name for unknown in one.problem.unknowns]
     deviations = np.full(len(names), np.nan) if one.covariance is None else np.sqrt(np.diag(one.covariance))
     return LawScore(
@@ -263,16 +328,19 @@ def _score(one: _Candidate, best: _Candidate, richest: _Candidate, effective: fl
         aic=aic,
         aicc=aicc,
         bic=bic,
-        held_out=float(np.sqrt(np.sum(one.held_out) / richest.sum)),
+        weight=weight,
+        held_out=None if one.held_out is None else float(np.sqrt(np.sum(one.held_out) / scale.sum)),
         worse=_worse(one, best) if one is not best else 0.0,
         bounds=tuple(name for name, at in zip(names, one.found.at_bound, strict=True) if at),
         warnings=one.warnings,
     )
 
 
-def _worse(one: _Candidate, best: _Candidate) -> float:
+def _worse(one: _Candidate, best: _Candidate) -> float | None:
     """Difference of held-out sums in standard errors: their scatter from cluster to cluster, and the chance of fits."""
     sums, least = one.held_out, best.held_out
+    if sums is None or least is None:
+        return None
     if len(sums) == len(least):
         scatter = len(sums) * float(np.var(sums - least, ddof=1))
     else:
@@ -281,33 +349,38 @@ def _worse(one: _Candidate, best: _Candidate) -> float:
     return float(np.sum(sums) - np.sum(least)) / error if error > 0 else 0.0
 
 
-def _verdict(scores: Sequence[LawScore], parts: str, warnings: Sequence[str]) -> str:
+def _verdict(
+    scores: Sequence[LawScore], parts: str, doubts: Sequence[str], nested: Collection[tuple[str, str]] | None
+) -> str:
     best, second = scores[:2]
     if best.warnings:
         return "None of the laws has values that mean what it says."
     if second.warnings:
         return f"{best.law}: it alone has values that mean what it says."
-    lead = second.bic - best.bic
+    lead, worse = second.bic - best.bic, second.worse or 0.0
     held = (
-        f"{parts} agree ({second.worse:.1f} standard errors)"
-        if second.worse > SURE
-        else f"{parts} speak for {second.law} ({-second.worse:.1f} standard errors)"
-        if second.worse < -SURE
-        else f"{parts} do not tell the two apart ({second.worse:+.1f} standard errors)"
+        f"{parts} agree ({worse:.1f} standard errors)"
+        if worse > SURE
+        else f"{parts} speak for {second.law} ({-worse:.1f} standard errors)"
+        if worse < -SURE
+        else f"{parts} do not tell the two apart ({worse:+.1f} standard errors)"
     )
     words = f"{best.law} before {second.law} by {lead:.3g} in BIC; {held}."
+    if doubts:
+        return f"{words} But even {best.law} is not the whole truth, see below."
     simple = min(scores[:2], key=lambda one: len(one.values))
-    if second.worse < -SURE:
+    inside = set(second.values) > set(best.values) if nested is None else (best.law, second.law) in nested
+    if worse < -SURE:
         sure = "Undecided: the two criteria disagree."
+    elif inside and lead > POSITIVE:
+        sure = f"Likely: what {second.law} has more gains nothing."
     elif lead > VERY_STRONG:
         sure = "Sure."
-    elif set(second.values) > set(best.values):
-        sure = f"Likely: what {second.law} has more gains nothing."
     elif lead > POSITIVE:
         sure = "Likely, not sure."
-    elif second.worse > SURE:
+    elif worse > SURE:
         sure = "Likely: the held-out logs decide."
     else:
         fewer = f"; {simple.law} has fewer parameters" if len(best.values) != len(second.values) else ""
         sure = f"Undecided: a lead below {POSITIVE:g} says nothing{fewer}."
-    return f"{words} {sure}" + (f" But even {best.law} is not the whole truth, see below." if warnings else "")
+    return f"{words} {sure}"

@@ -198,11 +198,12 @@ def solve(
     fixed: Mapping[str, float] | None = None,
     progress: Progress | None = None,
     tolerance: float = TOLERANCE,
+    evaluations: int = EVALUATIONS,
 ) -> Solution:
     """Least squares by SciPy (trust region, bounds, exact gradient).
 
     start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
-    of squares, step and gradient.
+    of squares, step and gradient; evaluations: the most that are made.
 
     Raises:
         StickslipError: an unknown that is fixed is not there, or there are no more equations than unknowns.
@@ -218,7 +219,7 @@ def solve(
     if not search.free.any():
         found = problem.evaluate(begin)
         return Solution(begin, found, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
-    values, converged, message = search.run(begin, tolerance)
+    values, converged, message = search.run(begin, tolerance, evaluations)
     low, high = search.bounds
     edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
     at_bound = search.free & ((values - low < edge) | (high - values < edge))
@@ -240,7 +241,7 @@ class Search:
         self.count = 0
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
-    def run(self, begin: np.ndarray, tolerance: float) -> tuple[np.ndarray, bool, str]:
+    def run(self, begin: np.ndarray, tolerance: float, evaluations: int) -> tuple[np.ndarray, bool, str]:
         from scipy.optimize import least_squares
 
         low, high = self.bounds
@@ -271,7 +272,7 @@ class Search:
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=tolerance,
-                max_nfev=EVALUATIONS,
+                max_nfev=evaluations,
             )
         return whole(found.x), bool(found.success), str(found.message)
 

@@ -74,6 +74,11 @@ class Whiteness:
         return tuple(one.log for one in self.logs if one.course is not None and one.course * tested < REPEATED)
 
     @property
+    def more_than_noise(self) -> bool:
+        """Whether any test says that something is missing from the model."""
+        return bool(self.coloured or self.beyond or self.repeated)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences where the residuals show that the model is wrong."""
         said = []

@@ -18,7 +18,15 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.laser_drift import without_drift
-from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, EdgeEquations, Passes, SensorFit
+from identification.measurement.motion import (
+    LINE_ERROR,
+    SMOOTHING,
+    DiscMotion,
+    EdgeEquations,
+    Passes,
+    SensorFit,
+    drive_edges,
+)
 from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
@@ -212,22 +220,22 @@ def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.nd
     if log.has(f"drive{disc}_speed") or not log.has(f"drive{disc}_count"):
         known, speed = drive_speed(log, disc)
         return np.interp(time, known, speed)
-    found = edges(log, f"drive{disc}")
-    if len(found.time) < 20:
+    seen, angle = drive_edges(log, disc)
+    if len(seen) < 20:
         raise StickslipError(
-            f"Log '{log.name}': the encoder of disc {disc} shows {len(found.time)} edges, so the drive hardly turned. "
+            f"Log '{log.name}': the encoder of disc {disc} shows {len(seen)} edges, so the drive hardly turned. "
             "A fit needs a driven disc; check the column and pulses_per_revolution."
         )
-    first, last = float(found.time[0]), float(found.time[-1])
+    first, last = float(seen[0]), float(seen[-1])
     best, least = None, np.inf
     for between in DRIVE_EDGES:
-        pieces = max(len(found.time) // between, 1)
-        inner = np.quantile(found.time, np.linspace(0, 1, pieces + 1)[1:-1])
+        pieces = max(len(seen) // between, 1)
+        inner = np.quantile(seen, np.linspace(0, 1, pieces + 1)[1:-1])
         knots = np.concatenate([[first] * 4, inner, [last] * 4])
         # banded normal equations: time grows with the log, not with its square; B-splines lose few digits by them
-        spline = make_lsq_spline(found.time, found.angle, knots, 3, method="norm-eq")
-        share = (pieces + 3) / len(found.time)
-        score = float(np.mean((spline(found.time) - found.angle) ** 2)) / (1 - share) ** 2
+        spline = make_lsq_spline(seen, angle, knots, 3, method="norm-eq")
+        share = (pieces + 3) / len(seen)
+        score = float(np.mean((spline(seen) - angle) ** 2)) / (1 - share) ** 2
         if score < least:
             best, least = spline, score
     assert best is not None

@@ -17,6 +17,9 @@ SMOOTHING = (
 CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
 LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
 
+STANDS, MANY_GAPS = 0.4, 20.0  # s, and median intervals, without an edge of a drive that stands still
+LEAVES, STANDS_EVERY = 0.1, 0.02  # s, in which it comes to a stop; between the angles put there
+
 
 @dataclass(frozen=True, eq=False)
 class SensorFit:
@@ -99,9 +102,25 @@ class DiscMotion:
 def drive_angle(motion: DiscMotion, disc: int) -> np.ndarray:
     """Angle (n,) of the driving disc at the samples, from its encoder's edges, or from its speed."""
     if motion.log.has(f"drive{disc}_count"):
-        found = edges(motion.log, f"drive{disc}")
-        return np.interp(motion.time, found.time, found.angle)
+        return np.interp(motion.time, *drive_edges(motion.log, disc))
     return np.concatenate([[0.0], np.cumsum(0.5 * (motion.drive[1:] + motion.drive[:-1]) * np.diff(motion.time))])
+
+
+def drive_edges(log: RigLog, disc: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) s and angles (n,) rad of the edges of a driving disc's encoder. Where none comes for long the drive
+    stands still: there stand angles midway between two edges, one every `STANDS_EVERY` s."""
+    found = edges(log, f"drive{disc}")
+    if len(found.time) < 2:
+        return found.time, found.angle
+    gaps = np.diff(found.time)
+    times, angles = [found.time], [found.angle]
+    for place in np.flatnonzero(gaps > max(STANDS, MANY_GAPS * float(np.median(gaps)))):
+        begin, gap = found.time[place], gaps[place]
+        stands = begin + np.arange(LEAVES, gap - LEAVES, STANDS_EVERY)
+        times.append(stands)
+        angles.append(np.full(len(stands), 0.5 * (found.angle[place] + found.angle[place + 1])))
+    order = np.argsort(np.concatenate(times), kind="stable")
+    return np.concatenate(times)[order], np.concatenate(angles)[order]
 
 
 def savitzky_golay(angle: np.ndarray, step: float, window: float, order: int, derivative: int) -> np.ndarray:

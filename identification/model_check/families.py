@@ -27,6 +27,7 @@ from identification.model_check.portraits import (
     PortraitComparison,
     Processing,
     Rest,
+    Settling,
     compare_motions,
     sequence_of,
 )
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from fmu_models.scene.scene import Scene
 
 SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
+CERTAIN = ("same motion", "period")  # of a motion that has not settled, what is judged
 STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
 
 
@@ -144,10 +146,12 @@ def _family(
         members.append(_member(model, processing, motion))
         progress(0.5 * (number + 1) / len(motions))
     held, notes = _held(motions, varied)
+    notes = (*(f"Log '{one.log}' {one.settling.words}." for one in members if one.settling), *notes)
     if held is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
     predicted, hopf = _predicted(model, varied, held, [one.drive_speeds[varied] for one in members])
-    found = _measured(members, varied, model)
+    # what has not settled yet may still come to stick, or to rest
+    found = _measured([one for one in members if one.settling is None or one.settling.measured], varied, model)
     progress(0.7)
     if uncertainty:
         for i, one in enumerate(predicted):
@@ -165,6 +169,9 @@ def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> P
     """One log against the model's motion at its drive speeds."""
     speeds = drive_speeds(motion)
     drives = dict(zip(motion.log.contacts, motion.drives, strict=True))
+    settled = processing.settled(motion.time, motion.angle)
+    if settled != motion.time[0]:
+        return _unsettled(model, processing, motion, settled)
     measured = processing.motion(motion.time, motion.angle, drives, f"log '{motion.log.name}'")
     run = model.run(speeds, float(motion.time[-1] - motion.time[0]), motion.step)
     steady = {contact: np.full(len(run.time), speed) for contact, speed in speeds.items()}
@@ -174,6 +181,33 @@ def _member(model: FittedModel, processing: Processing, motion: DiscMotion) -> P
     if not sequence_of(measured) and sequence_of(modelled) and sliding is not None and sliding.damping > 0:
         modelled = Rest(sliding.angle, 0.0, "steady sliding (from another start stick-slip)")
     return PortraitComparison(motion.log.name, speeds, measured, modelled, compare_motions(measured, modelled))
+
+
+def _unsettled(
+    model: FittedModel, processing: Processing, motion: DiscMotion, settled: float | None
+) -> PortraitComparison:
+    """One log that has not settled when it begins against the model from the state in which it begins; both from where
+    each has settled (s), or all of both."""
+    speeds = drive_speeds(motion)
+    begin, angle, speed = processing.state(motion.time, motion.angle)
+    start = {**model.start, "theta": angle, "omega": speed}
+    length = float(motion.time[-1]) - begin
+    run = model.run(speeds, length, motion.step, transient=0.0, start=start)
+    runs = processing.settled(run.time, run.angle)
+    late = np.zeros(len(motion.time), dtype=bool) if settled is None else motion.time < settled
+    early = np.zeros(len(run.time), dtype=bool) if settled is None or runs is None else run.time < runs
+    drives = {on: row[~late] for on, row in zip(motion.log.contacts, motion.drives, strict=True)}
+    measured = processing.motion(motion.time[~late], motion.angle[~late], drives, f"log '{motion.log.name}'")
+    steady = {contact: np.full(np.count_nonzero(~early), speed) for contact, speed in speeds.items()}
+    states = {contact: row[~early] for contact, row in run.states.items()}
+    what = f"the model from the first state of '{motion.log.name}'"
+    modelled = processing.motion(run.time[~early], run.angle[~early], steady, what, states)
+    first = float(motion.time[0])
+    settling = Settling(None if settled is None else settled - first, None if runs is None else runs + begin - first)
+    verdicts = compare_motions(measured, modelled)
+    if settled is None:  # a swing that grows or dies is as large as its begin, which is known but roughly
+        verdicts = tuple(one if one.name in CERTAIN else replace(one, limit=None, passed=None) for one in verdicts)
+    return PortraitComparison(motion.log.name, speeds, measured, modelled, verdicts, settling)
 
 
 def _varied(motions: Sequence[DiscMotion]) -> str:

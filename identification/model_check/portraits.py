@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +32,7 @@ PHASES = 400  # points of a mean cycle
 SCANLINES = 2000  # of the symmetric difference: area to 1e-3 of itself
 HYSTERESIS = 0.25  # of the half range, that the angle must fall below the middle before it counts as rising through it
 LEAST_CYCLES = 2
+LATE = 2.0  # periods from the begin of a motion to its first cycle, beyond which others were too small to count
 RESTING = 1e-3  # rad, half range below which there is no cycle
 ZERO = 0.25  # of the threshold of slip speed, below which a disc sticks: ten times the noise of the smoothed speed
 DYING = 0.8  # second half of a motion without stick over its first half: below that the motion is no cycle
@@ -128,15 +129,38 @@ class Verdict:
     meaning: str
 
 
+@dataclass(frozen=True)
+class Settling(Shown):
+    """When motions that begin before they have settled do so, s after the begin of the log; None: not within it.
+    measured: of the log; model: of the model, from the log's first state."""
+
+    measured: float | None
+    model: float | None
+
+    @property
+    def words(self) -> str:
+        """What is said of it."""
+        log, model = ("not within it" if one is None else f"after {one:.3g} s" for one in (self.measured, self.model))
+        compared = (
+            "all of it was compared, its size not judged" if self.measured is None else "it was compared from there on"
+        )
+        return (
+            f"begins before its motion has settled, which it does {log} (the model from the same state: {model}); "
+            + (f"{compared}, with the model from the log's own state")
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class PortraitComparison(Pictured):
-    """A measured motion, the model's, and the verdicts. drive_speeds: rad/s by contact, at which the model ran."""
+    """A measured motion, the model's, and the verdicts. drive_speeds: rad/s by contact, at which the model ran;
+    settling: of a log that begins before its motion has settled."""
 
     log: str
     drive_speeds: Mapping[str, float]
     measured: Portrait | Rest
     model: Portrait | Rest
     verdicts: tuple[Verdict, ...]
+    settling: Settling | None = None
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -169,6 +193,7 @@ class PortraitComparison(Pictured):
             "measured": self.measured.to_dict(),
             "model": self.model.to_dict(),
             "metrics": [asdict(verdict) for verdict in self.verdicts],
+            "settling": None if self.settling is None else asdict(self.settling),
             "meaning": MEANING,
         }
 
@@ -256,6 +281,34 @@ class Processing:
             sticks,
             len(periods),
         )
+
+    def settled(self, time: np.ndarray, angle: np.ndarray) -> float | None:
+        """Time (s) from which on the cycles of a motion swing alike: its begin, if all do; None, if too few are left.
+
+        time, angle: as in `motion`.
+        """
+        smooth = savitzky_golay(angle, float(time[1] - time[0]), SMOOTHING * self.natural_period, 2, 0)
+        low, high = np.quantile(smooth, [0.002, 0.998])
+        if high - low < 2 * RESTING:
+            return float(time[0])
+        starts = _risings(time, smooth - 0.5 * (low + high), HYSTERESIS * 0.5 * float(high - low))
+        if len(starts) < LEAST_CYCLES + 1:
+            return float(time[0])
+        swings = np.array([np.ptp(smooth[(time >= a) & (time < b)]) for a, b in pairwise(starts)])
+        late = swings[-max(len(swings) // 3, 1) :]
+        other = np.flatnonzero(np.abs(swings / np.median(late) - 1) > LIMITS["amplitude"])
+        first = int(other[-1]) + 1 if len(other) else 0
+        if first == 0 and starts[0] - time[0] < LATE * float(np.median(np.diff(starts))):
+            return float(time[0])
+        return float(starts[first]) if len(starts) - 1 - first >= LEAST_CYCLES else None
+
+    def state(self, time: np.ndarray, angle: np.ndarray) -> tuple[float, float, float]:
+        """Time (s), angle (rad) and speed (rad/s) at the begin of a motion, half a smoothing window after its first
+        sample. time, angle: as in `motion`."""
+        step, window = float(time[1] - time[0]), SMOOTHING * self.natural_period
+        place = round(0.5 * window / step)
+        smooth, speed = (savitzky_golay(angle, step, window, 2, derivative) for derivative in (0, 1))
+        return float(time[place]), float(smooth[place]), float(speed[place])
 
     def _squares(self, times: np.ndarray, drive_speed: float) -> np.ndarray:
         """Squares (n,) s^2 of the times of sticks from those below the threshold (n,) s.

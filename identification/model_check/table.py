@@ -38,7 +38,10 @@ def comparison_report(families: Sequence[FamilyComparison]) -> Group:
 
 def metrics_table(family: FamilyComparison) -> Table:
     """A row for each metric, a column for each log, and the acceptance levels."""
-    known = {verdict.name: verdict for one in family.members for verdict in one.verdicts}
+    every = [verdict for one in family.members for verdict in one.verdicts]
+    # a member whose motion has not settled judges less than others
+    known = {verdict.name: verdict for verdict in sorted(every, key=lambda one: one.limit is not None)}
+    known = {verdict.name: known[verdict.name] for verdict in every}
     rows: list[list[str | Cell]] = []
     for name, first in known.items():
         cells = []

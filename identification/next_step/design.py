@@ -146,7 +146,7 @@ def design(
     ranked = tuple(sorted(found, key=lambda c: (c.refused is not None, -c.gain)))
     names = [parameter.name for parameter in fit.parameters]
     known = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(now))).tolist(), strict=True))
-    advice = _advice(ranked, known, _index(now), duration) + _reversal(fit)
+    advice = _advice(ranked, known, _index(now), duration) + _holds(fit) + _reversal(fit)
     return Design(ranked, known, _index(now), duration, advice)
 
 
@@ -284,6 +284,17 @@ def _reversal(fit: FrictionFit) -> str:
     return (
         " All drives turn one way and there is no free decay, so that a zero of the angle that is off passes for "
         "friction: let one log turn the other way, which gives the zero to some um on the border."
+    )
+
+
+def _holds(fit: FrictionFit) -> str:
+    """What tells how fast breakaway ages, where it does and the sticks have not told."""
+    if fit.breakaway is None or not fit.breakaway.ages or fit.breakaway.growth is not None:
+        return ""
+    low, high = fit.breakaway.span
+    return (
+        f" Breakaway ages, but the sticks last {low:.2g} to {high:.2g} s alone: one log with holds over two decades, the "
+        "drive stopped for 0.3, 3 and 30 s in turn, twice each, would tell how fast."
     )
 
 

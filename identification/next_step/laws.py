@@ -5,39 +5,130 @@ How laws are compared: `inference.comparison`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.inference.comparison import LawComparison, compare_problems, single_law
-from identification.laws import find_law, slip_laws
+from identification.estimators.disturbances import terms_of
+from identification.fit.causes import find_causes
+from identification.fit.fit import AUTO, DEFAULT, NONE
+from identification.fit.rivals import fit_rivals, weak_fits
+from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
+from identification.inference.whiteness import whiteness
+from identification.laws import FittableLaw, find_law, slip_laws
 from identification.measurement.pooling import Pool, pool
+from identification.measurement.presliding import presliding
 from rig_io.logs.log import RigLog
 
 RIGID, BRISTLES = "Conti, rigid", "LuGre"
+FAR = 3.0  # times the root mean square residual of the best law in the weak form: not worth more work
+CLOSE = 1.1  # times the least sum of squares of the weak form: as good, to begin with
+ROUNDS = 3  # of law and disturbances in turn
+TWO = 2  # laws, the least that are compared
+
+
+@dataclass(frozen=True, eq=False)
+class _Ranking:
+    """Laws compared within some disturbances, the first of them, and whether its residuals are more than noise."""
+
+    found: LawComparison
+    best: FittableLaw
+    asks: bool
 
 
 def compare_laws(
     logs: Sequence[RigLog] | Pool,
     laws: Sequence[str] | None = None,
     *,
-    estimator: str = "weak-form",
+    estimator: str = DEFAULT,
+    disturbances: str | Sequence[str] = AUTO,
     progress: Callable[[float], None] | None = None,
 ) -> LawComparison:
-    """Compare friction laws on the same logs, all pooled.
+    """Compare friction laws on the same logs, all pooled, by the likelihood of an estimator.
 
-    logs: as for `fit_friction`; laws: as `find_law` takes them; all of slip speed alone if None; estimator: one that
-    reduces the logs in the same way for every law.
+    logs: as for `fit_friction`; laws: as `find_law` takes them; all of slip speed alone if None; disturbances: as for
+    `fit_friction`. "auto": those that show under the law that comes first are estimated beside every law, and the laws
+    are compared again, until law and disturbances stay what they are. Laws that the weak form finds far off are left
+    aside.
 
     Raises:
         StickslipError: as in `compare_problems`, or the logs cannot be fitted.
     """
     ready = logs if isinstance(logs, Pool) else pool(logs)
-    chosen = ESTIMATORS.load(estimator)
-    sought = slip_laws() if laws is None else {name: find_law(name) for name in laws}
-    problems = {name: chosen.estimate(ready, law, Options()).problem for name, law in sought.items()}
-    return compare_problems(problems, [motion.log.name for motion in ready.motions], progress=progress)
+    sought = slip_laws() if laws is None else {find_law(name).name: find_law(name) for name in laws}
+    if len(sought) < TWO:
+        raise StickslipError("A comparison needs two laws or more.")
+    told = progress if progress is not None else lambda _: None
+    asked = disturbances not in (AUTO, NONE)
+    causes = (disturbances,) if asked and isinstance(disturbances, str) else tuple(disturbances) if asked else ()
+    first = _ranking(ready, sought, estimator, causes, lambda done: told(0.4 * done))
+    for turn in range(ROUNDS):
+        if disturbances != AUTO or len(ready.contacts) > 1 or not first.asks:
+            break
+        names = tuple(cause.name for cause in find_causes(ready, first.best))
+        if set(names) == set(causes):
+            break
+        causes, before = names, first.best.name
+        first = _ranking(ready, sought, estimator, causes, lambda done, at=turn: told(0.4 + 0.2 * (at + done)))
+        if first.best.name == before:
+            break
+    told(1.0)
+    return first.found
+
+
+def _ranking(
+    ready: Pool,
+    laws: Mapping[str, FittableLaw],
+    estimator: str,
+    causes: Sequence[str],
+    told: Callable[[float], None],
+) -> _Ranking:
+    """Laws by the residuals of an estimator, cut by the law that the weak form finds best."""
+    options = Options(disturbances=terms_of(ready, causes))
+    weak = weak_fits(ready, laws, options)
+    least = min(one.sum for one in weak.values())
+    near = {name: laws[name] for name, one in weak.items() if one.sum <= FAR**2 * least}
+    ordered = sorted(weak, key=lambda name: weak[name].sum)
+    near |= {name: laws[name] for name in ordered[:TWO]}
+    aside = {
+        name: f"off by {np.sqrt(one.sum / least):.2g} times the residuals of {ordered[0]} in the weak form"
+        for name, one in weak.items()
+        if name not in near
+    }
+    # of laws that are as good the one with the fewest parameters; one whose values the model refuses cuts nothing
+    begin = sorted((name for name in near), key=lambda name: (weak[name].sum > CLOSE * least, len(laws[name].names)))
+    for name in begin:
+        cut = ESTIMATORS.load(estimator).estimate(ready, laws[name], options)
+        if cut.estimator.name == estimator:
+            break
+    told(0.3)
+    made = fit_rivals(cut, near, lambda law: weak[law.name].law_values, progress=lambda done: told(0.3 + 0.4 * done))
+    at_rest = float(cut.law.value(np.zeros(1), cut.solution.values[: len(cut.law.parameters)])[0])
+    sticks = presliding(ready, at_rest) if len(ready.contacts) == 1 else None
+    elastic = sticks is not None and sticks.elastic
+    doubts = (*cut.warnings, *(sticks.warnings if sticks is not None and elastic else ()))
+    names = [motion.log.name for motion in ready.motions]
+    if len(made.fitted) < TWO:
+        ((name, only),) = made.fitted.items()
+        said = f"{name}: no other law follows the logs."
+        found = single_law(name, only.problem, only.found, names, said, doubts)
+    else:
+        found = compare_problems(
+            {name: one.problem for name, one in made.fitted.items()},
+            names,
+            solutions={name: one.found for name, one in made.fitted.items()},
+            asked=Comparing(nested=made.nested, doubts=doubts),
+            progress=lambda done: told(0.7 + 0.3 * done),
+        )
+    found = replace(found, estimator=cut.estimator.name, causes=tuple(causes), elastic=elastic)
+    found = replace(found, aside={**aside, **made.refused})
+    best = made.fitted[found.best.law]
+    white = whiteness(best.found.evaluation, names)
+    return _Ranking(found, best.law, white.more_than_noise)
 
 
 def compare_contacts(

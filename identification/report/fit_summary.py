@@ -13,6 +13,7 @@ from identification.report.tables import (
     nuisance_table,
     parameter_table,
     plain_table,
+    rivals_table,
     sensors_table,
 )
 
@@ -31,10 +32,12 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     tables = [decay_table(decay)] if decay is not None else []
     tables += [parameter_table(fit), correlation_table(fit)]
     tables += [plain_table(fit)] if fit.causes else []
+    tables += [rivals_table(fit)] if len(fit.rivals) > 1 else []
     tables += [nuisance_table(fit.nuisance)] if fit.nuisance else []
     tables += [constants_table(fit)]
     tables += [sensors_table(fit)] if fit.sensors else []
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    said += [fit.words_of_law]
     said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
     warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
     return Group(*map(terminal, tables), *map(Text, said), *warnings)
@@ -58,4 +61,6 @@ def _certainty(fit: FrictionFit) -> list[str]:
         reach = fit.presliding.compliance + 2 * fit.presliding.deviation
         least = f"above {1 / reach:.1g} N/m" if reach > 0 else "beyond measure"
         said.append(f"In stick the contact is as good as rigid: its stiffness is {least} (95 %).")
+    if fit.breakaway:
+        said.append(f"Breakaway: {fit.breakaway.words}.")
     return said

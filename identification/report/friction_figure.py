@@ -98,9 +98,10 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
     values = ", ".join(f"{q.name} = {value_with_sd(q.value, q.total_deviation, q.unit)}" for q in fitted)
     missing = dict.fromkeys(constant for name in names for constant in fit.unstated(name))
     least = f" (at least: of {', '.join(missing)} not stated)" if missing else ""
+    parts = "noise, rig constants and law" if fit.rivals else "noise and rig constants"
     causes = ", ".join(cause.name for cause in fit.causes)
     corrected = f"\nmarks and means without what disturbances changed: {causes}" if causes else ""
-    return f"{values}\n± one standard deviation, noise and rig constants together{least}{corrected}"
+    return f"{values}\n± one standard deviation, {parts} together{least}{corrected}"
 
 
 def draw_fit(axes: Axes, fit: FrictionFit) -> None:

@@ -139,13 +139,16 @@ def summary(findings: Findings) -> list[str]:
         f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
     ]
     worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
-    parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation)
-    total, noise, scale = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
+    parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation, worst.law_deviation or 0.0)
+    total, noise, scale, law = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
+    by_law = f", {law:.2g} % from the choice of the law" if worst.law_deviation is not None else ""
     said.append(
         f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
-        f"noise, {scale:.2g} % from the rig's constants; one standard deviation)."
+        f"noise, {scale:.2g} % from the rig's constants{by_law}; one standard deviation)."
     )
+    said.append(fit.words_of_law)
     said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
     for family in findings.families:
         passed = sum(one.passed for one in family.members)
         discs = " and ".join(family.members[0].drive_speeds)
@@ -208,6 +211,7 @@ def _tables(findings: Findings) -> list[Table]:
     fit = findings.fit
     found = [tables.correlation_table(fit), tables.constants_table(fit)]
     found += [tables.plain_table(fit)] if fit.causes else []
+    found += [tables.rivals_table(fit)] if len(fit.rivals) > 1 else []
     found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
     white = tables.whiteness_table(fit)
     found += [white] if white is not None else []

@@ -23,7 +23,7 @@ PLACED = frozenset(
         *("type", "version", "estimator", "law", "structure", "contacts", "materials", "parameters", "correlation"),
         *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
         *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
-        *("causes", "plain", "constants_correlation", "contradictions"),
+        *("causes", "plain", "constants_correlation", "contradictions", "rivals"),
     }
 )
 
@@ -32,6 +32,7 @@ def parameter_table(fit: FrictionFit) -> Table:
     """Values with their 95 % interval, what it is made of, and how near the sensors' bound they come."""
     kinds = " or ".join(dict.fromkeys(one.kind for one in fit.intervals)) or "noise"
     bounded = fit.parameters[0].bound is not None
+    rivalled = bool(fit.rivals)
     rows = []
     for q in fit.parameters:
         noise = q.standard_deviation
@@ -42,13 +43,15 @@ def parameter_table(fit: FrictionFit) -> Table:
             replace(whole, words=fit.words_at_least(q.name) + whole.words),
             sd(noise),
             sd(q.scale_deviation),
+            *([sd(q.law_deviation)] if rivalled else ()),
             interval(*fit.noise_interval(q.name), noise),
             *([sd(q.bound), number(q.efficiency, ".0%")] if bounded else ()),
             q.unit,
             q.description + (" (at a bound of the search)" if q.at_bound else ""),
         ])  # fmt: skip
     columns = [
-        *("parameter", "value", "95 %", "sd, noise", "sd, rig constants", Column(f"95 %, {kinds}", spare=4)),
+        *("parameter", "value", "95 %", "sd, noise", "sd, rig constants", *(["sd, law"] if rivalled else ())),
+        Column(f"95 %, {kinds}", spare=4),
         *([Column("sd, bound", spare=3), Column("efficiency", spare=2)] if bounded else ()),
         *("unit", Column("meaning", spare=5)),
     ]
@@ -66,6 +69,21 @@ def plain_table(fit: FrictionFit) -> Table:
     ]
     causes = ", ".join(cause.name for cause in fit.causes)
     return table(f"Plain fit, and with {causes}", ("", "plain ± sd", "corrected ± sd", "unit"), rows)
+
+
+def rivals_table(fit: FrictionFit) -> Table:
+    """Laws on the same residuals, and what each makes of the parameters of the fit."""
+    names = [q.name for q in fit.parameters]
+    rows = [
+        [
+            one.law,
+            number(one.lead, "+.1f"),
+            number(one.weight, ".2f"),
+            *(number(one.values.get(name), ".5g") for name in names),
+        ]
+        for one in sorted(fit.rivals, key=lambda one: one.lead)
+    ]
+    return table("Laws on the same residuals", ("law", "AIC", "weight", *names), rows)
 
 
 def nuisance_table(parameters: Sequence[FittedParameter]) -> Table:

@@ -122,8 +122,8 @@ class Disturbances(Shown):
 
 
 @cache
-def disturbed_oscillator(law: str | None) -> Fmu:
-    """The rig with disc 0 whose friction follows its input ``load0`` and the angle; law: None for Conti's."""
+def disturbed_oscillator(law: str) -> Fmu:
+    """The rig with disc 0, under a law, whose friction follows its input ``load0`` and the angle."""
     from fmu_models.codegen.package import built_of, variant
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.language.contacts import Friction
@@ -139,4 +139,4 @@ def disturbed_oscillator(law: str | None) -> Fmu:
     x = (theta - ANGLE) / REACH
     friction = replace(contact.law, N=contact.law.N * load * (1 + x * (g[0] + x * (g[1] + x * g[2]))))
     disturbed = replace(rig.with_law(disc0=friction), name="disturbed_rig")
-    return Fmu.open(built_of(lower(variant(disturbed, laws=None if law is None else {"disc0": law}))))
+    return Fmu.open(built_of(lower(variant(disturbed, laws={"disc0": law}))))

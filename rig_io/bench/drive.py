@@ -6,15 +6,19 @@ n(t): Gaussian with exponential correlation (first-order autoregression on the k
 so that the whole stays within 0.8 % with the default amplitudes. Its accelerations are white, as no motor's are, and
 make contacts let go early; ``smoothing`` rounds it. All amplitudes are assumptions: the paper says only
 that speed varied by less than 1 %.
+
+A program of holds stops the drive and starts it again, as tests of ageing do: RUN s of turning, a hold, RUN s, ...
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 KNOT = 1e-3  # s
+RUN, RAMP = 4.0, 1.0  # s, of turning before and after each hold, and of slowing down and starting
 PASSES = 4  # of the fixed point phi -> speed -> phi; each gains the factor 8*eighth + once
 
 
@@ -63,3 +67,24 @@ class Ripple:
             now = memory * now + kick
             values.append(now)
         return np.array(values)
+
+
+def held_duration(holds: Sequence[float]) -> float:
+    """Length in s of a program of holds (s each)."""
+    return sum(holds) + (len(holds) + 1) * RUN + 2 * len(holds) * RAMP
+
+
+def with_holds(
+    time: np.ndarray, speed: np.ndarray, holds: Sequence[float], begin: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Knots in s and speeds in rad/s of a drive that stops for ``holds`` (s each) from ``begin`` s on; what its
+    unevenness owes to its angle stays with that."""
+    knots = np.arange(0.0, time[-1] + 0.5 * KNOT, KNOT)
+    share, start = np.ones(len(knots)), begin
+    for hold in holds:
+        start += RUN
+        slowing = np.clip((knots - start) / RAMP, 0.0, 1.0) - np.clip((knots - start - RAMP - hold) / RAMP, 0.0, 1.0)
+        share -= 0.5 - 0.5 * np.cos(np.pi * slowing)
+        start += hold + 2 * RAMP
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * KNOT * (share[1:] + share[:-1]))])
+    return knots, share * np.interp(turned, time, speed)

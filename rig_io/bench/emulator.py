@@ -20,7 +20,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from rig_io.bench.disturbances import Disturbances, disturbed_oscillator
-from rig_io.bench.drive import Ripple
+from rig_io.bench.drive import Ripple, held_duration, with_holds
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import (
@@ -49,14 +49,17 @@ TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments
 LONGEST = 1000.0  # s of transient and log; 5 million samples of the truth
 LOAD_STEP = 5e-3  # s between knots of a disturbed normal force: its second harmonic bends by 1e-5 of itself between
 FASTEST = 100.0  # rad/s, of a drive; those of the rig reach 2.7
+CONTI = "conti"
 
 
 @dataclass(frozen=True)
 class Material:
-    """A friction pair, and the parameters of its law: mu_s, mu_k, p (s/m) of Conti's, unless a scene has another."""
+    """A friction pair, and the parameters of its law, in SI: mu_s, mu_k, p of Conti's, or those of another one that is
+    declared (its name, file or module)."""
 
     name: str
     values: Mapping[str, float]
+    law: str = CONTI
 
 
 # the paper's Table 1
@@ -125,7 +128,9 @@ class Emulation(Shown):
     may be None: not fitted, or ideal. speed_deviation: of the drives from their nominal speeds, relative, drawn for
     each log. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
-    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none.
+    its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. at_rest: the
+    disc is let go at ``start_angle``, not carried along by disc 0. holds: s each, for which the drives stop one after
+    the other (drive.py).
     """
 
     name: str
@@ -137,6 +142,7 @@ class Emulation(Shown):
     transient: float = 5.0
     sampling_rate: float = 1000.0
     start_angle: float = 0.0
+    at_rest: bool = False
     laser: Laser | None = field(default_factory=Laser)
     encoder: Encoder | None = field(default_factory=Encoder)
     drive_encoder: Encoder | None = field(default_factory=Encoder)
@@ -145,6 +151,7 @@ class Emulation(Shown):
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
     disturbances: Disturbances | None = None
+    holds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Raises StickslipError: more than two discs, no angle sensor, a time, rate or speed out of range."""
@@ -160,6 +167,15 @@ class Emulation(Shown):
             )
         if self.disturbances is not None and (len(self.discs) > 1 or self.scene is not None):
             raise StickslipError(f"'{self.name}': disturbances are emulated of the rig with one disc, without a scene.")
+        if any(not hold > 0 for hold in self.holds) or (self.holds and not self.discs):
+            raise StickslipError(f"'{self.name}': holds are of a disc's drive and last longer than 0 s.")
+        if self.holds and self.duration < held_duration(self.holds):
+            raise StickslipError(
+                f"'{self.name}': {self.duration:g} s have no room for {len(self.holds)} holds. Let the log last "
+                f"{held_duration(self.holds):g} s."
+            )
+        if self.micro_slip is not None and any(disc.material.law != CONTI for disc in self.discs):
+            raise StickslipError(f"'{self.name}': micro-slip is emulated before Conti's law. Leave out one of the two.")
         if self.laser is None and self.encoder is None:
             raise StickslipError(f"'{self.name}': no sensor sees the disc. Fit the laser or the encoder.")
         if not (self.duration > 0 and self.transient >= 0 and self.duration + self.transient <= LONGEST):
@@ -306,9 +322,13 @@ def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) ->
     nominal = settings.discs[i].drive_speed
     if settings.speed_deviation:
         nominal *= 1 + settings.speed_deviation * float(_rng(seed, _DRIVES[i], number, 2).standard_normal())
-    if settings.ripple is None:
-        return np.array([0.0, total]), np.array([nominal, nominal]), 0.0
-    return settings.ripple.speed(nominal, total, _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1))
+    time, speed, begin = np.array([0.0, total]), np.array([nominal, nominal]), 0.0
+    if settings.ripple is not None:
+        specimen, noise = _rng(seed, _DRIVES[i], 0, 0), _rng(seed, _DRIVES[i], number, 1)
+        time, speed, begin = settings.ripple.speed(nominal, total, specimen, noise)
+    if settings.holds:
+        time, speed = with_holds(time, speed, settings.holds, settings.transient)
+    return time, speed, begin
 
 
 def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: int) -> dict[str, Signal]:
@@ -337,6 +357,9 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
         truth[contact] = dict(disc.material.values)
     if settings.arrangement in CHANGEOVER and settings.scene is None:
         truth[CHANGEOVER[settings.arrangement]] = settings.changeover
+    laws = {contact: disc.material.law for contact, disc in zip(settings.contacts, settings.discs, strict=True)}
+    if set(laws.values()) - {CONTI}:
+        truth["laws"] = laws
     if settings.micro_slip is not None:
         truth["micro_slip"] = asdict(settings.micro_slip)
     if settings.disturbances is not None:
@@ -366,7 +389,7 @@ def _simulated(
     fmu, parameters, given = _oscillator(settings)
     rig = settings.rig
     start = {"theta": settings.start_angle, "omega": 0.0}
-    if drives:
+    if drives and not settings.at_rest:
         start["omega"] = rig.value("r") * float(drives[0][1][0]) / rig.value("R")
     start |= given
     samples = int(np.ceil(total * TRUTH_RATE - 1e-9)) + 1
@@ -391,13 +414,19 @@ def _oscillator(settings: Emulation) -> tuple[Fmu, Mapping[str, float], Mapping[
         scene = unfolded(settings.scene)
         return Fmu.open(built_scene(scene)), scene.free, scene.start
     if settings.disturbances is not None and settings.discs:
-        law = None if settings.micro_slip is None else "lugre"
+        (law,) = _laws(settings).values()
         return disturbed_oscillator(law), _parameters(settings) | settings.disturbances.parameters, {}
     from fmu_models.codegen.package import built
 
-    laws = None if settings.micro_slip is None else dict.fromkeys(settings.contacts, "lugre")
+    laws = {contact: law for contact, law in _laws(settings).items() if law != CONTI}
     fmu = Fmu.open(built(MODELS[settings.arrangement], contacts=settings.contacts, laws=laws))
     return fmu, _parameters(settings), {}
+
+
+def _laws(settings: Emulation) -> dict[str, str]:
+    """The law of each contact."""
+    laws = (disc.material.law if settings.micro_slip is None else "lugre" for disc in settings.discs)
+    return dict(zip(settings.contacts, laws, strict=True))
 
 
 def _parameters(settings: Emulation) -> dict[str, float]:

@@ -5,6 +5,8 @@
     transient = "5 s"        before the log begins; 0 without a disc in contact
     duration = "20 s"        of each log
     sampling_rate = "1 kHz"
+    holds = ["0.3 s", "3 s", "30 s"]   for which the drive stops, one after the other; none if left out
+    smoothing = "20 ms"      of the drives' ripple; 0 if left out, which hides ageing
 
 Sensors are those of the paper with the standard faults; what is left out is as shown. The drives may be uneven, so that
 speeds which the scene holds are inputs again.
@@ -19,7 +21,7 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.scene.scene import Drive, Scene
-from rig_io.bench.drive import Ripple
+from rig_io.bench.drive import Ripple, held_duration
 from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, Material
 from rig_io.logs.arrangement import MODELS, Arrangement
 from rig_io.logs.log import RigConstants
@@ -105,7 +107,8 @@ def _speed(scene: Scene, name: str) -> float:
 def _sensors(scene: Scene) -> dict[str, Any]:
     """Settings of an Emulation from the table of the sensors."""
     settings: dict[str, Any] = {}
-    known = (*_FITTED, *_TIMES)
+    smoothing = 0.0
+    known = (*_FITTED, *_TIMES, "holds", "smoothing")
     for key, raw in scene.sensors.items():
         where = f"{scene.path}, line {scene.lines[key]}"
         if key not in known:
@@ -114,11 +117,21 @@ def _sensors(scene: Scene) -> dict[str, Any]:
             if not isinstance(raw, bool):
                 raise StickslipError(f"{where}: '{key}' must be true or false, found {raw!r}.")
             settings[key] = _FITTED[key]() if raw else None
+        elif key == "holds":
+            if not isinstance(raw, list):
+                raise StickslipError(f"{where}: 'holds' must be a list of times, found {raw!r}.")
+            settings[key] = tuple(_quantity(one, "s", f"{where}: 'holds'") for one in raw)
+        elif key == "smoothing":
+            smoothing = _quantity(raw, "s", f"{where}: '{key}'")
         else:
             settings[key] = _quantity(raw, _TIMES[key][1], f"{where}: '{key}'")
     defaults = {key: default for key, (default, _) in _TIMES.items()}
     if scene.contacts == ():
         defaults["transient"] = 0.0  # a free decay would be over
+    if settings.get("holds") and "duration" not in settings:
+        defaults["duration"] = held_duration(settings["holds"])
+    if settings.get("ripple", True) is not None:
+        settings["ripple"] = Ripple(smoothing=smoothing)
     return {**defaults, **settings}
 
 

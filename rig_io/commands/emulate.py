@@ -61,6 +61,12 @@ def emulate(
             "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad; repeat.",
         ),
     ] = None,
+    start: Annotated[
+        float | None,
+        typer.Option(
+            metavar="ANGLE", help="Let the disc go at this angle, rad, as a log begins (default: 5 s before)."
+        ),
+    ] = None,
     ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
     laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,
     encoder: Annotated[bool, typer.Option(help="Fit the encoder of the body.")] = True,
@@ -80,8 +86,19 @@ def emulate(
     from rig_io.bench.emulator import MicroSlip, standard_set
 
     if place.suffix == ".toml":
-        said = (material, speeds, second, second_material, arrangement, changeover, duration, micro_slip, disturbance)
-        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None)
+        said = (
+            material,
+            speeds,
+            second,
+            second_material,
+            arrangement,
+            changeover,
+            duration,
+            micro_slip,
+            disturbance,
+            start,
+        )
+        left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
         if said != left or not (ripple and laser and encoder and drive_encoder):
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
@@ -103,7 +120,8 @@ def emulate(
         material = " and ".join(disc.material.name for disc in settings[0].discs)
     elif second_material is not None:
         raise StickslipError("--second-material is that of a second disc: say its speeds, --second-disc W,W,...")
-    placed = {"arrangement": arrangement, "changeover": changeover}
+    begun = {} if start is None else {"transient": 0.0, "start_angle": start, "at_rest": True}
+    placed = begun | {"arrangement": arrangement, "changeover": changeover}
     settings = [replace(one, **placed) if one.discs else one for one in settings]
     _emulate(folder, settings, material, seed, overwrite, json)
 

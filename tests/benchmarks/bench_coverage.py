@@ -1,12 +1,13 @@
 """How often the 95 % intervals hold the truth when rig constants are off as their uncertainties say.
 
 Run:  python tests/benchmarks/bench_coverage.py [--seeds 100] [--cells paper/rubber,together] [--estimators shooting]
-          [--free-decay] [--gross J=0.05] [--micro-slip 5e4]
+          [--free-decay] [--gross J=0.05] [--micro-slip 5e4] [--rig encoder]
 Each seed is another bench (line errors, gain, phases, noise) whose stated constants are drawn around the true ones. A
 cell is a friction pair under one disc (three drive speeds of 20 s) or a case of two discs. Printed for each cell and
 estimator: by parameter in how many of the benches the combined interval holds the truth, with the binomial deviation;
 root mean square of error over combined deviation; median combined deviation in per cent; on how many benches constants
-were said to contradict each other, and how many were refused. With --gross a stated constant is off by that share.
+were said to contradict each other, and how many were refused. With --gross a stated constant is off by that share. With
+--rig it is one with fewer instruments (one disc).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from bench_two_discs import CASES
@@ -25,6 +27,13 @@ from identification.measurement.pooling import pool
 from rig_io.bench.emulator import MATERIALS, RIG, MicroSlip, emulate, material, standard_set
 from rig_io.logs.log import RigLog
 
+RIGS: Mapping[str, Mapping[str, Any]] = {
+    "whole": {},
+    "encoder": {"laser": None},
+    "laser": {"encoder": None},
+    "nominal": {"drive_encoder": None, "speed_deviation": 0.005},
+    "least": {"laser": None, "drive_encoder": None, "speed_deviation": 0.005},
+}
 CONSTANTS = ("J", "k", "c", "R", "r", "N0", "N1")
 
 
@@ -39,10 +48,10 @@ class Bench:
     contradicted: bool
 
 
-def logs_of(cell: str, seed: int, stiffness: float, decay: bool) -> tuple[list[RigLog], dict[str, float]]:
+def logs_of(cell: str, seed: int, stiffness: float, decay: bool, rig: str) -> tuple[list[RigLog], dict[str, float]]:
     """Logs of a bench, and the true parameters."""
     if cell in MATERIALS:
-        settings = standard_set(cell, micro_slip=MicroSlip(stiffness) if stiffness else None)
+        settings = standard_set(cell, micro_slip=MicroSlip(stiffness) if stiffness else None, **RIGS[rig])
         settings = settings if decay else settings[:-1]
         logs = [emulate(one, seed, number) for number, one in enumerate(settings)]
         return logs, dict(material(cell).values)
@@ -65,7 +74,7 @@ def drawn(logs: list[RigLog], seed: int, gross: Mapping[str, float]) -> list[Rig
 
 def fits(cell: str, seed: int, asked: argparse.Namespace, gross: Mapping[str, float]) -> dict[str, Bench | str]:
     """By estimator, what came of the bench of one seed; of a refusal its words."""
-    logs, truth = logs_of(cell, seed, asked.micro_slip, asked.free_decay)
+    logs, truth = logs_of(cell, seed, asked.micro_slip, asked.free_decay, asked.rig)
     expected = np.array(list(truth.values()))
     found: dict[str, Bench | str] = {}
     try:
@@ -115,6 +124,7 @@ def main() -> None:
     parser.add_argument("--free-decay", action="store_true", help="k/J and c/J from a free decay (one disc)")
     parser.add_argument("--gross", action="append", default=[], metavar="NAME=SHARE")
     parser.add_argument("--micro-slip", type=float, default=0.0, help="contact stiffness, N/m (0: rigid)")
+    parser.add_argument("--rig", choices=RIGS, default="whole")
     asked = parser.parse_args()
     gross = {name: float(share) for name, share in (one.split("=") for one in asked.gross)}
     for cell in asked.cells.split(","):

@@ -6,6 +6,7 @@
     touching  a grid of 441 starts, 60 periods, with all touches of the support
     exponents both of the Hénon map, a million steps
 
+Ours twice: strobes by the exact flow in lanes, which ensembles choose by themselves, and by the series of the engine.
 Peers: the flow in closed form in numba (closed_forms.py); heyoka.py, four motions a batch, by terminal events whose
 callback changes the mode; pynamicalsys, whose Runge-Kutta methods know no events. Making integrators and compiling are
 outside the timing. Errors are the largest distance from the closed form after all periods; tolerances of the peers are
@@ -39,8 +40,10 @@ PERIOD, PERIODS, LANES = 2.0 * math.pi / OMEGA, 60, 4
 STEPS = 1_000_000
 
 
-def ours(starts: np.ndarray) -> Callable[[], np.ndarray]:
-    support = Strobe(load("discontinuous_support"), forcing="omega", parameters={"ks": KS, "omega": OMEGA})
+def ours(starts: np.ndarray, stepper: str = "auto") -> Callable[[], np.ndarray]:
+    """By the exact flow in lanes, or by the series of the engine."""
+    values = {"ks": KS, "omega": OMEGA}
+    support = Strobe(load("discontinuous_support"), forcing="omega", parameters=values, stepper=stepper)
     jobs = Jobs(starts, transient=PERIODS - 1, rows=1)
     return lambda: support.make(jobs, workers=1).points[:, 0]
 
@@ -136,7 +139,8 @@ def main(repetitions: int) -> None:
     line = np.linspace(-8.0, 8.0, 21)
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
     for title, starts in (("free", small), ("touching", grid)):
-        runs = {"stickslip": ours(starts), "closed form": closed(starts), "heyoka batch": batches(starts, 1e-12)}
+        runs = {"stickslip": ours(starts), "our series": ours(starts, "taylor"), "closed form": closed(starts)}
+        runs["heyoka batch"] = batches(starts, 1e-12)
         if title == "free":
             runs["pynamicalsys"] = runge_kutta(starts)
         times, results = in_turn(runs, repetitions)

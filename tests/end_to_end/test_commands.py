@@ -172,7 +172,9 @@ def test_a_constant_set_without_uncertainty_is_not_taken_as_exact(stickslip):
     # mu_s goes with 1/N; the rest of its deviation comes from J
     known = fitted("--set", "N=4.905±2%")
     assert not known["at_least"] and known["value"] == bare["value"]
-    assert known["scale_deviation"] == pytest.approx(np.hypot(bare["scale_deviation"], 0.02 * bare["value"]), rel=1e-3)
+    assert known["sd_rig_constants"] == pytest.approx(
+        np.hypot(bare["sd_rig_constants"], 0.02 * bare["value"]), rel=1e-3
+    )
     assert fitted("--set", "N=4.905", "--uncertainty", "N=0.0981") == known
 
 

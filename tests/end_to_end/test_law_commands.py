@@ -46,6 +46,7 @@ def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
     two = [RIGS / f"paper-rubber-{speed}.csv" for speed in ("0.41", "1.4")]
     compared = stickslip("laws", *two, "--json").json
     assert [one["law"] for one in compared["scores"]][:2] == ["Conti", "Conti+viscous"]
+    assert compared["estimator"] == "shooting" and compared["causes"] == [] and "Coulomb" in compared["aside"]
     assert compared["warnings"] == [] and "Likely: what Conti+viscous has more" in compared["verdict"]
     planned = stickslip("design", "fit.json", "--speeds", "0.2,3.5", "--loads", "4.905", "--json").json
     assert planned["candidates"][-1]["refused"] == "slides without sticking"
@@ -101,7 +102,7 @@ def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleTyp
     ready = pool(benchmark.logs(cases["paper/rubber, exponential"], 3))
     other = benchmark.flagged(fit_friction(ready, estimator="weak-form"))
     assert other["speeds"] and other["course"] and not other["pre-sliding"]
-    compared = compare_laws(ready, ("Coulomb", "Conti", "Tustin"))
+    compared = compare_laws(ready, ("Coulomb", "Conti", "Tustin"), estimator="weak-form")
     assert compared.best.law == "Tustin" and compared.verdict.endswith("Sure.") and compared.warnings == ()
     values = compared.best.values
     assert (values["mu_s"], values["mu_k"], values["v_s"]) == pytest.approx((0.65, 0.35, 0.04), rel=0.01)

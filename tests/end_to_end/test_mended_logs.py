@@ -50,4 +50,4 @@ def test_a_fit_names_the_repair_and_takes_it(stickslip, damaged: Path) -> None:
     whole = stickslip("fit", RIGS, "--estimator", "weak-form", "--json").json
     for parameter in whole["parameters"]:
         # one slip of many is left out
-        assert values[parameter["name"]] == pytest.approx(parameter["value"], abs=parameter["standard_deviation"])
+        assert values[parameter["name"]] == pytest.approx(parameter["value"], abs=parameter["sd_noise"])

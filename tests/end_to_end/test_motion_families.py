@@ -106,3 +106,32 @@ def test_bad_arguments_are_refused(stickslip, tmp_path, arguments, said):
     answer = stickslip(*arguments)
     assert answer.code == 2 and said in " ".join(answer.err.split())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_branch_from_the_shell(stickslip, tmp_path):
+    asked = ("branch", *SUPPORT, "--set", "omega=1.3", "--over", "omega=1.04:1.35", "--start", "x=0", "--settle")
+    answer = stickslip(*asked, "-o", "b.csv", "--figure", "b.png", "--json")
+    assert answer.code == 0, answer.err
+    (found,) = answer.json["branches"]
+    assert sorted(one["kind"] for one in found["special"]) == ["fold", "fold", "grazing, compliant"]
+    assert {one["kind"] for one in found["ends"]} == {"range"}
+    assert (tmp_path / "b.png").read_bytes().startswith(b"\x89PNG")
+    rows = list(csv.DictReader((tmp_path / "b.csv").read_text("utf-8").splitlines()))
+    assert len(rows) == found["points"] and {row["stable"] for row in rows} == {"True", "False"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (("--over", "omega=0.8"), "NAME=FROM:TO"),
+        (("--over", "omega=1.2:1.4"), "not between 1.2 and 1.4"),
+        (("--over", "omegaa=0.8:1.4"), "omega"),
+        (("--over", "omega=0.8:1.4", "--start", "x=300"), "No periodic motion"),
+        (("--over", "omega=0.8:1.4", "--switch", "some"), "none or all"),
+        (("--over", "omega=0.8:1.4", "--of", "y"), "no state 'y'"),
+        (("--over", "omega=-1:1.4"), "at least 0.0"),
+    ],
+)
+def test_a_branch_refuses(stickslip, asked, said):
+    answer = stickslip("branch", *SUPPORT, *asked)
+    assert answer.code == 2 and said in answer.err and not answer.out

@@ -78,7 +78,7 @@ def test_a_law_of_the_user_goes_through_every_command(stickslip, mine, tmp_path)
     found = json.loads(Path("fit.json").read_text("utf-8"))
     values = {one["name"]: one["value"] for one in found["parameters"]}
     assert values == pytest.approx({"mu_s": 0.6, "mu_k": 0.3, "v_s": 0.06}, rel=0.03)
-    assert [one["description"] for one in found["parameters"]][2] == "width of the bell"
+    assert [one["meaning"] for one in found["parameters"]][2] == "width of the bell"
     weak = stickslip("fit", *logs, "--law", f"{mine / 'my_law.py'}:Bell", "--estimator", "weak-form", "--json")
     assert json.loads(weak.out)["law"] == "Bell"
     assert "pass" in stickslip("compare", "fit.json", *logs).out

@@ -63,7 +63,7 @@ def test_from_a_recorders_files_to_a_fit_by_answers(stickslip, own, name: str) -
     fit = stickslip("fit", folder, "--json")
     assert fit.code == 0, fit.err
     for parameter in fit.json["parameters"]:
-        total = (parameter["standard_deviation"] ** 2 + parameter["scale_deviation"] ** 2) ** 0.5
+        total = (parameter["sd_noise"] ** 2 + parameter["sd_rig_constants"] ** 2) ** 0.5
         assert abs(parameter["value"] - TRUTH[parameter["name"]]) < 1.96 * total
         assert total < 0.02 * TRUTH[parameter["name"]]
     assert "guessed" not in fit.err
@@ -141,7 +141,7 @@ def test_unknown_uncertainties_travel_to_the_fit(stickslip, own) -> None:
     stickslip("describe", folder, "--answers", own_answers, "--json")
     fit = stickslip("fit", folder, "--estimator", "weak-form", "--json")
     assert any("How well J is known is not stated" in warning for warning in fit.json["warnings"])
-    source = next(one["source"] for one in fit.json["constants"] if one["name"] == "J")
+    source = next(one["from"] for one in fit.json["constants"] if one["name"] == "J")
     assert "uncertainty unknown" in source
     assert any("reading at rest is not known" in warning for warning in fit.json["warnings"])
     values = {one["name"]: one["value"] for one in fit.json["parameters"]}

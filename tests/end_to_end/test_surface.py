@@ -60,14 +60,15 @@ def test_a_fit_keeps_its_digits_at_any_width(stickslip, monkeypatch, width, fitt
     fit = json.loads(fitted.read_text())
     words = text.split()
     for one in fit["parameters"]:
-        # two digits of the deviation decide those of the value; the first interval is that of noise and constants
+        # two digits of the deviation decide those of the value; the first interval is that of noise, constants and law
         place = next(i for i, word in enumerate(words) if word == one["name"])
-        value, low, _, high, noise, scale = words[place + 1 : place + 7]
-        total = (one["standard_deviation"] ** 2 + one["scale_deviation"] ** 2) ** 0.5
+        value, low, _, high, noise, scale, law = words[place + 1 : place + 8]
+        total = sum(one[f"sd_{kind}"] ** 2 for kind in ("noise", "rig_constants", "law")) ** 0.5
         assert abs(float(low) - one["low"]) < 0.06 * total and abs(float(high) - one["high"]) < 0.06 * total
         assert one["high"] - one["low"] == pytest.approx(2 * 2.0 * total, rel=0.03)  # Student's t of 40 slips and more
-        assert float(noise) == pytest.approx(one["standard_deviation"], rel=0.051)
-        assert float(scale) == pytest.approx(one["scale_deviation"], rel=0.051)
+        assert float(noise) == pytest.approx(one["sd_noise"], rel=0.051)
+        assert float(scale) == pytest.approx(one["sd_rig_constants"], rel=0.051)
+        assert float(law) == pytest.approx(one["sd_law"], rel=0.051)
         assert abs(float(value) - one["value"]) < 0.06 * total
     assert ("meaning" in words) == (width == 200) or "Left out for want of width" in text
     for head in ("parameter", "value", "noise", "constants", "correction"):
@@ -92,8 +93,8 @@ def test_options_take_the_names_that_the_table_prints(stickslip):
     settings = [part for name, value in other.items() for part in ("--set", f"{name}={value}")]
     given = {one["name"]: one for one in stickslip(*weak, *settings, "--json").json["constants"]}
     assert {name: one["value"] for name, one in given.items()} == pytest.approx(other)
-    assert all(one["standard_uncertainty"] == 0.0 for one in given.values())
-    assert given["k/J"]["source"] == "set"
+    assert all(one["sd"] == 0.0 for one in given.values())
+    assert given["k/J"]["from"] == "set"
 
 
 @pytest.mark.parametrize(

@@ -27,9 +27,9 @@ def test_one_disc_at_a_time_from_emulation_to_comparison(stickslip, tmp_path) ->
     assert {"N0", "N1"} <= {one["name"] for one in content["constants"]}
     for one in content["parameters"]:
         # 4 standard deviations of noise, and what the constants are stated to within
-        spread = (16 * one["standard_deviation"] ** 2 + 9 * one["scale_deviation"] ** 2) ** 0.5
+        spread = (16 * one["sd_noise"] ** 2 + 9 * one["sd_rig_constants"] ** 2) ** 0.5
         assert one["value"] == pytest.approx(TRUTH[one["name"]], abs=spread), one["name"]
-    assert content["parameters"][-1]["standard_deviation"] < 5e-4  # of the changeover, rad
+    assert content["parameters"][-1]["sd_noise"] < 5e-4  # of the changeover, rad
     assert (tmp_path / "friction.png").stat().st_size > 10_000
     told = stickslip("fit", "rig", "--estimator", "weak-form")
     assert "disc0 and disc1, liner/rubber and paper/rubber" in told.out and "theta_s" in told.out

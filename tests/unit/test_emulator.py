@@ -134,6 +134,19 @@ def test_a_free_decay_swings_as_the_closed_form_says() -> None:
     np.testing.assert_allclose(laser_angle(log), 0.15 * np.exp(-decay * log.time) * swing, atol=1e-8)
 
 
+def test_a_pair_may_have_another_law() -> None:
+    pair = MATERIALS["paper/rubber"]
+    viscous = replace(pair, values={**pair.values, "mu_v": 0.0}, law="conti_viscous")
+    plain, same = (laser_angle(emulate(Emulation("a", (Disc(one),), **IDEAL))) for one in (pair, viscous))
+    np.testing.assert_allclose(same, plain, atol=1e-6)
+    braked = replace(viscous, values={**viscous.values, "mu_v": 0.2})
+    log = emulate(Emulation("a", (Disc(braked),), **IDEAL))
+    assert np.ptp(laser_angle(log)) < 0.97 * np.ptp(plain)
+    assert log.experiment.emulation["laws"] == {"disc0": "conti_viscous"}
+    with pytest.raises(StickslipError, match="micro-slip is emulated before Conti's law"):
+        Emulation("a", (Disc(braked),), micro_slip=MicroSlip())
+
+
 def test_micro_slip_shrinks_the_cycle() -> None:
     def half_amplitude(micro_slip: MicroSlip | None) -> float:
         return float(np.ptp(laser_angle(emulate(Emulation("a", micro_slip=micro_slip, **IDEAL))))) / 2

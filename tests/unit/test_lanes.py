@@ -30,7 +30,7 @@ LINEAR = {
 FAMILIES = {
     "discontinuous_support": ("omega", {"ks": 300.0, "cs": 0.6, "g": 1.6}, "omega", (0.8, 1.0)),
     "bouncing_ball": ("omega", {}, "A", (2.7e-3, 3.7e-3)),
-    "impact_pair": ("omega", {}, "D", (4.0, 11.5)),
+    "impact_pair": ("omega", {}, "D", (4.0, 9.0)),
     "impact_damper": ("omega", {}, "f0", (0.05, 0.2)),
     "fermi_accelerator": ("omega", {}, "L", (50.0, 110.0)),
     "two_domain_oscillator": ("W", {}, "w2", (1.2, 1.9)),

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linear_problem import Curve, linear
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.comparison import compare_problems
+from identification.inference.comparison import Comparing, compare_problems
 
 
-def polynomials(noise: np.ndarray, curve: float, logs: int = 3) -> dict[str, Curve]:
-    """Constant, line and parabola through 1 + 2 t + curve t^2 + noise; as many clusters of ten values as they fill."""
+def polynomials(noise: np.ndarray, curve: float, logs: int = 3, known: bool = False) -> dict[str, Curve]:
+    """Constant, line and parabola through 1 + 2 t + curve t^2 + noise (known: of unit variance); as many clusters of
+    ten values as they fill."""
     count = len(noise)
     time = np.random.default_rng(9).uniform(-1, 1, count)
     powers = time[:, None] ** np.arange(3)
@@ -19,7 +22,7 @@ def polynomials(noise: np.ndarray, curve: float, logs: int = 3) -> dict[str, Cur
     cluster = np.repeat(np.arange(count // 10), 10)
     log = cluster * logs // (cluster[-1] + 1)
     return {
-        name: linear(powers[:, :degree], measured, cluster=cluster, log=log)
+        name: replace(linear(powers[:, :degree], measured, cluster=cluster, log=log), noise_known=known)
         for degree, name in ((1, "constant"), (2, "line"), (3, "parabola"))
     }
 
@@ -42,6 +45,32 @@ def test_criteria_of_white_residuals_are_the_textbook_ones() -> None:
         assert one.aic == pytest.approx(n * np.log(power) + 2 * k)
         assert one.aicc == pytest.approx(one.aic + 2 * k * (k + 1) / (n - k - 1))
         assert one.bic == pytest.approx(n * np.log(power) + k * np.log(n))
+
+
+def test_with_known_noise_a_sum_of_squares_is_a_likelihood() -> None:
+    problems = polynomials(2 * white(1), 0.0, known=True)
+    found = compare_problems(problems, "abc")
+    share, sums, counts = found.effective / 300, [], []
+    for one in found.scores:
+        design = problems[one.law].slope(np.zeros(3))
+        left = design @ np.linalg.lstsq(design, problems[one.law].measured, rcond=None)[0] - problems[one.law].measured
+        sums.append(float(left @ left))
+        counts.append(design.shape[1])
+    # of unit variance, or of that which the best law shows where it is more
+    variance = max(min(sums) / (300 - counts[int(np.argmin(sums))]), 1.0)
+    for one, power, k in zip(found.scores, sums, counts, strict=True):
+        assert one.aic == one.aicc == pytest.approx(share * power / variance + 2 * k)
+        assert one.bic == pytest.approx(share * power / variance + k * np.log(found.effective))
+    weights = np.array([one.weight for one in found.scores])
+    assert weights.sum() == pytest.approx(1)
+    aic = np.array([one.aic for one in found.scores])
+    np.testing.assert_allclose(np.log(weights[:2] / weights[0]), -(aic[:2] - aic[0]) / 2)
+
+
+def test_nothing_is_sure_above_what_is_not_the_whole_truth() -> None:
+    found = compare_problems(polynomials(white(3), 0.6), "abc", asked=Comparing(doubts=("Elastic.",)))
+    assert found.warnings == ("Elastic.",) and found.verdict.endswith("not the whole truth, see below.")
+    assert "Sure" not in found.verdict and "Likely" not in found.verdict
 
 
 def test_the_true_degree_comes_first_in_nine_of_ten() -> None:

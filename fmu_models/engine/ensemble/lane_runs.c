@@ -15,7 +15,7 @@
 #include "journey.h"
 #include "lane_stepper.h"
 
-enum { LANE_RUNS_TOGETHER = 64 };
+enum { LANE_RUNS_TOGETHER = 256 };
 
 /* what the engine knows of a motion beside its point, from one of its own steps to the next */
 typedef struct {

@@ -4,17 +4,10 @@
  */
 #include "event_shift.h"
 
-#include "../step/roots.h"
+#include "indicator_series.h"
 
 /* of the times of two events at one instant: by so much of themselves their derivatives may differ by rounding */
 static const double SAME_RATE = 1e-6;
-
-/* the series of an indicator and of its derivative along one direction */
-typedef struct {
-    int order; /* to which they are known; -1: it does not fall */
-    double value[POLYNOMIAL_TERMS];
-    double derivative[POLYNOMIAL_TERMS];
-} Falling;
 
 /* the side on which stick lets go at s */
 static int falling_side(const Jets *j, int c, int order, double s)
@@ -25,33 +18,20 @@ static int falling_side(const Jets *j, int c, int order, double s)
     return nearer_side(force, plus, minus);
 }
 
-/* an indicator, up to its sign, if it falls at the end of the step */
-static void falling_series(const Run *r, const Variation *l, int lane, int c, int slot, double s, Falling *f)
+/* an indicator, up to its sign, if it falls at the end of the step; 0 if it does not */
+static int falling_series(const Run *r, const Variation *l, int lane, int c, int slot, double s, IndicatorSeries *f)
 {
-    const Jets *j = &r->jets;
-    f->order = -1;
     /* the end of a chatter changes nothing but the name of its state */
     if (!r->falling[c][slot] || (r->at.state[c] == CONTACT_CHATTERING && slot == SLOT_NORMAL)) {
-        return;
+        return 0;
     }
-    const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
-    const int margin = slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
-    const int released = slot == SLOT_TANGENTIAL && model_contact_is_stop[c];
-    const int normal = slot == SLOT_NORMAL;
-    const double *value = closed ? j->force[c] : normal ? j->depth[c] : released ? j->release[c] : j->slip[c];
-    const Pair *pairs = closed ? l->force[c] : normal ? l->depth[c] : released ? l->release[c] : l->slip[c];
-    f->order = l->order - (margin || closed);
-    const int side = margin ? falling_side(j, c, l->order - 1, s) : 1;
-    const double *bound = stick_bound(j, c, side);
-    const Pair *moved = MODEL_DIRECTED && side < 0 ? l->capacity_minus[c] : l->capacity[c];
-    for (int k = 0; k <= f->order; k++) {
-        f->value[k] = margin ? bound[k] - side * j->force[c][k] : value[k];
-        f->derivative[k] = margin ? moved[k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
-    }
+    const int side = indicator_is_margin(r, c, slot) ? falling_side(&r->jets, c, l->order - 1, s) : 1;
+    indicator_series(r, l, lane, c, slot, side, f);
+    return 1;
 }
 
 /* whether a series falls to zero at s with a speed: not within rounding of a double root */
-static int falls_with_speed(const Run *r, const Falling *f, double s, double slope)
+static int falls_with_speed(const Run *r, const IndicatorSeries *f, double s, double slope)
 {
     double size = 0.0;
     for (int k = f->order; k > 0; k--) {
@@ -60,20 +40,29 @@ static int falls_with_speed(const Run *r, const Falling *f, double s, double slo
     return fabs(slope) > r->tolerances.graze * size;
 }
 
+/* how fast the indicator falls, in time, and how that changes for a neighbour, whose event is later */
+static void note_speed(const Run *r, const IndicatorSeries *f, double s, double at, Shift *shift)
+{
+    const double slope = indicator_slope(f->value, f->order, s);
+    const double along = indicator_slope(f->derivative, f->order, at);
+    const double change = along + indicator_bend(f->value, f->order, s) * shift->later;
+    const double sign = slope < 0.0 ? -1.0 : 1.0;
+    const double rate = r->segment_rooted ? 2.0 * s : 1.0; /* of time by s */
+    const double rate_change = r->segment_rooted ? 2.0 * shift->later : 0.0;
+    shift->speed = sign * slope / rate;
+    shift->speed_change = sign * (change - slope / rate * rate_change) / rate;
+}
+
 int event_shift(const Run *r, const Variation *l, int lane, double s, double at, Shift *shift)
 {
-    Falling f;
+    IndicatorSeries f;
     *shift = (Shift){.untimed = 1};
     for (int c = 0; c < MODEL_NC; c++) {
         for (int slot = 0; slot < SLOTS; slot++) {
-            falling_series(r, l, lane, c, slot, s, &f);
-            if (f.order < 0) {
+            if (!falling_series(r, l, lane, c, slot, s, &f)) {
                 continue;
             }
-            double slope = 0.0;
-            for (int k = f.order; k > 0; k--) {
-                slope = slope * s + k * f.value[k];
-            }
+            const double slope = indicator_slope(f.value, f.order, s);
             const int has_speed = falls_with_speed(r, &f, s, slope);
             const double later = -polynomial_value(f.derivative, f.order, at) / slope;
             if (shift->untimed && !has_speed) {
@@ -82,6 +71,7 @@ int event_shift(const Run *r, const Variation *l, int lane, double s, double at,
             if (shift->untimed) {
                 shift->untimed = 0;
                 shift->later = later;
+                note_speed(r, &f, s, at, shift);
             } else if (!has_speed || !(fabs(later - shift->later) <= SAME_RATE * (fabs(later) + fabs(shift->later)))) {
                 shift->corner = 1;
             }

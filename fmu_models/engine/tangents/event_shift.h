@@ -6,8 +6,9 @@
 
 typedef struct {
     double later; /* derivative of the variable of the series at the event, by the first indicator that falls there */
-    int untimed;  /* no indicator says when the event is */
-    int corner;   /* others fall at the same instant, but not for the neighbour */
+    double speed, speed_change; /* at which that indicator falls, per second, and its derivative */
+    int untimed;                /* no indicator says when the event is */
+    int corner;                 /* others fall at the same instant, but not for the neighbour */
 } Shift;
 
 /* of the event at s, the end of the step in use, where the variable of the variations is `at`, along one of the two

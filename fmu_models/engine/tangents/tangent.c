@@ -108,6 +108,13 @@ double tangents_event(const Tangents *tangents, int k)
     return t->untimed ? NAN : cimag(t->at.time) / EPS;
 }
 
+double tangents_event_speed(const Tangents *tangents, int k, double *derivative)
+{
+    const Tangent *t = &tangents->list[k];
+    *derivative = t->untimed ? NAN : t->speed_change;
+    return t->untimed ? NAN : t->speed;
+}
+
 /* derivatives up to here are exact: EPS times it is small enough for its square to vanish */
 static const double LARGEST = 1e80;
 
@@ -186,6 +193,8 @@ static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, dou
     const Real since = length + EPS * rate * later * _Complex_I;
     t->untimed = at_event && shift.untimed;
     t->corner |= shift.corner;
+    t->speed = shift.speed;
+    t->speed_change = shift.speed_change;
     for (int i = 0; i < MODEL_NX; i++) {
         t->at.x[i] = a->x[i] + EPS * (a->along[i][k % PAIR] + a->slope[i] * later) * _Complex_I;
     }

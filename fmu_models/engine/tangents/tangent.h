@@ -34,5 +34,8 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
 int tangents_corners(const Tangents *tangents);
 /* derivative of the time of the last event, s per unit; NAN if it has no indicator (the end of a chatter) */
 double tangents_event(const Tangents *tangents, int k);
+/* the speed at which the indicator of the last event fell, in its unit per second, and the derivative of that; NAN as
+   above */
+double tangents_event_speed(const Tangents *tangents, int k, double *derivative);
 
 #endif

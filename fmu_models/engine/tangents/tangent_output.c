@@ -11,13 +11,26 @@
 
 #include "tangent_step.h"
 
+/* rate of a state within the step, in time */
+static double rate_inside(const Run *r, Tangents *tangents, int i, double length)
+{
+    const double slope = tangents_slope(r, tangents, i, length);
+    return r->segment_rooted ? slope / (2.0 * sqrt(length)) : slope;
+}
+
+void tangents_rates(const Run *r, Tangents *tangents, double time, double *rates)
+{
+    for (int i = 0; i < MODEL_NX; i++) {
+        rates[i] = rate_inside(r, tangents, i, (time - r->segment_start) - r->jets.time_rest);
+    }
+}
+
 /* states and their derivatives within the step */
 static void states_inside(const Run *r, Tangents *tangents, double length)
 {
     const double s = r->segment_rooted ? sqrt(length) : length;
     for (int i = 0; i < MODEL_NX; i++) {
-        const double slope = tangents_slope(r, tangents, i, length);
-        const double rate = r->segment_rooted ? slope / (2.0 * s) : slope;
+        const double rate = rate_inside(r, tangents, i, length);
         tangents->x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
         for (int k = 0; k < tangents->count; k += PAIR) {
             Variation *l = variation_of(tangents, k);

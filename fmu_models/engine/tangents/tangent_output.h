@@ -10,5 +10,7 @@ void tangents_evaluate(const Run *r, Tangents *tangents, double time, int output
 typedef enum { OF_STATE, OF_OUTPUT, OF_MEMORY } Of;
 double tangents_value(const Tangents *tangents, Of what, int index);
 double tangents_derivative(Tangents *tangents, int k, Of what, int index);
+/* rates of the states at a time within the step, later than its start */
+void tangents_rates(const Run *r, Tangents *tangents, double time, double *rates);
 
 #endif

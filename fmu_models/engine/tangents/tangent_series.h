@@ -19,6 +19,7 @@ typedef struct {
     double relative;              /* of the parameters, the largest derivative in parts of its own size, times EPS */
     int corner;                   /* on the way several indicators fell at one instant, but not for its neighbours */
     int untimed;                  /* the last event has no indicator that says when it is */
+    double speed, speed_change;   /* of the indicator of the last event, and its derivative */
     Real y[MODEL_ROOM(MODEL_NY)]; /* outputs at the time evaluated at */
 } Tangent;
 

@@ -12,6 +12,7 @@
  */
 #include "sensitivity_run.h"
 
+#include "../events/model_exchange.h"
 #include "../fmi/variables.h"
 #include "../tangents/tangent.h"
 #include "../tangents/tangent_output.h"
@@ -62,6 +63,13 @@ static Status pass_knots(Instance *m, SensitivityRun *s)
     return STATUS_OK;
 }
 
+static int record_rates(Run *r, Tangents *tangents, double time, double *rates)
+{
+    if (time <= r->at.time) return exchange_derivatives(r, rates) == RUN_ERROR;
+    tangents_rates(r, tangents, time, rates);
+    return 0;
+}
+
 /* one output time */
 static Status record_sensitivity(Instance *m, SensitivityRun *s)
 {
@@ -85,8 +93,25 @@ static Status record_sensitivity(Instance *m, SensitivityRun *s)
         for (int k = 0; k < s->n_directions; k++)
             s->derivatives[(row + v) * s->n_directions + k] = tangents_derivative(tangents, k, what, index);
     }
+    if (s->rates
+        && record_rates(&m->core.run, tangents, run->times[run->next_time], s->rates + run->next_time * MODEL_NX))
+        return STATUS_ERROR;
     run->next_time++;
     return STATUS_OK;
+}
+
+/* derivatives that belong to event e, which has just been */
+static void note_event(SensitivityRun *s, int64_t e)
+{
+    for (int k = 0; k < s->n_directions; k++) {
+        double change;
+        const double speed = tangents_event_speed(s->room, k, &change);
+        s->event_derivatives[e * s->n_directions + k] = tangents_event(s->room, k);
+        if (s->event_speeds) {
+            s->event_speeds[e] = speed;
+            s->event_speed_derivatives[e * s->n_directions + k] = change;
+        }
+    }
 }
 
 static int go_on(Instance *m, SensitivityRun *s)
@@ -112,10 +137,10 @@ static int go_on(Instance *m, SensitivityRun *s)
         while (run->next_time < run->n_times && run->times[run->next_time] < until)
             if (record_sensitivity(m, s)) return WHOLE_RUN_ERROR;
         const int64_t before = run->n_events;
+        if (s->misses.capacity > 0) near_misses_note(r, s->room, until, &s->misses);
         if (tangents_move(r, s->room, end, whole_run_note, run) == RUN_ERROR) return whole_run_engine_failed(m);
         for (int64_t e = before; e < run->n_events && e < run->event_capacity; e++)
-            for (int k = 0; k < s->n_directions; k++)
-                s->event_derivatives[e * s->n_directions + k] = tangents_event(s->room, k);
+            note_event(s, e);
     }
     return WHOLE_RUN_DONE;
 }

@@ -4,6 +4,8 @@
 
 #include "whole_run.h"
 
+#include "../tangents/near_miss.h"
+
 typedef struct {
     WholeRun run; /* its crossings are not used; references to record are states and outputs */
     RunStart start;
@@ -13,6 +15,13 @@ typedef struct {
     /* derivatives[(row * n_values + column) * n_directions + direction], event_derivatives[event * n_directions +
        direction] */
     double *derivatives, *event_derivatives;
+    /* NULL, or [event]: the speed at which the indicator of each event fell, and its derivatives [event * n_directions +
+       direction] */
+    double *event_speeds, *event_speed_derivatives;
+    /* NULL, or rates[row * MODEL_NX + state] of the states at the output times */
+    double *rates;
+    /* how near indicators come to zero between events; none are looked for if there is no room */
+    NearMisses misses;
     /* stickslip_sensitivity_room(n_directions) bytes, kept from call to call */
     void *room;
     /* progress, zero at the first call */

@@ -5,11 +5,12 @@
  *
  *     for each point of the grid    all motions at home: one exact step, certified to meet nothing
  *                                   the others (a guard may fall, or a contact touches) are queued, and go through
- *                                   events() lane by lane, other lanes at the same time
+ *                                   events() until they are at home at a point of the grid, as many at a time as there
+ *                                   are lanes
  *     events:  series of the states over a sub-step; its guards are polynomials
  *                  clear        lower bound of the first four terms (Bernstein) less the others > 0
- *                  one root     falls all the way, or bends one way only; a dip that bends upward is searched for its
- *                               lowest point
+ *                  one root     falls all the way, or bends one way only; a dip that bends upward lies above its tangents,
+ *                               or is searched for its lowest point
  *                  otherwise    half the sub-step
  *              go to the earliest root, change the mode; next lane when the point of the grid is reached
  */
@@ -21,6 +22,12 @@ typedef int64_t NAME(M) __attribute__((vector_size(LANES_BYTES), aligned(LANES_B
 #define V NAME(V)
 #define M NAME(M)
 #define INLINE inline __attribute__((always_inline))
+/* lane l of a vector in memory */
+#define AT(v, l) (((NAME(Number) *)(void *)&(v))[l])
+#define MARK(m, l) (((NAME(Sign) *)(void *)&(m))[l])
+
+typedef double NAME(Number) __attribute__((may_alias));
+typedef int64_t NAME(Sign) __attribute__((may_alias));
 
 static INLINE V NAME(fill)(double a)
 {
@@ -45,18 +52,22 @@ static INLINE V NAME(most)(V a, V b) { return NAME(pick)(a > b, a, b); }
 
 static INLINE int NAME(any)(M m)
 {
+#if LANES_REDUCE
+    return __builtin_reduce_or(m) != 0;
+#else
     int64_t found = 0;
     for (int l = 0; l < LANES_W; l++) {
         found |= m[l];
     }
     return found != 0;
+#endif
 }
 
 /* numbers of the home steps of a group of lanes */
 typedef struct {
     V x[MODEL_NX];
     M home, running; /* at home in the present period; on their way in it */
-    V steps;
+    V at, steps; /* point of the grid where each is; how many there are */
     V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[NC];
     V forced[LANES_GRID][MODEL_NX], guard_constant[LANES_GRID + 1][NC];
 } NAME(Group);
@@ -69,31 +80,31 @@ static INLINE NAME(Group) * NAME(group)(Pool *pool, int64_t slot)
 }
 
 /* the home step of a lane into its column */
-static void NAME(settle)(Pool *pool, int64_t slot, int home)
+static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int home)
 {
     NAME(Group) *g = NAME(group)(pool, slot);
     const LaneTable *t = &pool->tables[slot];
     const HomeStep *s = &t->home[home];
     const int l = (int)(slot % LANES_W);
-    g->steps[l] = t->steps;
+    AT(g->steps, l) = t->steps;
     for (int e = 0; e < LANES_STEP; e++) {
-        g->step[e][l] = s->step[e];
+        AT(g->step[e], l) = s->step[e];
     }
     for (int e = 0; e < LANES_HOME_ENTRIES; e++) {
-        g->guard[e][l] = s->guard[e];
+        AT(g->guard[e], l) = s->guard[e];
     }
     for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
-        g->bound[e][l] = s->bound[e];
+        AT(g->bound[e], l) = s->bound[e];
     }
     for (int c = 0; c < MODEL_NC; c++) {
-        g->bound_constant[c][l] = s->bound_constant[c];
+        AT(g->bound_constant[c], l) = s->bound_constant[c];
     }
     for (int k = 0; k <= t->steps; k++) {
         for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
-            g->forced[k][i][l] = s->forced[k][i];
+            AT(g->forced[k][i], l) = s->forced[k][i];
         }
         for (int c = 0; c < MODEL_NC; c++) {
-            g->guard_constant[k][c][l] = s->guard_constant[k][c];
+            AT(g->guard_constant[k][c], l) = s->guard_constant[k][c];
         }
     }
 }
@@ -102,7 +113,7 @@ static void NAME(settle)(Pool *pool, int64_t slot, int home)
 static INLINE M NAME(advance)(NAME(Group) * g, int k)
 {
     V next[MODEL_NX], g0[NC], g1[NC], bound[NC], size[MODEL_NX];
-    const M running = g->running & (M)(g->steps > NAME(fill)((double)k));
+    const M running = g->running & (M)(g->at == NAME(fill)((double)k)) & (M)(g->steps > NAME(fill)((double)k));
     M clear = g->home;
     for (int i = 0; i < MODEL_NX; i++) {
         next[i] = g->forced[k][i];
@@ -123,18 +134,18 @@ static INLINE M NAME(advance)(NAME(Group) * g, int k)
     for (int i = 0; i < MODEL_NX; i++) {
         g->x[i] = NAME(pick)(clear & running, next[i], g->x[i]);
     }
+    g->at = NAME(pick)(clear & running, NAME(fill)((double)(k + 1)), g->at);
     return running & ~clear;
 }
 
-enum { NAME(ORDER) = LANES_ORDER };
-
-/* value, slope and curvature of a polynomial */
-static INLINE void NAME(horner)(const V *q, V u, V *f, V *d, V *dd)
+/* value, slope and curvature of a polynomial, or of its terms up to some order */
+static INLINE void NAME(horner)(const V *q, int order, V u, V *f, V *d, V *dd)
 {
-    V a = q[LANES_ORDER];
+    V a = q[order];
     V b = NAME(fill)(0.0);
     V c = NAME(fill)(0.0);
-    for (int k = LANES_ORDER - 1; k >= 0; k--) {
+    LANES_UNROLL
+    for (int k = order - 1; k >= 0; k--) {
         c = c * u + b;
         b = b * u + a;
         a = a * u + q[k];
@@ -144,31 +155,40 @@ static INLINE void NAME(horner)(const V *q, V u, V *f, V *d, V *dd)
     *dd = c + c;
 }
 
-/* where q falls through zero between low, where it is positive, and high, where it is not; undecided lanes are marked */
-static __attribute__((noinline)) V NAME(root)(const V *q, V low, V high, M wanted, M *undecided)
+/* where q falls through zero between low, where it is f_low > 0, and high, where it is f_high <= 0; undecided lanes are
+   marked. Halley's method, whose error after a step e is about e (e q''/q')^2, in a bracket */
+static __attribute__((noinline)) V NAME(root)(const V *q, V low, V f_low, V high, V f_high, M wanted, M *undecided)
 {
     enum { MOST = 60 };
-    V f, d, dd, end;
+    const V one = NAME(fill)(1.0);
+    const V half = NAME(fill)(0.5);
+    const V zero = NAME(fill)(0.0);
     M frozen = ~wanted;
-    NAME(horner)(q, low, &f, &d, &dd);
-    NAME(horner)(q, high, &end, &d, &dd);
-    V u = low + (high - low) * (f / (f - end));
-    u = NAME(pick)((M)(u > low) & (M)(u < high), u, high);
+    V u = low + (high - low) * (f_low / (f_low - f_high));
+    for (int i = 0; i < 2; i++) {
+        /* the low orders lead near to it */
+        V f, d, dd;
+        NAME(horner)(q, LANES_GUESS, u, &f, &d, &dd);
+        const V next = u - f * d / (d * d - half * f * dd);
+        u = NAME(pick)((M)(next >= low) & (M)(next <= high), next, u);
+    }
     for (int i = 0; i < MOST && NAME(any)(~frozen); i++) {
-        NAME(horner)(q, u, &f, &d, &dd);
-        const M below = (M)(f <= NAME(fill)(0.0));
+        V f, d, dd;
+        NAME(horner)(q, LANES_ORDER, u, &f, &d, &dd);
+        const M below = (M)(f <= zero);
         high = NAME(pick)(below & ~frozen, u, high);
         low = NAME(pick)(~below & ~frozen, u, low);
         const V newton = f / d;
-        const V bend = NAME(fill)(1.0) - NAME(fill)(0.5) * newton * (dd / d);
-        V next = u - newton / NAME(pick)((M)(bend > NAME(fill)(0.5)), bend, NAME(fill)(1.0));
+        const V curved = newton * (dd / d);
+        const V bend = one - half * curved;
+        V next = u - newton / NAME(pick)((M)(bend > half), bend, one);
         const M inside = (M)(next >= low) & (M)(next <= high);
-        next = NAME(pick)(inside, next, NAME(fill)(0.5) * (low + high));
-        const M close = (M)(NAME(size)(next - u) <= NAME(fill)(4e-16) * next) | (M)(f == NAME(fill)(0.0))
-                        | (M)(high - low <= NAME(fill)(2e-16) * high);
-        next = NAME(pick)((M)(f == NAME(fill)(0.0)), u, next);
-        u = NAME(pick)(frozen, u, next);
-        frozen |= close;
+        next = NAME(pick)(inside, next, half * (low + high));
+        const V step = NAME(size)(next - u);
+        const M close = inside & (M)(step <= NAME(fill)(2e-6)) & (M)(step * curved * curved <= NAME(fill)(1e-17));
+        const M there = (M)(f == zero) | (M)(high - low <= NAME(fill)(2e-16) * high);
+        u = NAME(pick)(frozen | (M)(f == zero), u, next);
+        frozen |= close | there;
     }
     *undecided |= ~frozen;
     return u;
@@ -225,8 +245,13 @@ static INLINE V NAME(guard_falls)(const V *q, M wanted, M *longer)
     M clear = rises | (falls & ~ends_below) | (downward & ~ends_below) | (upward & (M)(q[1] >= zero))
               | (upward & ~ends_below & (M)(slope_end <= zero));
     M single = (falls | downward | upward) & ends_below & ~clear;
-    const M dips = open & upward & ~clear & ~single;
+    M dips = open & upward & ~clear & ~single;
+    /* what bends upward lies above the tangents at both ends */
+    const V meet = q[0] + q[1] * ((end - slope_end - q[0]) / (q[1] - slope_end));
+    clear |= dips & (M)(meet > zero);
+    dips &= ~clear;
     V high = one;
+    V f_high = end;
     if (NAME(any)(dips)) {
         V slope[LANES_ORDER + 1];
         V f, d, dd;
@@ -235,17 +260,18 @@ static INLINE V NAME(guard_falls)(const V *q, M wanted, M *longer)
         }
         slope[LANES_ORDER] = zero;
         /* the slope rises through zero: its opposite falls */
-        const V lowest = NAME(root)((const V *)slope, zero, one, dips, &undecided);
-        NAME(horner)(q, lowest, &f, &d, &dd);
+        const V lowest = NAME(root)(slope, zero, slope[0], one, -slope_end, dips, &undecided);
+        NAME(horner)(q, LANES_ORDER, lowest, &f, &d, &dd);
         clear |= dips & (M)(f > zero);
         single |= dips & (M)(f <= zero);
         high = NAME(pick)(dips, lowest, high);
+        f_high = NAME(pick)(dips, f, f_high);
     }
     *longer |= open & ~clear & ~single;
     single &= open & ~clear;
     V place = NAME(pick)(at_start, zero, none);
     if (NAME(any)(single)) {
-        const V found = NAME(root)(q, zero, high, single, &undecided);
+        const V found = NAME(root)(q, zero, q[0], high, f_high, single, &undecided);
         place = NAME(pick)(single, found, place);
     }
     *longer |= undecided;
@@ -256,26 +282,32 @@ static INLINE V NAME(guard_falls)(const V *q, M wanted, M *longer)
 typedef struct {
     V y[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
+    V tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     M known[LANES_NG];
     int64_t slot[LANES_W]; /* -1: empty */
+    int goal[LANES_W];     /* the point of the grid to which time is left */
     int rounds[LANES_W];
 } NAME(Bench);
 
 static void NAME(load_mode)(NAME(Bench) * b, int l, const LaneMode *m)
 {
     for (int e = 0; e < LANES_FLOW; e++) {
-        b->flow[e][l] = m->flow[e];
+        AT(b->flow[e], l) = m->flow[e];
     }
     for (int i = 0; i < MODEL_NX; i++) {
-        b->constant[i][l] = m->constant[i];
+        AT(b->constant[i], l) = m->constant[i];
     }
     for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
-        b->guard[e][l] = m->guard[e];
+        AT(b->guard[e], l) = m->guard[e];
     }
     for (int g = 0; g < LANES_GUARDS; g++) {
-        b->guard_constant[g][l] = m->guard_constant[g];
+        AT(b->guard_constant[g], l) = m->guard_constant[g];
+        AT(b->tail_constant[g], l) = m->tail_constant[g];
+        for (int i = 0; i < MODEL_NX; i++) {
+            AT(b->tail[g][i], l) = m->tail[g][i];
+        }
     }
-    b->longest[l] = m->longest;
+    AT(b->longest, l) = m->longest;
 }
 
 /* a lane takes its place before point k of the grid */
@@ -285,26 +317,27 @@ static void NAME(enter)(Pool *pool, NAME(Bench) * b, int l, int64_t slot, int k)
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const int column = (int)(slot % LANES_W);
-    const int home = group->home[column] != 0;
+    const int home = MARK(group->home, column) != 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        b->y[i][l] = home ? group->x[i][column] : lane->x[i];
+        AT(b->y[i], l) = home ? AT(group->x[i], column) : lane->x[i];
     }
     for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
-        b->y[MODEL_NX + j][l] = t->phasor[k][j];
+        AT(b->y[MODEL_NX + j], l) = t->phasor[k][j];
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
-        b->wave[j][l] = t->wave[j];
+        AT(b->wave[j], l) = t->wave[j];
     }
     for (int g = 0; g < LANES_GUARDS; g++) {
-        b->known[g][l] = 0;
+        MARK(b->known[g], l) = 0;
     }
-    b->left[l] = t->h;
+    b->goal[l] = home ? k + 1 : t->steps;
+    AT(b->left, l) = t->h * (b->goal[l] - k);
     b->slot[l] = slot;
     b->rounds[l] = 0;
     NAME(load_mode)(b, l, &t->mode[lane->mode]);
 }
 
-/* and leaves it at the next point, or undecided */
+/* and leaves it at home at a point of the grid, at the end of the period, or undecided */
 static void NAME(leave)(Pool *pool, NAME(Bench) * b, int l)
 {
     const int64_t slot = b->slot[l];
@@ -314,66 +347,85 @@ static void NAME(leave)(Pool *pool, NAME(Bench) * b, int l)
     const int column = (int)(slot % LANES_W);
     const int home = t->mode[lane->mode].home;
     b->slot[l] = -1;
-    b->left[l] = 0.0;
+    AT(b->left, l) = 0.0;
     if (lane->failed) {
-        group->running[column] = 0;
+        MARK(group->running, column) = 0;
         return;
     }
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->x[i] = b->y[i][l];
-        group->x[i][column] = b->y[i][l];
+        lane->x[i] = AT(b->y[i], l);
+        AT(group->x[i], column) = AT(b->y[i], l);
     }
     if (home >= 0 && home != lane->started) {
         NAME(settle)(pool, slot, home);
         lane->started = home;
     }
-    group->home[column] = home >= 0 ? -1 : 0;
+    MARK(group->home, column) = home >= 0 ? -1 : 0;
+    AT(group->at, column) = b->goal[l];
 }
 
 /* column l of a vector array */
 #define COLUMN(values, n, l, out)                                                                                      \
     for (int i_ = 0; i_ < (n); i_++) {                                                                                 \
-        (out)[i_] = (values)[i_][l];                                                                                   \
+        (out)[i_] = AT((values)[i_], l);                                                                                   \
     }
 
-/* the event of guard g in lane l at a time since the strobe */
-static void NAME(happen)(Pool *pool, NAME(Bench) * b, int l, int g, double time)
+/* the event of guard g in lane l */
+static void NAME(happen)(Pool *pool, NAME(Bench) * b, int l, int g)
 {
     double z[LANES_Z];
     signed char known[LANES_NG];
     Lane *lane = &pool->lanes[b->slot[l]];
     const LaneTable *t = &pool->tables[b->slot[l]];
+    const double time = t->h * b->goal[l] - AT(b->left, l);
     COLUMN(b->y, LANES_Z, l, z)
     lane_event(t, lane, z, g, time, known);
     for (int i = 0; i < MODEL_NX; i++) {
-        b->y[i][l] = z[i];
+        AT(b->y[i], l) = z[i];
     }
     for (int i = 0; i < LANES_GUARDS; i++) {
-        b->known[i][l] = known[i] ? -1 : 0;
+        MARK(b->known[i], l) = known[i] ? -1 : 0;
     }
+    /* away from home nothing is to be done at the points of the grid */
+    const int next = (int)(time / t->h) + 1;
+    b->goal[l] = t->mode[lane->mode].home >= 0 && next < t->steps ? next : t->steps;
+    AT(b->left, l) = fmax(t->h * b->goal[l] - time, 0.0);
     NAME(load_mode)(b, l, &t->mode[lane->mode]);
 }
 
-/* the series of the states, and the guards as polynomials, over a sub-step of length h: its variable runs from 0 to 1 */
-static INLINE void NAME(expand)(const NAME(Bench) * b, V h, V (*y)[LANES_Z], V (*q)[LANES_ORDER + 1])
+/* the series of the states over a sub-step of length h: its variable runs from 0 to 1 */
+static INLINE void NAME(expand)(const NAME(Bench) * b, V h, V (*y)[LANES_Z])
 {
-    V rates[MODEL_NX];
-    V g[LANES_NG];
+    static const double part[] = {1.0,     1.0 / 2,  1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6,  1.0 / 7,  1.0 / 8,
+                                  1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13, 1.0 / 14, 1.0 / 15, 1.0 / 16};
+    V now[LANES_Z], rates[MODEL_NX];
     for (int j = 0; j < LANES_Z; j++) {
-        y[0][j] = b->y[j];
+        y[0][j] = now[j] = b->y[j];
     }
+    LANES_UNROLL
     for (int k = 0; k < LANES_ORDER; k++) {
-        const V f = h * NAME(fill)(1.0 / (k + 1));
-        LANES_FLOW(b->flow, y[k], rates);
-        for (int i = 0; i < MODEL_NX; i++) {
-            y[k + 1][i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
-        }
+        const V f = h * NAME(fill)(part[k]);
+        LANES_FLOW(b->flow, now, rates);
         for (int j = 0; j < LANES_HARMONICS; j++) {
-            y[k + 1][MODEL_NX + 2 * j] = -(f * b->wave[j]) * y[k][MODEL_NX + 2 * j + 1];
-            y[k + 1][MODEL_NX + 2 * j + 1] = f * b->wave[j] * y[k][MODEL_NX + 2 * j];
+            const V turn = f * b->wave[j];
+            const V c = now[MODEL_NX + 2 * j];
+            now[MODEL_NX + 2 * j] = -(turn * now[MODEL_NX + 2 * j + 1]);
+            now[MODEL_NX + 2 * j + 1] = turn * c;
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            now[i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+        }
+        for (int j = 0; j < LANES_Z; j++) {
+            y[k + 1][j] = now[j];
         }
     }
-    for (int k = 0; k <= LANES_ORDER; k++) {
+}
+
+/* coefficients of all guards from one order to another */
+static INLINE void NAME(guards)(const NAME(Bench) * b, V (*y)[LANES_Z], int from, int to, V (*q)[LANES_ORDER + 1])
+{
+    V g[LANES_NG];
+    for (int k = from; k <= to; k++) {
         for (int i = 0; i < LANES_GUARDS; i++) {
             g[i] = k == 0 ? b->guard_constant[i] : NAME(fill)(0.0);
         }
@@ -382,6 +434,38 @@ static INLINE void NAME(expand)(const NAME(Bench) * b, V h, V (*y)[LANES_Z], V (
             q[i][k] = g[i];
         }
     }
+}
+
+/* lanes in which some guard may fall: what the terms up to the third order, by Bernstein's coefficients, and the bound of
+   the others leave open; guards that have been left just now are added to those known to be zero */
+static INLINE M NAME(doubtful)(NAME(Bench) * b, V h, V (*q)[LANES_ORDER + 1], M there)
+{
+    const V zero = NAME(fill)(0.0);
+    const V third = NAME(fill)(1.0 / 3.0);
+    const V fourth = (h * h) * (h * h);
+    V size[MODEL_NX];
+    M found = there & ~there;
+    for (int i = 0; i < MODEL_NX; i++) {
+        size[i] = NAME(size)(b->y[i]);
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        V tail = b->tail_constant[g];
+        for (int i = 0; i < MODEL_NX; i++) {
+            tail += b->tail[g][i] * size[i];
+        }
+        b->known[g] |= (M)(q[g][0] == zero) & (M)(q[g][1] > zero);
+        const M known = b->known[g];
+        const V a0 = NAME(pick)(known, q[g][1], q[g][0]);
+        const V a1 = NAME(pick)(known, q[g][2], q[g][1]);
+        const V a2 = NAME(pick)(known, q[g][3], q[g][2]);
+        const V a3 = NAME(pick)(known, zero, q[g][3]);
+        const V b1 = a0 + third * a1;
+        const V b2 = a0 + third * (a1 + a1 + a2);
+        const V b3 = a0 + a1 + a2 + a3;
+        const V low = NAME(least)(NAME(least)(a0, b1), NAME(least)(b2, b3));
+        found |= ~(M)(low > tail * fourth);
+    }
+    return found & there;
 }
 
 /* without the root at the start, where one is known */
@@ -437,7 +521,7 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
 }
 
 /* all queued lanes, from point k of the grid to the next */
-static void NAME(events)(Pool *pool, int k, int64_t queued)
+static __attribute__((noinline)) void NAME(events)(Pool *pool, int k, int64_t queued)
 {
     NAME(Bench) b;
     V y[LANES_ORDER + 1][LANES_Z];
@@ -454,30 +538,41 @@ static void NAME(events)(Pool *pool, int k, int64_t queued)
             if (b.slot[l] < 0 && next < queued) {
                 NAME(enter)(pool, &b, l, pool->queue[next++], k);
             }
-            there[l] = b.slot[l] < 0 ? 0 : -1;
+            MARK(there, l) = b.slot[l] < 0 ? 0 : -1;
             busy |= b.slot[l] >= 0;
         }
         if (!busy) {
             return;
         }
         const V h = NAME(least)(b.left, b.longest);
-        V which;
-        M undecided;
-        NAME(expand)(&b, h, y, q);
+        V which = NAME(fill)(-1.0);
+        V u = NAME(fill)(1.0);
+        M undecided = there & ~there;
+        NAME(expand)(&b, h, y);
+        NAME(guards)(&b, y, 0, 3, q);
+        const M open = NAME(doubtful)(&b, h, q, there);
+        if (NAME(any)(open)) {
+            NAME(guards)(&b, y, 4, LANES_ORDER, q);
+            for (int g = 0; g < LANES_GUARDS; g++) {
+                NAME(deflate)(q[g], b.known[g]);
+            }
+            u = NAME(pick)(open, NAME(search)(q, open, &which, &undecided), u);
+        }
         for (int g = 0; g < LANES_GUARDS; g++) {
-            /* a guard that is zero and rises has been left just now, as one that is known to have been */
-            const M left = (M)(q[g][0] == NAME(fill)(0.0)) & (M)(q[g][1] > NAME(fill)(0.0));
-            NAME(deflate)(q[g], b.known[g] | left);
             b.known[g] = there & ~there;
         }
-        const V u = NAME(search)(q, there, &which, &undecided);
         const M whole = (M)(u == NAME(fill)(1.0)) & (M)(h == b.left);
+        V end[LANES_Z];
         for (int j = 0; j < LANES_Z; j++) {
-            V sum = y[LANES_ORDER][j];
-            for (int n = LANES_ORDER - 1; n >= 0; n--) {
-                sum = sum * u + y[n][j];
+            end[j] = y[LANES_ORDER][j];
+        }
+        for (int n = LANES_ORDER - 1; n >= 0; n--) {
+            for (int j = 0; j < LANES_Z; j++) {
+                end[j] = end[j] * u + y[n][j];
             }
-            b.y[j] = NAME(pick)(there, sum, b.y[j]);
+        }
+        for (int j = 0; j < LANES_Z; j++) {
+            b.y[j] = NAME(pick)(there, end[j], b.y[j]);
         }
         b.left = NAME(pick)(whole, NAME(fill)(0.0), b.left - h * u);
         b.left = NAME(most)(b.left, NAME(fill)(0.0));
@@ -486,12 +581,11 @@ static void NAME(events)(Pool *pool, int k, int64_t queued)
                 continue;
             }
             Lane *lane = &pool->lanes[b.slot[l]];
-            const LaneTable *t = &pool->tables[b.slot[l]];
-            lane->failed |= undecided[l] != 0 || ++b.rounds[l] > LANES_ROUNDS;
-            if (!lane->failed && which[l] >= 0.0) {
-                NAME(happen)(pool, &b, l, (int)which[l], t->h * (k + 1) - b.left[l]);
+            lane->failed |= MARK(undecided, l) != 0 || ++b.rounds[l] > LANES_ROUNDS;
+            if (!lane->failed && AT(which, l) >= 0.0) {
+                NAME(happen)(pool, &b, l, (int)AT(which, l));
             }
-            if (lane->failed || b.left[l] == 0.0) {
+            if (lane->failed || AT(b.left, l) == 0.0) {
                 NAME(leave)(pool, &b, l);
             }
         }
@@ -506,7 +600,7 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
     for (int64_t slot = 0; slot < groups * LANES_W; slot++) {
         NAME(Group) *g = NAME(group)(pool, slot);
         const int l = (int)(slot % LANES_W);
-        g->running[l] = 0;
+        MARK(g->running, l) = 0;
         if (slot >= pool->motions || !lane_begin(pool, slot, &motions[slot])) {
             continue;
         }
@@ -514,27 +608,28 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         const LaneTable *t = &pool->tables[slot];
         const int home = t->mode[lane->mode].home;
         for (int i = 0; i < MODEL_NX; i++) {
-            g->x[i][l] = lane->x[i];
+            AT(g->x[i], l) = lane->x[i];
         }
         if (home >= 0 && home != lane->started) {
             NAME(settle)(pool, slot, home);
             lane->started = home;
         }
-        g->steps[l] = t->steps;
-        g->home[l] = home >= 0 ? -1 : 0;
-        g->running[l] = -1;
+        AT(g->steps, l) = t->steps;
+        AT(g->at, l) = 0.0;
+        MARK(g->home, l) = home >= 0 ? -1 : 0;
+        MARK(g->running, l) = -1;
         most = t->steps > most ? t->steps : most;
     }
     for (int k = 0; k < most; k++) {
         int64_t queued = 0;
         for (int64_t n = 0; n < groups; n++) {
             NAME(Group) *g = NAME(group)(pool, n * LANES_W);
-            const M left = NAME(advance)(g, k);
+            M left = NAME(advance)(g, k);
             if (!NAME(any)(left)) {
                 continue;
             }
             for (int l = 0; l < LANES_W; l++) {
-                if (left[l]) {
+                if (MARK(left, l)) {
                     pool->queue[queued++] = (int32_t)(n * LANES_W + l);
                 }
             }
@@ -547,11 +642,11 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         const NAME(Group) *g = NAME(group)(pool, slot);
         const int l = (int)(slot % LANES_W);
         Lane *lane = &pool->lanes[slot];
-        if (g->running[l]) {
+        if (MARK(g->running, l)) {
             COLUMN(g->x, MODEL_NX, l, lane->x)
         }
         if (motions[slot].wanted) {
-            lane_end(pool, slot, &motions[slot], g->running[l] != 0);
+            lane_end(pool, slot, &motions[slot], MARK(g->running, l) != 0);
         }
     }
 }
@@ -559,5 +654,7 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
 #undef V
 #undef M
 #undef INLINE
+#undef AT
+#undef MARK
 #undef COLUMN
 #undef LANES_BYTES

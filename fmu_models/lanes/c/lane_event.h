@@ -5,8 +5,9 @@
 #include "pool.h"
 
 enum {
-    LANES_ORDER = 13,  /* of the series */
-    LANES_ROUNDS = 200 /* sub-steps of one lane between two points of the grid */
+    LANES_ORDER = 16,  /* of the series */
+    LANES_GUESS = 8,   /* of the part of it that is searched for a root first */
+    LANES_ROUNDS = 1000 /* sub-steps of one lane in a period */
 };
 
 /* guard g has fallen at z = (states from the origin of the mode, harmonics), `time` after the strobe: change the mode and

@@ -1,8 +1,10 @@
 /* The numbers of one motion's flow. */
 #include "lane_table.h"
 
-/* a step is so short that a series of LANES_ORDER terms (lane_code.h) leaves rounding: rate times length */
-static const double REACH = 0.42;
+/* rate times length: of a step of the grid, whose test for events is of second order, and of a sub-step, whose series of
+   LANES_ORDER terms leaves rounding */
+static const double GRID_REACH = 0.42;
+static const double SERIES_REACH = 0.7;
 /* modes whose rate is so many times that of the slowest still have a step of the grid */
 static const double AS_SLOW = 3.0;
 
@@ -170,6 +172,47 @@ static double flow_rate(const Full *f)
     return exp((log_scale + log(MODEL_NX * norm)) / 16.0);
 }
 
+/* |row| |A|^n exp(|A| h) over z and 1: what bounds the n-th derivative of a guard over a step; of harmonics and 1, whose
+   magnitudes are at most 1, as the sum that is returned */
+static double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound)
+{
+    enum { TERMS = 24 };
+    double now[LANES_Z + 1], next[LANES_Z + 1], sum[LANES_Z + 1];
+    for (int j = 0; j <= LANES_Z; j++) {
+        now[j] = fabs(row[j]);
+        sum[j] = 0.0;
+    }
+    for (int k = 0; k < n + TERMS; k++) {
+        const double factor = k < n ? 1.0 : h / (k - n + 1);
+        memset(next, 0, sizeof next);
+        for (int j = 0; j <= LANES_Z; j++) {
+            sum[j] += k < n ? 0.0 : now[j];
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            for (int j = 0; j <= LANES_Z; j++) {
+                next[j] += now[i] * fabs(f->flow[i][j]);
+            }
+        }
+        for (int m = 0; m < LANES_HARMONICS; m++) {
+            next[MODEL_NX + 2 * m] += now[MODEL_NX + 2 * m + 1] * fabs(t->wave[m]);
+            next[MODEL_NX + 2 * m + 1] += now[MODEL_NX + 2 * m] * fabs(t->wave[m]);
+        }
+        for (int j = 0; j <= LANES_Z; j++) {
+            now[j] = next[j] * factor;
+        }
+    }
+    double constant = 0.0;
+    for (int j = 0; j <= LANES_Z; j++) {
+        const double safe = sum[j] * (1.0 + 1e-9);
+        if (j < MODEL_NX) {
+            bound[j] = safe;
+        } else {
+            constant += safe;
+        }
+    }
+    return constant;
+}
+
 static void mode_make(LaneTable *t, int mode, Full *f)
 {
     LaneMode *m = &t->mode[mode];
@@ -199,37 +242,13 @@ static void mode_make(LaneTable *t, int mode, Full *f)
     for (int k = 0; k < LANES_HARMONICS; k++) {
         m->rate = fmax(m->rate, fabs(t->wave[k]));
     }
-    m->longest = REACH / m->rate;
+    m->longest = fmin(SERIES_REACH / m->rate, t->period);
     m->home = -1;
-}
-
-/* |row| |A|^2 exp(|A| h) h^2/8 over z and 1: what bounds h^2/8 g'' over a step */
-static void home_bound(const LaneTable *t, const Full *f, const double *row, double *bound)
-{
-    double now[LANES_Z + 1], next[LANES_Z + 1];
-    for (int j = 0; j <= LANES_Z; j++) {
-        now[j] = fabs(row[j]);
-        bound[j] = 0.0;
-    }
-    for (int n = 0; n < 24; n++) {
-        const double factor = n < 2 ? t->h : t->h / (n - 1);
-        memset(next, 0, sizeof next);
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        m->tail_constant[g] = row_bound(t, f, f->guard[g], 4, m->longest, m->tail[g]) / 24.0;
         for (int i = 0; i < MODEL_NX; i++) {
-            for (int j = 0; j <= LANES_Z; j++) {
-                next[j] += now[i] * fabs(f->flow[i][j]);
-            }
+            m->tail[g][i] /= 24.0;
         }
-        for (int k = 0; k < LANES_HARMONICS; k++) {
-            next[MODEL_NX + 2 * k] += now[MODEL_NX + 2 * k + 1] * fabs(t->wave[k]);
-            next[MODEL_NX + 2 * k + 1] += now[MODEL_NX + 2 * k] * fabs(t->wave[k]);
-        }
-        for (int j = 0; j <= LANES_Z; j++) {
-            now[j] = next[j] * factor;
-            bound[j] += n < 1 ? 0.0 : now[j];
-        }
-    }
-    for (int j = 0; j <= LANES_Z; j++) {
-        bound[j] *= 0.125 * (1.0 + 1e-9);
     }
 }
 
@@ -280,7 +299,7 @@ static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
 {
     home_step(t, f, s);
     for (int c = 0; c < MODEL_NC; c++) {
-        double bound[LANES_Z + 1];
+        double bound[MODEL_NX];
         int g = 0;
         while (lanes_guard_contact[g] != c) {
             g++;
@@ -296,13 +315,10 @@ static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
             }
             s->guard_constant[k][c] = sum;
         }
-        home_bound(t, f, row, bound);
+        const double square = 0.125 * t->h * t->h;
+        s->bound_constant[c] = square * row_bound(t, f, row, 2, t->h, bound);
         for (int e = lanes_bound_first[c]; e < lanes_bound_first[c + 1]; e++) {
-            s->bound[e] = bound[lanes_bound_column[e]];
-        }
-        s->bound_constant[c] = bound[LANES_Z];
-        for (int j = MODEL_NX; j < LANES_Z; j++) {
-            s->bound_constant[c] += bound[j];
+            s->bound[e] = square * bound[lanes_bound_column[e]];
         }
     }
 }
@@ -363,7 +379,7 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
         mode->home = mode->home >= 0 && mode->rate <= AS_SLOW * slowest ? mode->home : -1;
         fastest = mode->home >= 0 ? fmax(fastest, mode->rate) : fastest;
     }
-    const double steps = ceil(period * fastest / REACH);
+    const double steps = ceil(period * fastest / GRID_REACH);
     if (!(period > 0.0) || !(steps <= LANES_GRID)) {
         return 0;
     }

@@ -39,6 +39,8 @@ typedef struct {
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
     double guard[LANES_NR], guard_constant[LANES_NG];
+    /* what a guard is beyond its terms of third order is at most h^4 (tail |x| + tail_constant), over a sub-step of h */
+    double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
 } LaneMode;
 
 typedef struct {

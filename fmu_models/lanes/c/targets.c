@@ -11,6 +11,18 @@
 #define LANES_X86 0
 #endif
 
+#if defined(__clang__) && defined(__has_builtin)
+#define LANES_REDUCE __has_builtin(__builtin_reduce_or)
+#else
+#define LANES_REDUCE 0
+#endif
+
+#if defined(__clang__)
+#define LANES_UNROLL _Pragma("unroll")
+#else
+#define LANES_UNROLL _Pragma("GCC unroll 16")
+#endif
+
 #define LANES_W 1
 #define NAME(x) x##_1
 #include "lane_code.h"

@@ -1,0 +1,455 @@
+"""Where the word of a branch changes: a touch, the first stick, a tie.
+
+On one side of such a point there is an event, whose indicator falls at a speed v > 0; on the other a near miss, whose
+least value is h > 0. The point has v = h = 0.
+
+    from the side of the miss   everything is smooth up to the point: Newton's method with the border h = target, the
+                                target shrinking geometrically; from the last one, so near that the rest is linear, to 0
+    from the side of the event  v = target, shrinking too; the motions are a smooth function of v, and polynomials in v
+                                go to v = 0: multipliers with the event, and a guess for the side of the miss
+    the other side              a displacement of the start against the gradient of h makes the event happen; what the
+                                event then does to the end, b, gives the motion with that event to first order:
+                                    [J; grad h] dz = -(b, h)
+                                and Newton's method with the border v = target the motion itself
+
+No derivative is ever taken at the point: there the event has none.
+
+Set-valued multipliers: those of (1 - q) M- + q M+ for q from 0 to 1, M- without the event and M+ with it; where one of
+them passes +1, -1 or the circle. After a rigid touch M+ grows as 1/v, and there is no such hull.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, solved, tangent_of
+from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
+
+# the least value of a miss, in its change by a unit of u, from where the rest is linear
+LEAST_MISS = 1e-9
+# speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
+# with it are extrapolated from
+FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
+# of the period: a passing of a neighbour that is further from this in time is another one
+SAME_TIME = 0.1
+# of the hull, that are looked at
+SHARES = 2001
+# displacements of a start, in u, by which an event is made to happen
+DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
+# so near to its half, in u, a motion of twice the period is one of the period
+HALF = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """A motion that has an event or not.
+
+    Attributes:
+        node: with a miss that is so near that the rest is linear; its word has no event.
+        z: of the point itself, h = 0.
+        miss: the near miss of the node.
+        event_side: motions with the event, of growing speed; empty if none is known.
+        value_from_event: of the parameter, from the other side; nan if none.
+    """
+
+    node: Node
+    z: Vector
+    miss: Passing
+    event_side: tuple[Node, ...] = ()
+    value_from_event: float = np.nan
+
+    @property
+    def u(self) -> Vector:
+        """Unknowns of the point in their scales."""
+        return self.z / self.node.scales
+
+
+def nearest(passings: Sequence[Passing], like: Passing, time: float, length: float) -> Passing | None:
+    """The one that is the same as another one, nearest in time around the period."""
+    same = [one for one in passings if one.contact == like.contact and one.key == like.key]
+
+    def apart(one: Passing) -> float:
+        turn = abs(one.time - time) / length % 1.0
+        return min(turn, 1.0 - turn)
+
+    found = min(same, key=apart, default=None)
+    return found if found is not None and apart(found) <= SAME_TIME else None
+
+
+def miss_border(like: Passing, target: float, time: list[float]) -> Border:
+    """The miss at a value; ``time`` (1,) follows it."""
+
+    def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
+        found = nearest(seen.misses, like, time[0], seen.length)
+        if found is None:
+            return None
+        time[0] = found.time
+        return found.value - target, found.gradient
+
+    return border
+
+
+def speed_border(like: Passing, target: float, time: list[float]) -> Border:
+    """The speed of an event at a value."""
+
+    def border(z: Vector, seen: Seen) -> tuple[float, Vector] | None:
+        found = nearest(seen.events, like, time[0], seen.length)
+        if found is None or not np.isfinite(found.gradient).all():
+            return None
+        time[0] = found.time
+        return found.value - target, found.gradient
+
+    return border
+
+
+def size_of(passing: Passing, scales: Vector) -> float:
+    """How much a value changes by a unit of u."""
+    return float(np.linalg.norm(passing.gradient * scales)) or 1.0
+
+
+def far_speed(event: Passing, scales: Vector) -> float:
+    """What the speed of an event becomes a unit of u away, its square growing as it does here."""
+    return float(np.sqrt(2.0 * event.value * size_of(event, scales)))
+
+
+def from_miss(start: Node, miss: Passing) -> Touch:
+    """The point where a miss of a motion becomes an event.
+
+    Raises:
+        Lost: the way there leaves the word of the motion.
+    """
+    node, time = start, [miss.time]
+    while True:
+        found = nearest(node.seen.misses, miss, time[0], node.seen.length)
+        if found is None:
+            raise Lost("the near miss is gone")
+        least = LEAST_MISS * size_of(found, node.scales)
+        if found.value <= 1.5 * least:
+            break
+        dz, target = _towards(node, found), max(least, 0.03 * found.value)
+        for _ in range(8):
+            guess = node.u + dz * (target - found.value)
+            try:
+                border = miss_border(miss, target, [found.time])
+                after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+                break
+            except Lost:
+                target = (found.value + target) / 2
+        else:
+            raise Lost("the near miss does not become an event")
+        node = after
+    u = node.u - _towards(node, found) * found.value
+    return Touch(node, u * node.scales, found)
+
+
+def _towards(node: Node, passing: Passing) -> Vector:
+    """Change of u along the branch by the value of a passing."""
+    rate = node.along(passing.gradient)
+    if abs(rate) < 1e-12 * size_of(passing, node.scales):
+        raise Lost("the miss does not change along the branch")
+    return node.tangent / rate
+
+
+def other_word(touch: Touch) -> Node:
+    """The motion that has the event, at a small speed of it; its tangent leads away.
+
+    Raises:
+        Lost: none is near.
+    """
+    for depth, event, jump in _jumps(touch):
+        step = _stepped(touch.node, touch.miss, jump, depth)
+        guesses = (touch.u + step - share * depth * _down(touch) for share in (0.0, 2.0, 10.0))
+        for guess in (_deep(touch, touch.u + step, depth), *guesses):
+            found = _with_speed(touch.node.problem, touch.node.scales, guess, event, touch)
+            if found is not None:
+                return found
+    raise Lost("no motion with that event goes on from it")
+
+
+def _deep(touch: Touch, u: Vector, depth: float) -> Vector:
+    """u, or where it misses what it is to touch, which it may to second order, a place near it that does not."""
+    node = touch.node
+    for _ in range(4):
+        seen = look(node.problem, u * node.scales)
+        if seen is None or _new_event(seen, node.seen, touch.miss) is not None:
+            break
+        missed = nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
+        if missed is None:
+            break
+        down = _down(touch)
+        u = u - down * (missed.value / float(down @ (missed.gradient * node.scales)) + depth)
+    return u
+
+
+def other_word_once(touch: Touch) -> Node:
+    """The motion of twice the period that has the event in one half alone.
+
+    Raises:
+        Lost: there is none: its other half would have the event too, or the motion is that of half its period.
+    """
+    node, problem = touch.node, touch.node.problem.folded(2)
+    scales, z = node.problem.unfolded(node.scales, 2), node.problem.unfolded(node.z, 2)
+    seen = look(problem, z)
+    miss = None if seen is None else nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
+    if seen is None or miss is None:
+        raise Lost("the motion cannot be followed for so long")
+    twice = Node(problem, scales, z, seen, tangent_of(seen, scales))
+    doubled = Touch(twice, node.problem.unfolded(touch.z, 2), miss)
+    n = len(node.seen.monodromy)
+    monodromy = node.seen.monodromy / scales[:n, None] * scales[:n]
+    for depth, event, jump in _jumps(touch):
+        whole = np.concatenate([monodromy @ jump[:n], jump[n:]])
+        step = _stepped(twice, miss, whole, depth)
+        found = _with_speed(problem, scales, doubled.u + step, event, doubled)
+        if found is not None and not repeats(found):
+            return found
+    raise Lost("no motion of twice the period has that event in one half alone")
+
+
+def repeats(node: Node) -> bool:
+    """Whether a motion of an even number of periods repeats itself after half of them."""
+    if node.problem.turns % 2 and not node.problem.autonomous:
+        return False
+    half = node.problem.part(node.z, node.seen)
+    return bool(np.abs((half - node.z) / node.scales).max() < HALF)
+
+
+def _down(touch: Touch) -> Vector:
+    """Unit vector of u, of the states alone, along which the miss shrinks fastest."""
+    down = touch.miss.gradient * touch.node.scales
+    down[len(touch.node.problem.states) :] = 0.0
+    size = float(np.linalg.norm(down))
+    if size == 0.0:
+        raise Lost("the miss does not depend on the state")
+    return down / size
+
+
+def _jumps(touch: Touch) -> Iterator[tuple[float, Passing, Vector]]:
+    """Displacements of the start against the miss, the event there, and what it does to the end to first order."""
+    node, scales, down = touch.node, touch.node.scales, _down(touch)
+    jacobian = _scaled(node.seen, scales)
+    for depth in DEPTHS:
+        moved = touch.u - down * depth
+        seen = look(node.problem, moved * scales)
+        event = None if seen is None else _new_event(seen, node.seen, touch.miss)
+        if seen is None or event is None or not np.isfinite(event.gradient).all():
+            continue
+        at_point = node.seen.residual / _row_sizes(node, node.seen)
+        yield depth, event, seen.residual / _row_sizes(node, seen) - at_point - jacobian @ (moved - touch.u)
+
+
+def _stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
+    """Change of u to the motion with an event that makes such a jump, to first order."""
+    down = miss.gradient * node.scales
+    size = float(np.linalg.norm(down[: len(node.problem.states)]))
+    try:
+        step: Vector = np.linalg.solve(
+            np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth)
+        )
+        return step
+    except np.linalg.LinAlgError:
+        raise Lost("the miss does not change along the branch") from None
+
+
+def _with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, touch: Touch) -> Node | None:
+    """The motion near a guess that has the event at its speed, and goes on from the point."""
+    try:
+        found = solved(problem, scales, guess, speed_border(event, event.value, [event.time]), reach=1e-2)
+        own = nearest(found.seen.events, event, event.time, found.seen.length)
+        if own is None or found.word == touch.node.word or not _meets(touch, found, own):
+            return None
+        return _growing(found, own)
+    except Lost:
+        return None
+
+
+def _meets(touch: Touch, node: Node, event: Passing) -> bool:
+    """Whether the motions with the event come to the point as its speed vanishes."""
+    target = event.value / 2
+    border = speed_border(event, target, [event.time])
+    guess = (touch.u + node.u) / 2
+    half = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=node.word)
+    far, near = np.abs(node.u - touch.u).max(), np.abs(half.u - touch.u).max()
+    return bool(near <= 0.75 * far + 1e-9)
+
+
+def _row_sizes(node: Node, seen: Seen) -> Vector:
+    n = len(seen.monodromy)
+    extra = np.abs((seen.jacobian * node.scales)[n:]).max(axis=1, initial=0.0)
+    return np.append(node.scales[:n], np.where(extra > 0.0, extra, 1.0))
+
+
+def _new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
+    """The event that a miss has become."""
+    near = [one for one in seen.events if one.contact == miss.contact and one.before == miss.before]
+    known = [one.time for one in without.events if one.contact == miss.contact and one.before == miss.before]
+    if len(near) <= len(known):
+        return None
+    return min(near, key=lambda one: abs(one.time - miss.time), default=None)
+
+
+def _growing(node: Node, event: Passing) -> Node:
+    """With the tangent along which the event grows stronger."""
+    own = nearest(node.seen.events, event, event.time, node.seen.length)
+    return node.turned() if own is not None and node.along(own.gradient) < 0.0 else node
+
+
+def from_event(start: Node, event: Passing) -> Touch:
+    """The point where an event of a motion is lost.
+
+    Raises:
+        Lost: the way there leaves the word of the motion, or no motion without the event is near.
+    """
+    nodes = list(_weaker(start, event))
+    if len(nodes) < 4:
+        raise Lost("the event is not lost along the branch")
+    own, last = nodes[-1]
+    limit = _extrapolated([one.value for one, _ in nodes[-5:]], np.array([node.u for _, node in nodes[-5:]]))
+    gradient = own.gradient * last.scales
+    gradient[len(last.problem.states) :] = 0.0
+    without = None
+    for share in (1.0, 2.0, 4.0, 16.0):
+        u = limit - share * own.value * gradient / float(gradient @ gradient)
+        seen = look(last.problem, u * last.scales)
+        if seen is not None and len(seen.word) < len(last.seen.word):
+            without = u, seen
+            break
+    if without is None:
+        raise Lost("no run without the event is near")
+    u, seen = without
+    misses = [one for one in seen.misses if one.contact == event.contact and one.before == event.before]
+    miss = min(misses, key=lambda one: abs(one.time - own.time), default=None)
+    if miss is None:
+        raise Lost("the event leaves no near miss behind")
+    border = miss_border(miss, miss.value, [miss.time])
+    node = solved(last.problem, last.scales, u, border, reach=0.05)
+    found = nearest(node.seen.misses, miss, miss.time, node.seen.length)
+    if found is None or len(node.word) >= len(last.word):
+        raise Lost("no motion without the event is near")
+    if node.along(found.gradient) > 0.0:
+        node = node.turned()
+    touch = from_miss(node, found)
+    side = tuple(_growing(node, passing) for passing, node in reversed(nodes))
+    if np.abs(touch.u - limit).max() > 1e-4:
+        raise Lost("the two sides do not meet")
+    return Touch(touch.node, touch.z, touch.miss, side, float(limit[-1] * last.scales[-1]))
+
+
+def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
+    """Motions of shrinking speed of an event, until it is small; the event, and the motion."""
+    node, own, speeds, us = start, event, [event.value], [start.u]
+    yield event, start
+    least = FIRST_SPEED * far_speed(event, start.scales)
+    shrink = 0.5
+    while own.value > least:
+        target = max(own.value * shrink, 0.99 * least)
+        guess = _extrapolated(np.array(speeds[-4:]) - target, np.array(us[-4:])) if len(us) > 1 else None
+        if guess is None:
+            rate = node.along(own.gradient)
+            guess = node.u + node.tangent * (target - own.value) / rate
+        try:
+            border = speed_border(own, target, [own.time])
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+        except Lost:
+            if shrink > 0.9:
+                return
+            shrink = shrink**0.5
+            continue
+        found = nearest(after.seen.events, own, own.time, after.seen.length)
+        if found is None:
+            return
+        node, own = after, found
+        speeds.append(own.value)
+        us.append(node.u)
+        shrink = max(0.25, shrink * 0.8)
+        yield own, node
+
+
+def _extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
+    """The polynomial through values (k, ...) at places (k,), at 0."""
+    places = np.asarray(at, dtype=float)
+    total = np.zeros_like(values[0])
+    for i, place in enumerate(places):
+        others = np.delete(places, i)
+        total = total + values[i] * np.prod(others / (others - place))
+    return total
+
+
+def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
+    """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
+
+    Args:
+        first: a motion with the event, at a small speed of it.
+    """
+    new = [one for one in first.seen.events if one.contact == touch.miss.contact and one.before == touch.miss.before]
+    event = min(new, key=lambda one: one.value)
+    speed = LIMIT_SPEED * far_speed(event, first.scales)
+    nodes: list[tuple[float, Node]] = [(event.value, first)]
+    node, own = first, event
+    for target in (speed, 2 * speed, 3 * speed, 4 * speed):
+        while abs(own.value - target) > 1e-6 * target:
+            goal = min(target, own.value * 4.0)
+            speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(one.u for _, one in nodes[-3:])]
+            guess = _extrapolated(np.array(speeds) - goal, np.array(us))
+            border = speed_border(own, goal, [own.time])
+            node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
+            found = nearest(node.seen.events, own, own.time, node.seen.length)
+            if found is None:
+                raise Lost("the event is gone")
+            own = found
+            nodes.append((own.value, node))
+            if goal == target:
+                break
+    last = nodes[-4:]
+    traces = [abs(np.trace(one.seen.monodromy)) for _, one in last]
+    if traces[0] > 1.8 * traces[1] - 1e-9 and traces[0] > 10.0:
+        return None
+    limit = _extrapolated([v for v, _ in last], np.array([one.seen.monodromy for _, one in last]))
+    value = _extrapolated([v for v, _ in last], np.array([one.z[-1:] for _, one in last]))
+    return limit, float(value[0])
+
+
+def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[str, list[float]]:
+    """Shares q at which a multiplier of (1 - q) M- + q M+ is at +1, -1, or, in a pair, on the unit circle."""
+
+    def own(q: Vector) -> NDArray[np.complex128]:
+        share = q[:, None, None]
+        found = np.linalg.eigvals((1.0 - share) * without + share * with_it).astype(complex)
+        if not problem.autonomous:
+            return found
+        kept = np.ones(found.shape, bool)
+        kept[np.arange(len(q)), np.abs(found - 1.0).argmin(axis=1)] = False
+        return found[kept].reshape(len(q), -1)
+
+    def circle(found: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        n = found.shape[1]
+        pairs = [found[:, i] * found[:, j] - 1.0 for i in range(n) for j in range(i)]
+        return np.prod(pairs, axis=0) if pairs else np.ones(len(found), complex)
+
+    functions: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
+        "+1": lambda found: np.prod(found - 1.0, axis=1),
+        "-1": lambda found: np.prod(found + 1.0, axis=1),
+        "circle": circle,
+    }
+    shares = np.linspace(0.0, 1.0, SHARES)
+    scanned = own(shares)
+    crossings: dict[str, list[float]] = {}
+    for name, function in functions.items():
+
+        def value(q: float, function: Any = function) -> float:
+            return float(np.real(function(own(np.array([q])))[0]))
+
+        values = np.real(function(scanned))
+        places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+        roots = [float(np.asarray(brentq(value, shares[i], shares[i + 1], xtol=1e-14))) for i in places]
+        if name == "circle":
+            roots = [q for q in roots if (np.abs(own(np.array([q])).imag) > 1e-9).any()]
+        if roots:
+            crossings[name] = roots
+    return crossings

@@ -1,0 +1,417 @@
+"""A branch followed in one direction, from a motion to its end.
+
+repeat  step    predict along the tangent, correct at right angles to it; longer or shorter next time
+        smooth  what lies between the last two motions (smooth.py)
+        word    where the step leads into another word, or to no motion at all: which event is lost or comes first, by
+                the speeds of events and the least values of misses along the tangent; locate that point
+                (discontinuous.py), scan the way back to it once more, since folds and flips hide beside it, and go on
+                in the other word, with steps that grow from nothing
+until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from fmu_models.analyses.continuation import smooth
+from fmu_models.analyses.continuation.discontinuous import Touch, from_event, from_miss, other_word, repeats
+from fmu_models.analyses.continuation.equilibrium import hopf_of
+from fmu_models.analyses.continuation.node import Lost, Node, arclength, parameter, solved, tangent_of
+from fmu_models.analyses.continuation.problem import Passing, Problem, Vector
+from fmu_models.codegen.contact_states import AWAY, STICK
+
+# steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
+# one, at most
+FIRST, LONGEST, SHORTEST, HALVINGS = 0.01, 0.1, 1e-6, 14
+# least cosine between tangents of neighbours
+STRAIGHT = 0.95
+# how far a correction may lead, in parts of its step
+ASIDE = 0.2
+# states beyond so many times their scale, or their begin, are on their way to infinity
+LARGE = 50.0
+# how many steps ahead an event may be lost or come
+AHEAD = 6.0
+# a branch that comes so near to its begin again is closed
+CLOSED = 1e-6
+# so many changes of the word by one event more each, within so little of the range: there are infinitely many
+CHAIN, TOGETHER = 5, 1e-5
+# so many short steps in a row that were cut by a change of the word that could not be found
+HIDDEN, SHORT = 4, 3e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Something special on the way: its kind, the motion there, and, where the word changes, the point and the motions
+    on both sides."""
+
+    kind: str
+    node: Node
+    touch: Touch | None = None
+    before: Node | None = None
+    after: Node | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Ahead:
+    """A change of the word that lies ahead: of what the present motion has, a "miss" or an "event"."""
+
+    kind: str
+    touch: Touch
+
+
+@dataclass(eq=False)
+class Way:
+    """What has been passed so far.
+
+    Attributes:
+        nodes: motions, in order; found: specials, each with the number of motions before it.
+        end: kind of the end and a sentence on it.
+    """
+
+    nodes: list[Node] = field(default_factory=list)
+    found: list[tuple[int, Found]] = field(default_factory=list)
+    end: tuple[str, str] = ("unfinished", "it was stopped")
+
+    def add(self, node: Node) -> None:
+        """A motion, and what lies between it and the one before."""
+        if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
+            for kind, special in smooth.between(self.nodes[-1], node):
+                self.found.append((len(self.nodes), Found(kind, special)))
+                if kind == "branch point" and repeats(special):
+                    self.end = ("flip", "the motion is that of half its period: it has come to the flip of its parent")
+                    self.nodes.append(special)
+                    return
+        self.nodes.append(node)
+
+
+class Follower:
+    """Follows one branch; see the module.
+
+    Args:
+        between: range of the parameter.
+        begin: the motion that it begins at; its tangent says in which direction.
+        points: at most.
+        tell: called with every motion.
+    """
+
+    def __init__(
+        self, begin: Node, between: tuple[float, float], points: int, tell: Callable[[Node], None] = lambda node: None
+    ) -> None:
+        self.begin, self.between, self.points, self.tell = begin, sorted(between), points, tell
+        self.way = Way()
+        self.hidden = 0
+
+    def follow(self) -> Way:
+        """To the end, or to where the keyboard interrupts it."""
+        try:
+            self._go_on(self.begin, FIRST)
+        except KeyboardInterrupt:
+            self.way.end = ("interrupted", "what was found until then is kept")
+        return self.way
+
+    def _go_on(self, node: Node, step: float) -> None:
+        if self._leaves(node):
+            self._add(node)
+            return
+        node, grows = self._placed(node), step < FIRST
+        self._add(node)
+        while self.way.end[0] == "unfinished":
+            if len(self.way.nodes) >= self.points:
+                self.way.end = ("points", f"{self.points} motions were followed; ask for more")
+                return
+            after = self._stepped(node, step)
+            if isinstance(after, Ahead):
+                crossed = self._across(node, after)
+                if crossed is None:
+                    return
+                node, step = crossed
+                grows = True
+                continue
+            if after is None:
+                return
+            node, used = after
+            self._add(node)
+            if self.way.end[0] != "unfinished" or self._ended(node):
+                return
+            quick = node.iterations <= 4
+            step = used * (2.0 if grows and quick else 1.4 if quick else 0.8)
+            grows = grows and step < FIRST
+            step = min(step, LONGEST)
+            node = self.way.nodes[-1] = self._placed(node)
+            if not grows and step < SHORTEST:
+                self._stuck(node, {"steps": "they become too short"})
+                return
+
+    def _add(self, node: Node) -> None:
+        self.way.add(node)
+        self.tell(node)
+
+    def _placed(self, node: Node) -> Node:
+        """At another phase, where an event is near the strobe."""
+        moved = node.problem.rephased(node.z, node.seen)
+        if moved is None:
+            return node
+        problem, z = moved
+        try:
+            placed = solved(problem, node.scales, z / node.scales, parameter(node.value), reach=0.05)
+            ahead = solved(
+                node.problem, node.scales, node.u + 1e-4 * node.tangent,
+                arclength(node.u, node.tangent, node.scales, 1e-4), word=node.word,
+            )  # fmt: skip
+            turned = _turned(problem, ahead)
+            if placed.word != node.word:
+                return node
+        except Lost:
+            return node
+        return replace_tangent(placed, turned / node.scales - placed.u)
+
+    def _stepped(self, node: Node, step: float, looks: bool = True) -> tuple[Node, float] | Ahead | None:
+        """The next motion of the same word and how far it is, or the change of the word that comes before; None where
+        there is neither."""
+        reasons: dict[str, str] = {}
+        hidden = False
+        for _ in range(HALVINGS):
+            try:
+                after, made = self._corrected(node, step)
+                if after.word == node.word and self._near(node, after, made):
+                    self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
+                    if self.hidden >= HIDDEN and looks:
+                        break
+                    return after, step
+                lost = after.word != node.word
+            except Lost:
+                lost = True
+            if lost and looks:
+                ahead = self._change(node, step, reasons)
+                if ahead is not None:
+                    return ahead
+                hidden = True
+            step /= 2
+        if looks:
+            self._stuck(node, reasons)
+        return None
+
+    def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
+        said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
+        self.way.end = (
+            "unresolved",
+            f"no motion of the same events follows at {node.problem.over} = {node.value:.9g}, and no change of them "
+            f"explains it{f' ({said})' if said else ''}",
+        )
+
+    def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
+        """The motion a step ahead, or at the end of the range, and how long the step became."""
+        guess = node.u + step * node.tangent
+        reached = guess[-1] * node.scales[-1]
+        low, high = self.between
+        if not low <= reached <= high:
+            value = min(max(reached, low), high)
+            step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
+            guess = node.u + step * node.tangent
+            return solved(node.problem, node.scales, guess, parameter(value), towards=node.tangent), step
+        border = arclength(node.u, node.tangent, node.scales, step)
+        return solved(node.problem, node.scales, guess, border, towards=node.tangent), step
+
+    def _near(self, node: Node, after: Node, step: float) -> bool:
+        """Whether the branch has hardly turned on the way."""
+        turned = after.tangent @ node.tangent
+        if step > FIRST and after.tests["branch point"] * node.tests["branch point"] < 0.0:
+            return False  # a short step does not change over to the branch that crosses there
+        return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < ASIDE * step)
+
+    def _leaves(self, node: Node) -> bool:
+        """Whether it begins at the end of the range, outward."""
+        low, high = self.between
+        outward = node.tangent[-1] * (node.value - (low + high) / 2) > 0.0
+        if outward and min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
+            self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+            return True
+        return False
+
+    def _ended(self, node: Node) -> bool:
+        low, high = self.between
+        if min(abs(node.value - low), abs(node.value - high)) <= 1e-12 * (high - low):
+            self.way.end = ("range", f"{node.problem.over} = {node.value:g} is the end of its range")
+            return True
+        n = len(node.problem.states)
+        if np.abs(node.u[:n]).max() > LARGE * max(1.0, float(np.abs(self.begin.u[:n]).max())):
+            self.way.end = ("infinity", f"the states grow without end towards {node.problem.over} = {node.value:.6g}")
+            return True
+        return self._shrunk(node) or self._closed(node)
+
+    def _shrunk(self, node: Node) -> bool:
+        """Whether the cycle is about to become an equilibrium."""
+        hopf = hopf_of(node)
+        if hopf is None:
+            return False
+        self.way.found.append((len(self.way.nodes), Found("Hopf", hopf)))
+        self.way.end = (
+            "equilibrium",
+            f"the cycle shrinks to the equilibrium at {node.problem.over} = {hopf.value:.9g}",
+        )
+        return True
+
+    def _closed(self, node: Node) -> bool:
+        """Whether the last step has passed the begin."""
+        nodes = self.way.nodes
+        if len(nodes) < 8 or node.word != self.begin.word or node.problem is not nodes[-2].problem:
+            return False
+        before = nodes[-2]
+        return self._closes(before, node)
+
+    def _closes(self, before: Node, node: Node) -> bool:
+        """Whether the begin lies between two neighbours."""
+        if not any(_between(before, node, one / node.scales) for one in _images(self.begin, node.problem)):
+            return False
+        self.way.end = ("closed", "the branch is back at its begin")
+        return True
+
+    def _change(self, node: Node, step: float, reasons: dict[str, str]) -> Ahead | None:
+        """The next change of the word, if it is seen to come; why not goes to ``reasons``."""
+        for _, kind, passing in sorted(_coming(node, step), key=lambda one: one[0]):
+            name = f"{kind} of {passing.contact} at {passing.time:.6g} s"
+            if name in reasons:
+                continue
+            try:
+                touch = from_miss(node, passing) if kind == "miss" else from_event(node, passing)
+                ahead = node.tangent @ (touch.u - node.u) >= -1e-9
+                if not ahead or not self.between[0] <= touch.z[-1] <= self.between[1]:
+                    raise Lost("the point lies elsewhere")
+                return Ahead(kind, touch)
+            except Lost as error:
+                reasons[name] = str(error)
+        return None
+
+    def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
+        """Over a change of the word: a motion beyond it, and the first step from there; None at an end."""
+        kind, touch = ahead.kind, ahead.touch
+        if kind == "event":
+            self._rescan(node, touch)
+            after = touch.node.turned() if touch.node.along(touch.miss.gradient) < 0.0 else touch.node
+            before: Node | None = touch.event_side[0]
+        else:
+            self._add(touch.node)
+            before = touch.node
+            try:
+                after = other_word(touch)
+            except Lost as error:
+                self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
+                self.way.end = ("jump", f"the motion begins to touch '{touch.miss.contact}' there: {error}")
+                return None
+        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after)))
+        distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
+        if self._closed_at(touch):
+            return None
+        if not repeats(node) and repeats(after):
+            self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
+            return None
+        self._add(after)
+        return None if self._accumulates(touch) else (after, distance)
+
+    def _accumulates(self, touch: Touch) -> bool:
+        """Whether one event after the other is added at values of the parameter that come together."""
+        touches = [one.touch for _, one in self.way.found if one.touch is not None][-CHAIN:]
+        lengths = [len(one.node.word) for one in touches]
+        values = [float(one.u[-1]) for one in touches]
+        if len(touches) < CHAIN or not all(np.diff(lengths) > 0) or np.ptp(values) > TOGETHER:
+            return False
+        self.way.end = (
+            "chatter",
+            f"impacts of '{touch.miss.contact}' are added without end towards {touch.node.problem.over} = "
+            f"{touch.z[-1]:.9g}: beyond lies a motion with infinitely many",
+        )
+        return True
+
+    def _closed_at(self, touch: Touch) -> bool:
+        """Whether the same point has been passed before."""
+        for _, one in self.way.found[:-1]:
+            same = one.touch is not None and abs(one.touch.u[-1] - touch.u[-1]) < 1e-8
+            if (
+                same
+                and one.node.word == touch.node.word
+                and one.touch is not None
+                and one.touch.miss.contact == touch.miss.contact
+            ):
+                images = _images(one.touch.node, touch.node.problem)
+                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in images]
+                if min(apart) < CLOSED:
+                    self.way.found.pop()
+                    self.way.end = ("closed", "the branch is back at a point that it has passed")
+                    return True
+        return False
+
+    def _rescan(self, node: Node, touch: Touch) -> None:
+        """The last piece of the way to an event that is lost, from that point back and in steps that grow."""
+        nodes, step, at = [touch.event_side[0]], 1e-7, touch.event_side[0]
+        step = max(step, float(np.linalg.norm(at.u - touch.u)))
+        whole = float(np.linalg.norm(node.u - touch.u))
+        while True:
+            made = self._stepped(at, step, looks=False)
+            if not isinstance(made, tuple) or np.linalg.norm(made[0].u - touch.u) >= whole:
+                break
+            at, step = made[0], min(2.0 * made[1], LONGEST)
+            nodes.append(at)
+        for one in reversed(nodes):
+            self._add(one.turned())
+
+
+def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
+    """What would be lost or come along the tangent, and in which distance."""
+    coming: list[tuple[float, str, Passing]] = []
+    for miss in node.seen.misses:
+        rate = node.along(miss.gradient)
+        if rate < 0.0 and -miss.value / rate < AHEAD * step:
+            coming.append((-miss.value / rate, "miss", miss))
+    for event in node.seen.events:
+        begins = event.before == AWAY or event.after == STICK or event.before * event.after == -1
+        if begins and np.isfinite(event.gradient).all():
+            rate = node.along(event.gradient)
+            if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:
+                coming.append((-event.value / (2.0 * rate), "event", event))
+    return coming
+
+
+def _turned(after: Problem, node: Node) -> Vector:
+    """The motion of a node at the phase of another problem of the same family."""
+    return node.z if node.problem is after else node.problem.shifted(node.z, node.seen, after.phase)
+
+
+def _images(node: Node, problem: Problem) -> Iterator[Vector]:
+    """The same motion at the phase of a problem, begun one period of the forcing later and later."""
+    yield _turned(problem, node)
+    for later in range(1, problem.turns):
+        yield node.problem.shifted(node.z, node.seen, problem.phase + later)
+
+
+def _between(before: Node, after: Node, u: Vector) -> bool:
+    """Whether a motion u lies on the branch between two neighbours."""
+    step, chord = u - before.u, after.u - before.u
+    share = float(step @ chord / (chord @ chord))
+    if not 0.0 <= share <= 1.0 or np.linalg.norm(step - share * chord) > np.linalg.norm(chord):
+        return False
+    try:
+        border = arclength(before.u, before.tangent, before.scales, float(before.tangent @ step))
+        found = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
+    except Lost:
+        return False
+    return bool(np.abs(found.u - u).max() <= CLOSED)
+
+
+def passes(nodes: Sequence[Node], node: Node) -> bool:
+    """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
+    for before, after in pairwise(nodes):
+        same = before.word == after.word == node.word and before.problem is after.problem
+        if not same or not min(before.value, after.value) - 1e-9 <= node.value <= max(before.value, after.value) + 1e-9:
+            continue
+        if any(_between(before, after, z / before.scales) for z in _images(node, before.problem)):
+            return True
+    return False
+
+
+def replace_tangent(node: Node, towards: Vector) -> Node:
+    """With the tangent that points there."""
+    return replace(node, tangent=tangent_of(node.seen, node.scales, towards))

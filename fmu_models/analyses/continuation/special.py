@@ -1,0 +1,179 @@
+"""What is met on a branch: bifurcations, smooth and discontinuous, and the ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.continuation.discontinuous import Touch, hull_crossings, repeats, with_event
+from fmu_models.analyses.continuation.follow import Found
+from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
+from fmu_models.analyses.continuation.problem import FlowProblem, Vector, Word
+from fmu_models.base.shown import Shown
+from fmu_models.codegen.contact_states import AWAY, STICK
+
+# along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
+ASIDE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Special(Shown):
+    """A motion at which something happens.
+
+    Attributes:
+        kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
+            twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
+            "grazing-sliding corner", "touch", where the word changes; "jump", where no motion goes on.
+        parameter, value: name and value of the parameter.
+        period: s; points of the motion of a map.
+        state: by name, at phase 0 of the forcing.
+        words: of events before and after, along the branch; equal at smooth points.
+        multipliers: (n,) of the motion without the event that comes or goes; at smooth points of the motion.
+        multipliers_with_event: (n,) limit from the side with that event; None at smooth points, and after a rigid
+            touch, where the trace grows as the inverse of the speed.
+        crossings: shares q at which a multiplier of (1 - q) M- + q M+ passes "+1", "-1" or, in a pair, the "circle".
+        contact: whose event comes or goes.
+        value_with_event: of the parameter, from the side of the event; nan if that is not how it was found.
+        slope: d value / d speed of the impact on the side of a rigid touch; nan at others.
+    """
+
+    kind: str
+    parameter: str
+    value: float
+    period: float
+    state: Mapping[str, float]
+    words: tuple[Word, Word]
+    multipliers: NDArray[np.complex128]
+    multipliers_with_event: NDArray[np.complex128] | None = None
+    crossings: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    contact: str = ""
+    value_with_event: float = np.nan
+    slope: float = np.nan
+    node: Any = field(default=None, repr=False)
+    touch: Any = field(default=None, repr=False)
+
+    def at(self, turns: float) -> Vector:
+        """(n,) the state at a phase of the forcing, in turns; s where nothing forces the motion."""
+        return state_at(self.node, turns)
+
+    def _contents(self) -> dict[str, object]:
+        shown: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
+        shown |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
+        return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
+
+
+def state_at(node: Node, turns: float) -> Vector:
+    """(n,) the state of a motion at a phase of the forcing, in turns."""
+    n = len(node.problem.states)
+    return node.problem.shifted(node.z, node.seen, turns)[:n]
+
+
+def special_of(found: Found) -> Special:
+    """What was found, told."""
+    node, touch = found.node, found.touch
+    problem = node.problem
+    kind, value = found.kind, node.value
+    common: dict[str, Any] = {"parameter": problem.over, "period": node.seen.length, "node": node, "touch": touch}
+    if touch is None:
+        if kind == "branch point":
+            kind = "flip of the parent" if repeats(node) else branch_kind(node)
+        words = (node.word, node.word)
+    else:
+        value = float(touch.z[-1])
+        before, after = found.before, found.after
+        words = (before.word if before else node.word, after.word if after else node.word)
+        if found.kind != "jump":
+            kind, more = _discontinuous(found, touch)
+            common |= more
+        else:
+            kind, words = "grazing, rigid" if _is_rigid(touch) else "jump", (node.word, ())
+        common["contact"] = touch.miss.contact
+    state = dict(zip(problem.states, state_at(node, 0.0).tolist(), strict=True))
+    return Special(kind=kind, value=value, state=state, words=words, multipliers=node.multipliers, **common)
+
+
+def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """The kind of a change of the word, and what is said of its other side."""
+    node = touch.node
+    sides = [one for one in (found.before, found.after) if one is not None]
+    first = touch.event_side[0] if touch.event_side else max(sides, key=lambda one: len(one.word))
+    more: dict[str, Any] = {"value_with_event": touch.value_from_event}
+    name = kind_of(touch, first)
+    if name == "grazing, rigid":
+        return name, more | {"slope": slope_of(touch, first)}
+    try:
+        limit = with_event(touch, first)
+    except Lost:
+        return name, more
+    if limit is not None:
+        more["multipliers_with_event"] = node.problem.multipliers(limit[0])
+        more["crossings"] = hull_crossings(node.problem, node.seen.monodromy, limit[0])
+        if np.isnan(touch.value_from_event):
+            more["value_with_event"] = limit[1]
+    return name, more
+
+
+def kind_of(touch: Touch, first: Node) -> str:
+    """By the event that is there on one side."""
+    event = newest(touch, first)
+    if _is_rigid(touch):
+        return "grazing, rigid"
+    if event.before == AWAY:
+        return "grazing, compliant"
+    return "grazing-sliding corner" if event.after == STICK else "touch"
+
+
+def _is_rigid(touch: Touch) -> bool:
+    """Whether what touches is a rigid contact at its wall."""
+    problem = touch.node.problem
+    return isinstance(problem, FlowProblem) and touch.miss.contact in problem.strobe.fmu.impacts
+
+
+def newest(touch: Touch, first: Node) -> Any:
+    """The event of a motion beside a point that the point has not: the weakest of its kind."""
+    new = [one for one in first.seen.events if one.contact == touch.miss.contact and one.before == touch.miss.before]
+    return min(new, key=lambda one: one.value)
+
+
+def slope_of(touch: Touch, first: Node) -> float:
+    """d parameter / d speed of the impact, from a motion of small speed."""
+    return (first.value - float(touch.z[-1])) / newest(touch, first).value
+
+
+def other_direction(node: Node) -> Vector:
+    """Unit vector of u along the branch that crosses at a branch point."""
+    _, _, whole = np.linalg.svd(_scaled(node.seen, node.scales))
+    plane = whole[-2:]
+    along = plane @ node.tangent
+    across = plane.T @ np.array([-along[1], along[0]])
+    return across / np.linalg.norm(across)
+
+
+def beside(node: Node, direction: Vector, distance: float) -> Node:
+    """The motion on the branch that leaves in a direction, so far along it.
+
+    Raises:
+        Lost: there is none.
+    """
+
+    def border(z: Vector, seen: Any) -> tuple[float, Vector]:
+        return float(direction @ (z / node.scales - node.u)) - distance, direction / node.scales
+
+    towards = direction * np.sign(distance)
+    return solved(node.problem, node.scales, node.u + direction * distance, border, towards=towards, word=node.word)
+
+
+def branch_kind(node: Node) -> str:
+    """A pitchfork, where one of the two branches has its extreme value of the parameter; else a branch point."""
+    for direction in (other_direction(node), node.tangent):
+        try:
+            sides = [beside(node, direction, one).u[-1] - node.u[-1] for one in (ASIDE, -ASIDE)]
+        except Lost:
+            continue
+        if max(abs(one) for one in sides) < 0.1 * ASIDE and sides[0] * sides[1] > 0.0:
+            return "pitchfork"
+    return "branch point"

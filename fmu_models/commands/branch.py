@@ -1,0 +1,119 @@
+"""Command that follows a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fmu_models.base import console
+from fmu_models.base.errors import StickslipError
+from fmu_models.commands import families as f
+from fmu_models.commands.bundles import bundled
+
+SWITCHES = ("none", "all")
+
+
+@bundled
+def branch(
+    *,
+    over: Annotated[
+        list[str] | None,
+        typer.Option("--over", metavar="NAME=FROM:TO", help="Parameter and its range (default: those of a scene)."),
+    ] = None,
+    section: f.Strobe,
+    settle: Annotated[bool, typer.Option("--settle", help="Run to a motion from the start first.")] = False,
+    begin: Annotated[
+        Path | None, typer.Option("--from", metavar="ORBIT.json", help="Start values by name, instead of --start.")
+    ] = None,
+    switch: Annotated[str, typer.Option(help="Branches that leave the first one to follow too: none, all.")] = "none",
+    longest: Annotated[int, typer.Option(help="With --switch all: period, in those of the forcing.", min=1)] = 8,
+    points: Annotated[int, typer.Option(help="Motions in each direction, at most.", min=2)] = 2000,
+    of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
+    files: f.StillFiles,
+) -> None:
+    """Follow a periodic motion over a parameter, stable or not, through every bifurcation.
+
+    Example: stickslip branch discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png
+    """
+    from fmu_models.analyses.continuation.branch import branch as follow
+    from fmu_models.analyses.continuation.branch import branches
+
+    files.check()
+    if switch not in SWITCHES:
+        raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
+    name, low, high = _range(section, over)
+    system = section.system()
+    start = {**section.starts(), **(_orbit(begin) if begin else {})}
+    with console.progress("following") as advance:
+        first = follow(system, name, (low, high), start=start, settle=settle, points=points, progress=advance)
+        found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
+    files.tell(found, content(found))
+    if any(kind == "interrupted" for one in found.branches for kind, _ in one.ends):
+        raise typer.Exit(130)
+
+
+def content(found: Any) -> dict[str, Any]:
+    """Branches for JSON."""
+    return {
+        "model": found.model,
+        "over": found.over,
+        "branches": [
+            {
+                "every": one.every,
+                "ends": [{"kind": kind, "why": why} for kind, why in one.ends],
+                "points": len(one.values),
+                "special": [_special(special) for special in one.special],
+            }
+            for one in found.branches
+        ],
+    }
+
+
+def _special(special: Any) -> dict[str, Any]:
+    event = special.multipliers_with_event
+    return {
+        "kind": special.kind,
+        "value": special.value,
+        "value_with_event": console.finite(special.value_with_event),
+        "period": special.period,
+        "state": dict(special.state),
+        "words": [[list(one) for one in word] for word in special.words],
+        "multipliers": [[one.real, one.imag] for one in special.multipliers],
+        "multipliers_with_event": None if event is None else [[one.real, one.imag] for one in event],
+        "crossings": {name: list(shares) for name, shares in special.crossings.items()},
+        "contact": special.contact,
+        "slope": console.finite(special.slope),
+    }
+
+
+def _range(section: f.Section, over: Sequence[str] | None) -> tuple[str, float, float]:
+    """Name, least and largest value of the parameter."""
+    if not over:
+        axes = section.axes("branch", ())
+        ((name, values),) = axes.items()
+        return name, float(values.min()), float(values.max())
+    name, _, values = over[0].partition("=")
+    try:
+        low, high = (float(one) for one in values.split(":"))
+    except ValueError:
+        raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{over[0]}'.") from None
+    if len(over) > 1:
+        raise StickslipError(f"A branch is followed over one parameter, found {len(over)} ranges.")
+    return name.strip(), min(low, high), max(low, high)
+
+
+def _orbit(path: Path) -> dict[str, float]:
+    """Start values from a file."""
+    import json
+
+    try:
+        read = json.loads(path.read_text("utf-8"))
+        given = read.get("start", read) if isinstance(read, dict) else None
+        return {str(name): float(value) for name, value in given.items()}
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise StickslipError(
+            f"'{path}' holds no start values: {error}. Write one JSON object with a number per state."
+        ) from error

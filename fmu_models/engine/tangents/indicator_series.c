@@ -1,0 +1,46 @@
+/*
+ * What falls at an event, as a series: the depth, or the force of a closed rigid contact; the slip speed, the stick
+ * margin, or the release.
+ */
+#include "indicator_series.h"
+
+int indicator_is_margin(const Run *r, int c, int slot)
+{
+    return slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
+}
+
+void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, int side, IndicatorSeries *f)
+{
+    const Jets *j = &r->jets;
+    const int closed = model_contact_is_impact[c] && r->at.state[c] != CONTACT_AWAY;
+    const int margin = indicator_is_margin(r, c, slot);
+    const int released = slot == SLOT_TANGENTIAL && model_contact_is_stop[c];
+    const int normal = slot == SLOT_NORMAL;
+    const double *value = closed ? j->force[c] : normal ? j->depth[c] : released ? j->release[c] : j->slip[c];
+    const Pair *pairs = closed ? l->force[c] : normal ? l->depth[c] : released ? l->release[c] : l->slip[c];
+    const double *bound = stick_bound(j, c, side);
+    const Pair *moved = MODEL_DIRECTED && side < 0 ? l->capacity_minus[c] : l->capacity[c];
+    f->order = l->order - (margin || closed);
+    for (int k = 0; k <= f->order; k++) {
+        f->value[k] = margin ? bound[k] - side * j->force[c][k] : value[k];
+        f->derivative[k] = margin ? moved[k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
+    }
+}
+
+double indicator_slope(const double *series, int order, double s)
+{
+    double slope = 0.0;
+    for (int k = order; k > 0; k--) {
+        slope = slope * s + k * series[k];
+    }
+    return slope;
+}
+
+double indicator_bend(const double *series, int order, double s)
+{
+    double bend = 0.0;
+    for (int k = order; k > 1; k--) {
+        bend = bend * s + k * (k - 1) * series[k];
+    }
+    return bend;
+}

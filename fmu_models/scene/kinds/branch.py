@@ -1,0 +1,61 @@
+"""The branch of the periodic motion near the start, over the range of ``values``; a row per value: how many motions
+there are, and how many stable ones. The first has what is special too, "fold_1", "flip_1": values of the parameter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fmu_models.analyses.continuation.branch import Branches, branch, branches
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.kinds.kind import Kind, Row, section_of
+from fmu_models.scene.scene import Scene
+
+
+def _branch(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> tuple[Row, ...]:
+    how: Any = scene.compute
+    low, high = min(how.values), max(how.values)
+    system = section_of(scene, fmu, run["parameters"], run["inputs"])
+    settled = "settle" not in how.settings or bool(how.settings["settle"])
+    first = branch(
+        system.at(**_inside(system, how.over, low, high)), how.over, (low, high), start=run["start"], settle=settled
+    )
+    found = branches(first, of=how.settings.get("of"), switch=bool(how.settings.get("switch", 0)))
+    special = _special(found)
+    rows = []
+    for i, value in enumerate(how.values):
+        motions, stable = _at(found, value)
+        rows.append(Row(value, {"motions": motions, "stable": stable} | (special if i == 0 else {}), family=found))
+    return tuple(rows)
+
+
+def _inside(system: Any, over: str, low: float, high: float) -> dict[str, float]:
+    """The parameter, brought into its range."""
+    value = system.values.get(over)
+    value = float(system.fmu.variables[over].start or 0.0) if value is None else value
+    return {over: min(max(value, low), high)}
+
+
+def _special(found: Branches) -> dict[str, float]:
+    counted: dict[str, int] = {}
+    values = {}
+    for special in found.special:
+        kind = special.kind.replace(", ", "_").replace(" ", "_")
+        counted[kind] = counted.get(kind, 0) + 1
+        values[f"{kind}_{counted[kind]}"] = special.value
+    return values
+
+
+def _at(found: Branches, value: float) -> tuple[float, float]:
+    """Motions, and stable ones, at a value."""
+    motions = stable = 0
+    for one in found.branches:
+        before, after = one.values[:-1] - value, one.values[1:] - value
+        for i in np.flatnonzero((before <= 0.0) != (after <= 0.0)):
+            motions += 1
+            stable += bool(one.stable[i] and one.stable[i + 1])
+    return float(motions), float(stable)
+
+
+KIND = Kind(_branch, periodic=True, sweeps=True, settings={"settle": 1, "switch": 0, "of": None})

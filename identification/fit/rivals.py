@@ -1,0 +1,191 @@
+"""Other laws on the very residuals of a fit, so that they can be judged by the likelihood of its estimator.
+
+Each starts one Gauss-Newton step from the better of two places: where a thinned weak form puts it, and where a law
+nested in it, one that it is with some parameters at zero, ended. A law that ends with a larger sum of squares than
+one nested in it has not converged: it is sought once more from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.estimators import weak_form
+from identification.estimators.base import Estimate, FrictionProblem, Options
+from identification.estimators.chart import Charted
+from identification.estimators.regression import RegressionProblem
+from identification.estimators.shooting_problem import under
+from identification.estimators.shooting_segments import ShootingProblem, Start
+from identification.inference.problem import Solution, solve
+from identification.laws import FittableLaw
+from identification.measurement.pooling import Pool
+
+THIN = 6  # samples of a window of the weak form between nodes of its averages
+SEARCH = 1e-7  # relative: of some 4e4 residuals of unit variance 0.004, to an AIC that is read to 0.1
+MOST = 40  # evaluations of a law, which starts near its best where the logs do not rule it out
+WEAK = 1e-5  # relative, of the weak form that only begins
+SAME = 1e-6  # of the root mean square: residuals that differ less are those of one law
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """A law fitted: its problem and solution."""
+
+    law: FittableLaw
+    problem: FrictionProblem
+    found: Solution
+
+    @property
+    def law_values(self) -> np.ndarray:
+        """Of the law's parameters (m,)."""
+        return self.found.values[: len(self.law.parameters)]
+
+    @property
+    def sum(self) -> float:
+        """Of squares."""
+        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
+
+
+@dataclass(frozen=True, eq=False)
+class Rivals:
+    """fitted: by name, those that could be; refused: what kept the others from it; nested: pairs of names, of which the
+    second is a law that contains the first."""
+
+    fitted: Mapping[str, Rival]
+    refused: Mapping[str, str]
+    nested: tuple[tuple[str, str], ...]
+
+
+def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) -> dict[str, Rival]:
+    """Laws by a weak form of few nodes, with the disturbances of these options: what costs next to nothing.
+
+    Raises:
+        StickslipError: the logs cannot be fitted by the weak form.
+    """
+    found: dict[str, Rival] = {}
+    first: RegressionProblem | None = None
+    rest = np.zeros(len(options.disturbances))
+    for name, law in laws.items():
+        if first is None:
+            made = weak_form.estimate(ready, law, Options(disturbances=options.disturbances)).problem
+            assert isinstance(made, RegressionProblem)
+            first = replace(made, regression=made.regression.thinned(THIN), again=None)
+        problem = replace(first, law=law)
+        begin = np.concatenate([problem.start()[: len(law.parameters)], rest])
+        found[name] = Rival(law, problem, solve(problem, begin, tolerance=WEAK))
+    return found
+
+
+def fit_rivals(
+    first: Estimate,
+    laws: Mapping[str, FittableLaw],
+    begin: Callable[[FittableLaw], np.ndarray],
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Rivals:
+    """Fit laws to the residuals of a solved estimate. begin: first values (m,) of a law's parameters; ``progress`` is
+    told the fraction done.
+
+    Raises:
+        StickslipError: the estimate is of two discs.
+    """
+    own = Rival(first.law, first.problem, first.solution)
+    fitted, refused, nested = {}, {}, list[tuple[str, str]]()
+    for number, (name, law) in enumerate(sorted(laws.items(), key=lambda one: len(one[1].parameters))):
+        try:
+            one = own if law.reference == first.law.reference else _fitted(own, law, begin(law), fitted.values())
+        except StickslipError as error:
+            refused[name] = str(error)
+            continue
+        for less_name, less in fitted.items():
+            inside = _inside(less, one.problem)
+            if inside is not None:
+                nested.append((less_name, name))
+                one = _not_worse(one, less, inside)
+        fitted[name] = one
+        if progress is not None:
+            progress((number + 1) / len(laws))
+    return Rivals({name: fitted[name] for name in laws if name in fitted}, refused, tuple(nested))
+
+
+@dataclass(frozen=True, eq=False)
+class _Begin:
+    """Where (m,) a search may start: of a problem, whose start states are near those there. What is evaluated at one x
+    is not the beginning of another: of each begin the problem is its own."""
+
+    problem: FrictionProblem
+    x: np.ndarray
+
+    def at(self, x: np.ndarray) -> _Begin:
+        """Elsewhere, with start states as they are here."""
+        if not isinstance(self.problem, ShootingProblem):
+            return _Begin(self.problem, x)
+        return _Begin(replace(self.problem, starts=tuple(replace(start) for start in self.problem.starts)), x)
+
+    @property
+    def sum(self) -> float:
+        try:
+            residual = self.problem.evaluate(self.x).residual
+        except StickslipError:
+            return np.inf
+        return float(residual @ residual)
+
+    @property
+    def stepped(self) -> _Begin:
+        """After one Gauss-Newton step, as far as the bounds allow, if that is better."""
+        here = self.problem.evaluate(self.x)
+        step = np.linalg.lstsq(here.gradient, -here.residual, rcond=None)[0]
+        limits = np.array([(unknown.minimum, unknown.maximum) for unknown in self.problem.unknowns])
+        after = self.at(np.clip(self.x + step, *limits.T))
+        return after if after.sum < float(here.residual @ here.residual) else self
+
+    @property
+    def solved(self) -> Solution:
+        """The solution found from here; steps to where the model does not follow a log are taken back."""
+        careful = Charted(self.problem, ()) if isinstance(self.problem, ShootingProblem) else self.problem
+        return solve(careful, self.x, tolerance=SEARCH, evaluations=MOST)
+
+
+def _fitted(own: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival]) -> Rival:
+    problem = _under(own, law, q)
+    first = _Begin(_under(own, law, q), np.concatenate([q, own.found.values[len(own.law.parameters) :]]))
+    begins = [first, *(one for less in simpler if (one := _inside(less, problem)) is not None)]
+    usable = [one for one in begins if np.isfinite(one.sum)] or [first]
+    best = min((one.stepped for one in usable), key=lambda one: one.sum)
+    return Rival(law, best.problem, best.solved)
+
+
+def _under(own: Rival, law: FittableLaw, q: np.ndarray) -> FrictionProblem:
+    if isinstance(own.problem, ShootingProblem):
+        return under(own.problem, own.found.values, law, q)
+    if type(own.problem) is RegressionProblem:
+        return replace(own.problem, law=law, again=None)
+    raise StickslipError("Laws are compared on logs of one driving disc. Fit the logs of each disc by itself.")
+
+
+def _inside(less: Rival, more: FrictionProblem) -> _Begin | None:
+    """Where a problem gives the residuals of a law with fewer parameters; None if that law is not nested in it."""
+    names = [unknown.name for unknown in more.unknowns]
+    values = {u.name: float(v) for u, v in zip(less.problem.unknowns, less.found.values, strict=True)}
+    if not set(values) < set(names):
+        return None
+    if isinstance(more, ShootingProblem) and isinstance(less.problem, ShootingProblem):
+        more = replace(more, starts=tuple(Start(start.at(less.found.values)) for start in less.problem.starts))
+    begin = _Begin(more, np.array([values.get(name, 0.0) for name in names]))
+    try:
+        here = more.evaluate(begin.x).residual
+    except StickslipError:
+        return None
+    there = less.found.evaluation.residual
+    same = np.sqrt(np.mean((here - there) ** 2)) < SAME * np.sqrt(np.mean(there**2))
+    return begin if same else None
+
+
+def _not_worse(one: Rival, less: Rival, inside: _Begin) -> Rival:
+    """A law at least as good as one nested in it."""
+    if one.sum <= less.sum:
+        return one
+    return min((one, Rival(one.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)

@@ -1,0 +1,70 @@
+"""Strobes by the exact flow in lanes against those by the series of the engine: the same motions, in turn, CPU time.
+
+    python tests/benchmarks/bench_lanes.py [repetitions]
+
+Per model 256 motions over a range of a parameter, 100 periods; ns per motion and period, and how many times the series
+take, for every number of lanes that this processor has; share of the steps that lanes left to the series; median and
+largest difference after 10 periods, in parts of the largest point.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.fmu.load import load
+from fmu_models.lanes.library import lanes_of
+
+MOTIONS, PERIODS = 256, 100
+FAMILIES = {
+    "discontinuous_support": ("omega", {"ks": 300.0, "cs": 0.6, "g": 1.6}, "omega", (0.8, 1.0)),
+    "bouncing_ball": ("omega", {}, "A", (2.7e-3, 3.7e-3)),
+    "impact_pair": ("omega", {}, "D", (4.0, 9.0)),
+    "impact_damper": ("omega", {}, "f0", (0.05, 0.2)),
+    "fermi_accelerator": ("omega", {}, "L", (50.0, 110.0)),
+    "two_domain_oscillator": ("W", {}, "w2", (1.2, 1.9)),
+}
+GO = np.zeros(1, np.int32)
+
+
+def seconds(run: Callable[[], object], repetitions: int) -> float:
+    """The least CPU time."""
+    least = float("inf")
+    for _ in range(repetitions):
+        begin = time.process_time()
+        run()
+        least = min(least, time.process_time() - begin)
+    return least
+
+
+def main(repetitions: int) -> None:
+    for name, (forcing, values, varied, (low, high)) in FAMILIES.items():
+        system = Strobe(load(name), forcing=forcing, parameters=values)
+        series = system.stepped_by("taylor")
+        starts = np.tile(system.start({"x": 0.0, "v": 0.0} if name.endswith("support") else {}), (MOTIONS, 1))
+        jobs = Jobs(starts, {varied: np.linspace(low, high, MOTIONS)}, transient=PERIODS - 1, rows=1)
+        few = dataclasses.replace(jobs, transient=9)
+        known, work = lanes_of(system.fmu), MOTIONS * PERIODS
+        base = 1e9 * seconds(lambda one=series, jobs=few: one.run(jobs, GO), repetitions) / (MOTIONS * 10)
+        cells = []
+        for width in (8, 4, 2, 1):
+            stepper = known.stepper(width)
+            if stepper is not None:
+                vars(system)["_lanes"] = stepper
+                taken = 1e9 * seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions) / work
+                cells.append(f"{width}: {taken:5.0f} ({base / taken:4.1f})")
+        made, other = system.run(few, GO).points[:, 0], series.run(few, GO).points[:, 0]
+        errors = np.abs(made - other).max(axis=1) / np.abs(other).max()
+        left = 1.0 - system.run(jobs, GO).in_lanes.sum() / work
+        print(f"{name:24} series {base:5.0f}   {'   '.join(cells)}   left {100.0 * left:.2f} %", end="   ")
+        print(f"difference {np.median(errors):.1e}, {errors.max():.1e}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)

@@ -1,0 +1,189 @@
+"""Branches against points that independent codes found: closed-form flows with 30 digits, impact equations, DOP853."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu_models import Strobe, branch, branches, load
+
+POINTS = [
+    one
+    for one in json.loads(Path(__file__).with_name("branches_reference.json").read_text())["points"]
+    if "branch" in one
+]
+# as the file calls them, and as a branch does
+KINDS = {
+    "grazing-sliding corner: stick appears": "grazing-sliding corner",
+    "stick on disc 0 disappears": "grazing-sliding corner",
+    "symmetry-breaking pitchfork": "pitchfork",
+    "Hopf (cycle shrinks to the equilibrium)": "Hopf",
+    "end of the doubled branch at the flip IV/III": "flip of the parent",
+}
+# of the parameter, as the points are known: smooth ones, those where the word changes
+SMOOTH, DISCONTINUOUS = 1e-11, 1e-10
+
+
+def of(branch_name):
+    return [one for one in POINTS if one["branch"] == branch_name]
+
+
+def cyclic(word):
+    word = [tuple(one) for one in word]
+    return min((tuple(word[i:] + word[:i]) for i in range(len(word))), default=())
+
+
+def as_complex(pairs):
+    return sorted((complex(re, im) for re, im in pairs), key=lambda m: (abs(m), m.imag))
+
+
+def near(found, known, within):
+    return all(abs(a - b) <= within * max(1.0, abs(b)) for a, b in zip(found, known, strict=True))
+
+
+def counted(special, multipliers):
+    """In order; those that are known leave out the 1 of a motion that nothing forces."""
+    return sorted(special.node.problem.own(multipliers), key=lambda m: (abs(m), m.imag))
+
+
+def apart(special, known):
+    """How far a special is from the state of a known point, whose phase may be another period of the forcing."""
+    if not known["state"] or special.node.problem.autonomous:
+        return 0.0
+    turns = known["strobe_phase"] / (2 * math.pi)
+    images = [special.at(turns + k) for k in range(known["forcing_periods"])]
+    return min(np.abs(x - known["state"]).max() for x in images)
+
+
+def check(known, specials, smooth=SMOOTH, discontinuous=DISCONTINUOUS):
+    """The one of the specials that a known point is, judged."""
+    kind = KINDS.get(known["kind"], known["kind"])
+    value = float(known.get("value_independent") or known.get("value_by_bordered_newton") or known["value"])
+    changes = "words" in known
+    within = (discontinuous if changes else smooth) * max(1.0, abs(value))
+    found = [one for one in specials if one.kind == kind and abs(one.value - value) <= within]
+    assert found, f"{kind} at {value}: {[(one.kind, one.value) for one in specials]}"
+    one = min(found, key=lambda special: apart(special, known))
+    own = counted(one, one.multipliers)
+    without = known.get("multipliers", known.get("multipliers_without_event"))
+    if without is not None and one.kind not in ("grazing, rigid", "Hopf"):
+        assert near(own, as_complex(without), 1e-7)
+    if known["state"] and one.node.problem.autonomous:
+        assert one.period == pytest.approx(known["state"][-1], abs=1e-9)
+    if changes:
+        assert {cyclic(w) for w in one.words} == {cyclic(w) for w in known["words"]}
+        with_event = known["multipliers_with_event"]
+        if isinstance(with_event, list):
+            assert near(counted(one, one.multipliers_with_event), as_complex(with_event), 1e-6)
+            crossings = known["set_valued_crossings (share of the event side)"]
+            assert set(one.crossings) == set(crossings)
+            for name, shares in crossings.items():
+                assert one.crossings[name] == pytest.approx(shares, abs=1e-8)
+    assert apart(one, known) < 2e-6
+    return one
+
+
+@pytest.fixture(scope="module")
+def support():
+    return load("discontinuous_support")
+
+
+@pytest.mark.parametrize(("ks", "up_to", "many"), [(10, 1.4, 4), (50, 1.4, 4), (300, 1.5, 6)])
+def test_the_support_of_table_1(support, ks, up_to, many):
+    found = branch(Strobe(support, forcing="omega", parameters={"ks": ks, "omega": 0.8}), "omega", (0.8, up_to))
+    assert len(found.special) == many
+    for known in of(f"support_T1_ks{ks}"):
+        check(known, found.special)
+    assert [kind for kind, _ in found.ends] == ["range", "range"]
+
+
+def test_the_support_of_table_2(support):
+    system = Strobe(support, forcing="omega", parameters={"ks": 300, "cs": 0.6, "g": 1.6, "omega": 0.98})
+    found = branch(system, "omega", (0.8, 1.0), settle=True)
+    for known in of("support_T2_P1_down"):
+        check(known, found.special)
+
+
+@pytest.fixture(scope="module")
+def stick_slip():
+    first = branch(Strobe(load("forced_stick_slip"), forcing="omega", every=2), "omega", (1.4, 2.0))
+    return branches(first, longest=8).branches
+
+
+def test_stick_slip_is_a_closed_loop(stick_slip):
+    loop = stick_slip[0]
+    assert [kind for kind, _ in loop.ends] == ["closed", "closed"]
+    kinds = sorted(one.kind for one in loop.special)
+    assert kinds == ["Neimark-Sacker", "flip", "fold", "fold", "grazing-sliding corner", "grazing-sliding corner"]
+    for known in [one for one in of("stick_slip_n2") if "strobe_phase" in one]:
+        check(known, loop.special)
+    (corner,) = [one for one in loop.special if abs(one.value - 1.514070716793103703) < 1e-10]
+    assert corner.crossings["+1"] == pytest.approx([0.6964328953], abs=1e-9)
+
+
+def test_what_branches_off_stick_slip(stick_slip):
+    (six_seven,) = [one for one in stick_slip if one.every == 4]
+    assert [kind for kind, _ in six_seven.ends] == ["start", "flip"]
+    for known in of("stick_slip_n4_VI_down"):
+        check(known, six_seven.special)
+    (eight,) = [one for one in stick_slip if one.every == 8]
+    assert eight.ends[1][0] == "parent" and not eight.stable.any()
+
+
+@pytest.fixture(scope="module")
+def ball():
+    parameters = {"g": 1.0, "omega": 1.0, "e": 0.5, "A": 1.2}
+    system = Strobe(load("bouncing_ball"), forcing="omega", parameters=parameters)
+    phase = 0.51016360854330479
+    flight, speed = 2 * math.pi - phase, math.pi
+    start = {"x": 1.2 * math.sin(phase) + speed * flight - flight**2 / 2, "v": speed - flight}
+    return branch(system, "A", (0.9, 2.6), start=start)
+
+
+def test_the_ball_to_four_impacts(ball):
+    for known in [*of("ball_e0.5_up"), *of("ball_e0.5_down")]:
+        check(known, ball.special)
+    assert "chatter" in [kind for kind, _ in ball.ends]
+
+
+def test_the_impact_pair():
+    system = Strobe(load("impact_pair"), forcing="omega", parameters={"D": 6.0})
+    found = branch(system, "D", (0.4, 13.0), start={"x": -3.0, "v": -2.0}, settle=True)
+    for known in [*of("pair_e0.6_up"), *of("pair_e0.6_down")]:
+        check(known, found.special)
+    (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
+    twins = found.switch(pitchfork)
+    for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
+        check(known, [special for twin in twins for special in twin.special])
+
+
+PAPER = {"N0": 5.0, "mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0}
+LINER = {"N0": 5.0, "mu_s0": 0.5, "mu_k0": 0.33, "p0": 20.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "speed", "between"),
+    [("disc_a_paper/rubber_N5.0", PAPER, 2.0, (1.5, 2.6)), ("disc_a_liner/rubber_N5.0", LINER, 1.2, (0.8, 1.5))],
+)
+def test_the_disc_rig_loses_its_stick(name, law, speed, between):
+    system = Strobe(load("disc_rig", contacts=["disc0"]), period=0.91, autonomous=True, parameters={**law, "w0": speed})
+    found = branch(system, "w0", between, settle=True)
+    stick, hopf = of(name)
+    check(stick, found.special)
+    check(hopf, found.special)
+
+
+def test_the_hinge():
+    fmu = load("hinge_clearance")
+    upper = branch(Strobe(fmu, forcing="f"), "f", (0.35, 0.45), start={"x": -5.19128647e-6, "v": 0.03296490834399})
+    check(of("hinge_111")[0], upper.special)
+    (jump,) = [one for one in upper.special if one.kind == "jump"]
+    assert jump.value == pytest.approx(0.37260874, abs=5e-9)
+    assert upper.ends[0][0] == "jump"
+    (flip,) = [one for one in upper.special if one.kind == "flip"]
+    (doubled,) = upper.switch(flip)
+    check(of("hinge_222")[0], doubled.special)

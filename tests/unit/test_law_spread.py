@@ -1,0 +1,80 @@
+"""The spread over laws in an interval: what it holds, whence it comes, and a law that had not converged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmu_models.base.errors import StickslipError
+from identification.estimators import shooting, weak_form
+from identification.estimators.base import Options
+from identification.fit.fit import fit_friction
+from identification.fit.law_spread import contest
+from identification.fit.result import FrictionFit
+from identification.fit.rivals import fit_rivals
+from identification.laws import find_law, slip_laws
+from identification.measurement.pooling import Pool, pool
+from rig_io.bench.emulator import Disc, Emulation, Material, emulate
+
+EXPONENTIAL = Material("paper/rubber", {"mu_s": 0.65, "mu_k": 0.35, "v_s": 0.08}, "tustin")
+
+
+@pytest.fixture(scope="module")
+def exponential() -> Pool:
+    """Logs of a contact whose friction falls exponentially."""
+    runs = [Emulation(f"{w:g}", (Disc(EXPONENTIAL, w),), duration=6.0) for w in (0.41, 0.83, 1.4)]
+    return pool([emulate(one, 7, number) for number, one in enumerate(runs)])
+
+
+def test_the_interval_of_a_wrong_law_holds_the_truth_by_the_spread(exponential: Pool) -> None:
+    fit = fit_friction(exponential, estimator="weak-form", law_spread="all")
+    low, high = fit.noise_interval("mu_s")
+    assert not low < 0.65 < high
+    low, high = fit.interval("mu_s")
+    assert low < 0.65 < high
+    assert any("Tustin fits these logs better than Conti" in said for said in fit.warnings)
+    weights = {one.law: one.weight for one in fit.rivals}
+    assert sum(weights.values()) == pytest.approx(1) and weights["Tustin"] + weights["Conti+viscous"] > 0.999
+    # by hand from fits of their own: the same quantity under both names, each about the value of Conti's law
+    power = 0.0
+    for law in ("Tustin", "Conti+viscous"):
+        other = fit_friction(exponential, estimator="weak-form", law=law)["mu_s"]
+        assert next(one for one in fit.rivals if one.law == law).values["mu_s"] == pytest.approx(other.value, abs=2e-3)
+        spread = other.plain_deviation**2 - fit["mu_s"].plain_deviation ** 2
+        power += weights[law] * ((other.value - fit["mu_s"].value) ** 2 + max(spread, 0.0))
+    assert fit["mu_s"].law_deviation == pytest.approx(1.5 * np.sqrt(power), rel=0.05)
+    assert fit["mu_s"].total_deviation > fit["mu_s"].law_deviation
+    assert "Tustin" in fit.words_of_law and FrictionFit.from_json(fit.to_json()) == fit
+
+
+def test_what_is_not_asked_is_said(exponential: Pool) -> None:
+    fit = fit_friction(exponential, estimator="weak-form", law="Tustin")
+    assert fit["mu_s"].law_deviation is None and "was not asked" in fit.words_of_law
+    with pytest.raises(StickslipError, match="Did you mean 'all'"):
+        fit_friction(exponential, estimator="weak-form", law_spread="al")
+
+
+def test_a_law_that_fits_worse_than_one_nested_in_it_is_sought_from_there(exponential: Pool) -> None:
+    made = weak_form.estimate(exponential, find_law("Conti+viscous"), Options())
+    simple = weak_form.estimate(exponential, find_law("Conti"), Options()).solution.evaluation.residual
+    stopped = made.solution.values + np.array([0.05, 0.05, 5.0, 0.0])
+    short = replace(made, solution=replace(made.solution, values=stopped, evaluation=made.problem.evaluate(stopped)))
+    assert np.sum(short.solution.evaluation.residual**2) > np.sum(simple**2)
+    found = contest(exponential, short, "all")
+    assert found is not None
+    assert found.fitted["Conti+viscous"].sum < found.fitted["Conti"].sum
+    assert found.fitted["Conti"].sum == pytest.approx(np.sum(simple**2), rel=1e-6)
+
+
+def test_laws_are_shot_at_the_same_residuals(exponential: Pool) -> None:
+    """Conti's law with no viscous friction is Conti's law, to the last residual."""
+    first = shooting.estimate(exponential, find_law("Tustin"), Options())
+    start = {"Conti": np.array([0.69, 0.27, 15.5]), "Conti+viscous": np.array([0.65, 0.25, 12.0, 0.1])}
+    laws = {name: law for name, law in slip_laws().items() if name in ("Tustin", *start)}
+    found = fit_rivals(first, laws, lambda law: start[law.name])
+    assert not found.refused and found.nested == (("Conti", "Conti+viscous"),)
+    sums = {name: one.sum for name, one in found.fitted.items()}
+    assert sums["Tustin"] < sums["Conti+viscous"] < sums["Conti"]
+    assert len({len(one.found.evaluation.residual) for one in found.fitted.values()}) == 1

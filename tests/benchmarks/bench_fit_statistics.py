@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,7 +22,8 @@ from identification.estimators import ESTIMATORS
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.measurement.pooling import pool
-from rig_io.bench.emulator import MicroSlip, emulate, material, standard_set
+from rig_io.bench.emulator import RIG, MicroSlip, emulate, material, standard_set
+from rig_io.logs.log import RigConstants
 from rig_io.sensors.laser import Laser
 
 NAMES = ("mu_s", "mu_k", "p")
@@ -60,7 +61,11 @@ def fits(
 ) -> list[FrictionFit]:
     """Results (one for each estimator) on the bench of one seed."""
     instruments = {"laser": Laser(gain_error=0.0), "encoder": None} if known_gain else {}
-    settings = standard_set(pair, micro_slip=MicroSlip(stiffness) if stiffness else None, **instruments)
+    # true and held: what is judged is the noise (bench_coverage.py draws and adjusts them)
+    true = {name: replace(one, standard_uncertainty=None) for name, one in vars(RIG).items()}
+    settings = standard_set(
+        pair, rig=RigConstants(**true), micro_slip=MicroSlip(stiffness) if stiffness else None, **instruments
+    )
     logs = [emulate(one, seed, number) for number, one in enumerate(settings)]
     ready = pool(logs if use_decay else [log for log in logs if log.kind != "free-decay"])
     return [fit_friction(ready, estimator=name) for name in estimators]

@@ -107,6 +107,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         where=joined(places),
         noise=float(np.linalg.norm(weights)),
         sign=np.array([float(segment.sign) for segment in segments])[cluster],
+        spring=rig.spring,
     )
 
 

@@ -95,7 +95,8 @@ def test_a_scene_asks_for_holds_and_a_log_without_room_is_refused(tmp_path: Path
     path = tmp_path / "rig.toml"
     path.write_text(
         'title = "rig"\nmodel = "disc_rig"\ncontacts = ["disc0"]\nlaws = { disc0 = "ageing" }\nstop_time = 8\n'
-        'drives = { w0 = 0.41 }\ncompute = { kind = "trajectory" }\n[sensors]\nholds = ["300 ms", 3]\nsmoothing = "20 ms"\n',
+        'drives = { w0 = 0.41 }\ncompute = { kind = "trajectory" }\n'
+        '[sensors]\nholds = ["300 ms", 3]\nsmoothing = "20 ms"\n',
         encoding="utf-8",
     )
     (one,) = emulations(read_scene(path))

@@ -111,7 +111,7 @@ def _orbit(path: Path) -> dict[str, float]:
 
     try:
         read = json.loads(path.read_text("utf-8"))
-        given = read.get("start", read) if isinstance(read, dict) else None
+        given: Any = read.get("start", read) if isinstance(read, dict) else None
         return {str(name): float(value) for name, value in given.items()}
     except (OSError, ValueError, AttributeError, TypeError) as error:
         raise StickslipError(

@@ -27,7 +27,7 @@ Disturbing = Annotated[
     str,
     typer.Option(
         metavar="none|auto|NAME,...",
-        help="Estimated beside the law: normal-force, normal-force-each, angle, wear; auto: those that show.",
+        help="Estimated beside the law: normal-force, normal-force-each, angle, wear, zero, drift; auto: those shown.",
     ),
 ]
 

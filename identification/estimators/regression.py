@@ -1,9 +1,10 @@
 """Estimators that regress friction on slip speed.
 
 They reduce their logs to equations of one form,
-    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i,     i = 1..n,     d = 1 without disturbances,
-with residuals that depend on one another inside a slip segment (a cluster), whitened cluster by cluster by the known
-colour of the sensor noise. The rig's constants and the laser's gain and delay are taken as given.
+    sum_j average_j mu(slip_ij; q) d(place_ij; a) = measured_i -+ k/(R N) sum_j average_j s(place_ij; a),     i = 1..n
+(d = 1, s = 0 without disturbances), with residuals that depend on one another inside a slip segment (a cluster),
+whitened cluster by cluster by the known colour of the sensor noise. The rig's constants and the laser's gain and delay
+are taken as given.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from identification.estimators.base import CONSTANT_STEP, DELAY_STEP, GAIN_STEP, FrictionProblem, FrictionRows, Options
-from identification.estimators.disturbances import WHERE, Place, Term, disturbed
+from identification.estimators.disturbances import WHERE, Place, Term, disturbed, misread
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import DiscMotion, drive_angle
@@ -35,7 +36,7 @@ class Regression:
     slip: (n, w) m/s, >= 0; average: (w,), sums to 1; measured: (n,) friction coefficient; cluster: (n,) labels, equal
     ones adjacent; log: (n,) number of the log; whiten: for each cluster in order a matrix (n_g, n_g) or weights (n_g,);
     where: where (n, w) drive and body stood; noise: deviation of a row for unit noise of the angle; sign: (n,) of the
-    slip, where known; workers: threads.
+    slip, where known; spring: friction coefficient for which it makes a radian, k/(R N); workers: threads.
     """
 
     slip: np.ndarray
@@ -47,6 +48,7 @@ class Regression:
     where: Place | None = field(default=None, kw_only=True)
     noise: float = field(default=1.0, kw_only=True)
     sign: np.ndarray | None = field(default=None, kw_only=True)
+    spring: float = field(default=0.0, kw_only=True)
     workers: int | None = field(default=1, kw_only=True)
 
     @property
@@ -77,14 +79,22 @@ class Regression:
     def disturbed(self, law: FittableLaw, terms: Sequence[Term], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Averaged law (n,) with disturbances, whose values follow those of the law in x (m,), and derivatives
         (n, m)."""
-        where, (q, a) = self.where, np.split(x, [len(law.parameters)])
-        assert where is not None
+        where, sign, (q, a) = self.where, self.sign, np.split(x, [len(law.parameters)])
+        assert where is not None and sign is not None
+
+        def averaged(values: np.ndarray, like: np.ndarray) -> np.ndarray:
+            return np.broadcast_to(values, like.shape) @ self.average
 
         def part(rows: slice) -> tuple[np.ndarray, np.ndarray]:
-            slip = self.along(law, self.slip[rows], rows)
+            slip, tilt = self.along(law, self.slip[rows], rows), self.spring * sign[rows]
             friction, (factor, by) = law.value(slip, q), disturbed(terms, a, where.of(rows))
-            slopes = [factor * slope for slope in law.gradient(slip, q)] + [friction * slope for slope in by]
-            return (friction * factor) @ self.average, np.stack([slope @ self.average for slope in slopes], axis=1)
+            more, by_more = misread(terms, a, where.of(rows))
+            slopes = [averaged(factor * slope, slip) for slope in law.gradient(slip, q)]
+            slopes += [
+                averaged(friction * slope, slip) + tilt * averaged(other, slip)
+                for slope, other in zip(by, by_more, strict=True)
+            ]
+            return averaged(friction * factor, slip) + tilt * averaged(more, slip), np.stack(slopes, axis=1)
 
         values, slopes = zip(*self._by_chunks(part), strict=True)
         return np.concatenate(values), np.concatenate(slopes)
@@ -125,6 +135,7 @@ class Regression:
             where=None if self.where is None else self.where.of(chosen),
             noise=self.noise,
             sign=None if self.sign is None else self.sign[chosen],
+            spring=self.spring,
             workers=self.workers,
         )
 
@@ -274,7 +285,14 @@ Equations = Callable[[Sequence[SlipSegment], Sequence[int], RigValues, float], R
 def regress(
     ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options
 ) -> tuple[RegressionProblem, Solution]:
-    """Equations of the pooled slip segments that hold ``window`` natural periods, and their solution.
+    """`reduced`, and its solution."""
+    problem, given = reduced(ready, law, equations, window, options), options.given
+    found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
+    return problem, found
+
+
+def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:
+    """Equations of the pooled slip segments that hold ``window`` natural periods.
 
     Raises:
         StickslipError: no segment holds the window, only one does, or friction has the wrong sign.
@@ -289,9 +307,7 @@ def regress(
     problem = RegressionProblem(law, again({}), ready.priors, again, options.disturbances, ready.drawn, loose(ready))
     _check_sign(problem.regression)
     check_directions(law, problem.regression.sign)
-    given = options.given
-    found = solve(problem, given.start(problem), fixed=given.fixed(problem), progress=options.progress)
-    return problem, found
+    return problem
 
 
 def loose(ready: Pool) -> float:

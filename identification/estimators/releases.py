@@ -37,6 +37,7 @@ SIGNIFICANT = 3.5  # standard deviations
 UNTOLD = 0.012  # of the coefficient: so little beyond mu(0) changes slip by its square, and is biased upward by noise
 UNEVEN = 0.05  # of the coefficient, that the drive's acceleration may add to a level: its encoder says little of more
 SHARE = 1e-4  # of a constant, by which it is moved for a derivative
+HOLD = 2.0  # median sticks that a hold lasts, at least
 DECADE = 1.0  # decades of time in stick from which on their growth has a value
 
 
@@ -166,8 +167,12 @@ def breakaway(
     held = np.maximum(found[:, 1] - kept.begins, STEP)
     decades = np.log10(1 + held / T_0)
     average = np.full(len(held), 1 / len(held))
-    spread = decades - decades.mean()
-    spans = float(np.ptp(decades)) >= DECADE
+    # the little that short sticks have aged is told less surely: of enough holds these alone tell the growth
+    holds = held > HOLD * np.median(held)
+    alone = np.count_nonzero(holds) >= FEWEST and float(np.ptp(decades[holds])) >= DECADE
+    chosen = holds if alone else np.ones(len(held), dtype=bool)
+    spans = float(np.ptp(decades[chosen])) >= DECADE
+    spread = np.where(chosen, decades - decades[chosen].mean(), 0.0)
     slope = spread / float(spread @ spread) if spans else average
     # too little to be told needs no deviation of what it would be
     told = spans or beyond.mean() >= UNTOLD
@@ -177,10 +182,11 @@ def breakaway(
         (moved(q + SHARE * shift, known | {one.name: one.value * (1 + SHARE)}) - beyond) / SHARE
         for one, shift in zip(constants.held if told else (), constants.shifts.T, strict=False)
     ]
-    spare = beyond - beyond.mean() - (spread * float(slope @ beyond) if spans else 0.0)
+    spare = beyond - beyond[chosen].mean() - (spread * float(slope @ beyond) if spans else 0.0)
 
     def deviation(weights: np.ndarray, own: np.ndarray) -> float:
-        scatter = float((weights**2) @ own**2) * len(own) / max(len(own) - 2, 1)
+        count = np.count_nonzero(weights)
+        scatter = float((weights**2) @ own**2) * count / max(count - 2, 1)
         if not told:
             return float(np.hypot(np.sqrt(scatter), 0.5 * UNTOLD))
         law_slope, rig_slope = (np.array([weights @ one for one in made]) for made in (by_law, by_rig))

@@ -131,6 +131,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         where=place,
         noise=float(noise),
         sign=samples.sign[::EVERY],
+        spring=rig.spring,
     )
 
 

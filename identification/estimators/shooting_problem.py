@@ -91,7 +91,7 @@ def _runs(ready: Pool, law: FittableLaw, names: Sequence[str], terms: Sequence[T
     from fmu_models.fmu.fmu import Fmu
 
     runs = {}
-    factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms))
+    factors = tuple(dict.fromkeys((term.moves, term.order) for term in terms if not term.of_sensor))
     for contacts in dict.fromkeys(motion.log.contacts for motion in ready.motions):
         if factors:
             fmu = disturbed_oscillator(contacts[0], law.reference, factors)

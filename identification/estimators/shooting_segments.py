@@ -2,10 +2,11 @@
 
 A segment begins in slip at t_0 with angle and speed s = (theta_0, omega_0), runs under the measured drive w(t), and is
 seen as the laser sees it:
-    y_i = (1 + g_0)/(1 + g) R sin theta(t_i - (delay - delay_0); s, x) + zero,      r_i = (y_i - measured_i)/sd
+    y_i = (1 + g_0)/(1 + g) R sin(theta(t_i - (delay - delay_0); s, x) + z) + R drift(t_i) + zero
+    r_i = (y_i - measured_i)/sd
 measured_i and t_i are corrected by the gain g_0 and the delay_0 that the encoder gave; x holds the law's parameters
-and what else is estimated (disturbances of friction, gain, delay, zero, J, k, c, R, r, N). For each x the best s of
-every segment is found by Gauss-Newton steps from the last one; with Q R = dr/ds,
+and what else is estimated (disturbances, among them z and the drift; gain, delay, zero, J, k, c, R, r, N). For each x
+the best s of every segment is found by Gauss-Newton steps from the last one; with Q R = dr/ds,
     r <- r - Q Q'r,     dr/dx <- dr/dx - Q Q' dr/dx       (variable projection, see problem.py).
 Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also through stick and release.
 """
@@ -26,7 +27,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
-from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed
+from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed, misread
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown
@@ -224,8 +225,9 @@ class ShootingProblem(FrictionProblem):
         fitted, off = self.law.value(speed, x[:count]), np.zeros(1)
         if self.terms:
             assert samples.where is not None
-            factor, _ = disturbed(self.terms, x[count : count + len(self.terms)], samples.where)
-            off = fitted * (factor - 1)
+            values = x[count : count + len(self.terms)]
+            factor, more = (of(self.terms, values, samples.where)[0] for of in (disturbed, misread))
+            off = fitted * (factor - 1) + samples.sign * ready.values.spring * more
         return FrictionRows(
             speed=self.law.along(samples.slip, samples.sign),
             least=samples.slip,
@@ -305,9 +307,12 @@ class ShootingProblem(FrictionProblem):
         return {age: float(variables[f"D_c{disc}"].start) / max(slip, STUCK)}
 
     def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
-        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; with
-        what is known, by r and by the speeds of drives too."""
-        moves: Moves = {term.name: {term.parameter: float(term.log in (None, segment.log))} for term in self.terms}
+        """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; a
+        sensor's moves none. With what is known, by r and by the speeds of drives too."""
+        moves: Moves = {
+            term.name: {} if term.of_sensor else {term.parameter: float(term.log in (None, segment.log))}
+            for term in self.terms
+        }
         mine = speed_name(segment.log)
         if mine in known:
             moves |= {"r": {"r": known[mine]}, mine: {"r": known["r"]}}
@@ -390,8 +395,11 @@ class ShootingProblem(FrictionProblem):
         # an encoder calibrates the laser as a meter of angles, whatever R; without one R is its lever
         lever = self.ready.values.R if sensors.lines else known["R"]
         scale = (1 + sensors.gain) / (1 + known["gain"]) / known.get("laser", 1.0) * lever
+        theta = theta + sum(known[term.name] for term in self.terms if term.moves == "zero")
         shown = scale * np.sin(theta) if segment.laser else theta
         slope = scale * np.cos(theta) if segment.laser else np.ones_like(theta)
+        drifts = {name: lever * curve for name, curve in self._drifts(segment).items()}
+        more = sum((known[name] * curve for name, curve in drifts.items()), np.zeros(1))
         by = slope[:, None] * motion.of("theta")
         inner = len(motion.by) - len(STARTS)
         across = chain(self.law, known, names, motion.by[:inner], self.contacts(segment), self.moved(segment, known))
@@ -405,6 +413,10 @@ class ShootingProblem(FrictionProblem):
                 columns[:, place] -= slope * omega
             elif name == "zero":
                 columns[:, place] += 1.0
+            elif name in drifts:
+                columns[:, place] += drifts[name]
+            elif any(term.name == name and term.moves == "zero" for term in self.terms):
+                columns[:, place] += slope
             elif segment.lines is not None and name.startswith(LINE):
                 columns[:, place] += segment.lines == int(name.removeprefix(LINE))
             elif name == "R" and segment.laser and not sensors.lines:
@@ -413,7 +425,15 @@ class ShootingProblem(FrictionProblem):
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
         if segment.lines is not None:
             shown = shown + np.array([known[f"{LINE}{line}"] for line in segment.lines])
-        return shown + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
+        return shown + more + known["zero"], by[:, inner:], columns, np.where(slip > STUCK, slip, np.nan)
+
+    def _drifts(self, segment: ShootingSegment) -> dict[str, np.ndarray]:
+        """What the laser shows too much, over R, for a value of 1 of each term of its drift in a segment (n,)."""
+        log = self.ready.motions[segment.log].time
+        share = (segment.time - log[0]) / (log[-1] - log[0]) - 0.5
+        return {
+            term.name: term.drift(share) for term in self.terms if term.moves == "drift" and term.log == segment.log
+        }
 
 
 def directions(
@@ -427,7 +447,7 @@ def directions(
         moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
     if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
         moved[law.changeover] = (law.changeover,)
-    moved |= {term.name: (term.parameter,) for term in terms}
+    moved |= {term.name: (term.parameter,) for term in terms if not term.of_sensor}
     # what the laser alone has, or the disc that is away, moves nothing
     return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
 

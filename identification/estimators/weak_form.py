@@ -13,13 +13,23 @@ Messenger & Bortz (2021), Multiscale Model. Simul. 19, 1474; whitening as in the
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from identification.estimators import two_discs
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Place
-from identification.estimators.regression import Regression, joined, regress, whereabouts
+from identification.estimators.regression import (
+    Regression,
+    RegressionProblem,
+    check_directions,
+    joined,
+    reduced,
+    regress,
+    whereabouts,
+)
 from identification.estimators.savitzky_golay import STRUCTURE
 from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW, WINDOW, bump, whitening
 from identification.laws import FittableLaw
@@ -27,6 +37,9 @@ from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import odd_count, savitzky_golay
 from identification.measurement.pooling import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment
+
+THIN = 6  # samples of a window between nodes of the averages of what is searched often
+_kept: WeakKeyDictionary[Pool, RegressionProblem] = WeakKeyDictionary()
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
@@ -38,6 +51,21 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     if isinstance(law, JointLaw):
         return Estimate(ESTIMATOR, law, *two_discs.estimate(ready, law, options))
     return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options))
+
+
+def of_few_nodes(ready: Pool, law: FittableLaw, options: Options) -> RegressionProblem:
+    """The problem with averages over few nodes, for what is searched often: among laws and among disturbances. Its
+    equations are kept with the pool.
+
+    Raises:
+        StickslipError: as for `estimate`.
+    """
+    if ready not in _kept:
+        problem = reduced(ready, law, _equations, WINDOW, options)
+        _kept[ready] = replace(problem, regression=problem.regression.thinned(THIN), again=None)
+    problem = replace(_kept[ready], law=law, terms=options.disturbances)
+    check_directions(law, problem.regression.sign)
+    return problem
 
 
 def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValues, period: float) -> Regression:
@@ -79,6 +107,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         where=joined(places),
         noise=float(np.linalg.norm(weights)),
         sign=np.array([float(segment.sign) for segment in segments])[cluster],
+        spring=rig.spring,
     )
 
 

@@ -20,7 +20,19 @@ import numpy as np
 
 from identification.estimators import weak_form
 from identification.estimators.base import Options
-from identification.estimators.disturbances import ANGLE, CAUSES, FORCE, FORCE_EACH, Term, disturbed, terms_of
+from identification.estimators.disturbances import (
+    ANGLE,
+    CAUSES,
+    DRIFT,
+    FORCE,
+    FORCE_EACH,
+    WEAR,
+    Term,
+    disturbed,
+    hidden,
+    misread,
+    terms_of,
+)
 from identification.estimators.regression import RegressionProblem
 from identification.fit.result import Cause
 from identification.inference.choice import coloured_covariance
@@ -31,9 +43,10 @@ from identification.measurement.pooling import Pool
 
 CHANCE = 0.01  # of any cause being taken up where there is none, by F alone
 WIDER = 1.5  # deviations after a selection
-THIN = 6  # samples of a window between nodes of its averages
 SEARCH = 1e-5  # relative, of the fits that only select
 TRIED = 2  # causes that are fitted in each round: those that promise most to first order
+# pairs of which one does what the other does, so that the better one is taken
+EITHER = (frozenset({FORCE, FORCE_EACH}), frozenset({WEAR, DRIFT}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +75,8 @@ class _Search:
     """Fits of one law with sets of causes, each made once."""
 
     def __init__(self, ready: Pool, law: FittableLaw, workers: int | None = None) -> None:
-        first = weak_form.estimate(ready, law, Options(workers=workers))
-        assert isinstance(first.problem, RegressionProblem)
         self.ready = ready
-        self.bare = replace(first.problem, regression=first.problem.regression.thinned(THIN), again=None)
+        self.bare = weak_form.of_few_nodes(ready, law, Options(workers=workers))
         self.kept: dict[frozenset[str], _Fit] = {}
 
     def fit(self, causes: Sequence[str], begin: _Fit | None = None) -> _Fit:
@@ -124,6 +135,7 @@ def find_causes(
         StickslipError: the logs cannot be fitted by the weak form.
     """
     search = _Search(ready, law, workers)
+    seen = [one for one in CAUSES if not hidden(ready, one)]
     now, chosen = search.fit(()), list[str]()
     progress(0.5)
     if named:
@@ -131,9 +143,7 @@ def find_causes(
         return tuple(_cause(search, now, one) for one in now.causes)
     while True:
         progress((1 + len(chosen)) / (2 + len(chosen)))  # after each cause one more is sought
-        open_ = [one for one in CAUSES if one not in chosen and not {one, *chosen} >= {FORCE, FORCE_EACH}]
-        if len(ready.motions) < 2:
-            open_ = [one for one in open_ if one != FORCE_EACH]
+        open_ = [one for one in seen if one not in chosen and not any(pair <= {one, *chosen} for pair in EITHER)]
         tried = {one: search.fit((*chosen, one), now) for one in search.promising(now, open_)}
         judged = {one: search.judged(now, fit) for one, fit in tried.items()}
         # Holm: the least of the probabilities counts as often as there are causes left
@@ -143,6 +153,13 @@ def find_causes(
         best = max(sure, key=lambda one: judged[one][0])
         chosen.append(best)
         now = search.anew(tried[best])
+    if WEAR in chosen and DRIFT in seen:
+        # slow changes of friction and of the zero look alike, and what has few terms is met first
+        rest = [one for one in chosen if one != WEAR]
+        other = search.anew(search.fit((*rest, DRIFT), search.fit(rest, now)))
+        terms = len(other.problem.terms) - len(now.problem.terms)
+        if other.effective * np.log(now.sum / other.sum) > terms * np.log(max(other.effective, 1.0)):
+            chosen, now = [*rest, DRIFT], other
     for one in [*chosen[:-1]]:  # what came first may be explained by what came later
         rest = tuple(name for name in chosen if name != one)
         gain, chance = search.judged(search.fit(rest, now), now)
@@ -152,18 +169,31 @@ def find_causes(
     return tuple(_cause(search, now, one) for one in chosen)
 
 
+def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[Term, ...]:
+    """The terms of causes that were found."""
+    drift = next((cause.size for cause in causes if cause.name == DRIFT), 0.0)
+    return terms_of(ready, [cause.name for cause in causes], drift)
+
+
 def _cause(search: _Search, now: _Fit, name: str) -> Cause:
     rest = tuple(one for one in now.causes if one != name)
     gain, chance = search.judged(search.fit(rest, now), now)
     count, where = len(now.problem.law.parameters), now.problem.regression.where
     assert where is not None
-    mine = [(term, value) for term, value in zip(now.problem.terms, now.found.values[count:], strict=True)
-            if term.cause == name]  # fmt: skip
-    terms: tuple[Term, ...] = tuple(term for term, _ in mine)
-    factor, _ = disturbed(terms, np.array([value for _, value in mine]), where)
-    words = CAUSES[name]
+    terms = tuple(term for term in now.problem.terms if term.cause == name)
+    values = dict(zip([term.name for term in now.problem.terms], now.found.values[count:], strict=True))
+    mine = np.array([values[term.name] for term in terms])
+    words, unit = CAUSES[name], "1"
+    if terms[0].of_sensor:
+        more, _ = misread(terms, mine, where)
+        unit, lever = ("rad", 1.0) if terms[0].moves == "zero" else ("m", search.ready.values.R)
+        size = lever * float(np.max(np.abs(more)))
+    else:
+        factor, _ = disturbed(terms, mine, where)
+        size = 0.5 * float(np.ptp(factor))
     words += f"; the law is that at {terms[0].reference:g} rad" if name == ANGLE else ""
-    return Cause(name, words, 0.5 * float(np.ptp(factor)), float(gain), min(chance * len(CAUSES), 1.0))
+    words += "; one log shows no change from log to log" if name == WEAR and len(search.ready.motions) == 1 else ""
+    return Cause(name, words, size, unit, float(gain), min(chance * len(CAUSES), 1.0))
 
 
 def _carried(begin: _Fit, problem: RegressionProblem) -> np.ndarray:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.threads import one_blas_thread
 from identification.estimators import ESTIMATORS
-from identification.estimators.base import Estimator, Options
+from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
-from identification.fit.causes import WIDER, find_causes
+from identification.fit.causes import WIDER, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.result import Cause, FrictionFit
@@ -32,6 +32,7 @@ DEFAULT = "shooting"
 DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
 WEAK = "weak-form"  # the estimator that runs no model
+WORSE = 1e-3  # relative: residuals larger than those of what is nested, beyond what cutting slips anew changes
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
@@ -101,18 +102,22 @@ class _Work:
     law_spread: str
     stages: Stages
 
-    def searched(
-        self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = (), adjusting: bool = True
-    ) -> Adjusted:
+    def searched(self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()) -> Adjusted:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
+        made, options = self.estimated(stage, by=by, terms=terms)
+        return adjust(self.ready, made, options)
+
+    def estimated(
+        self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()
+    ) -> tuple[Estimate, Options]:
+        """The same with constants as they are stated, and the options that it was made with."""
         estimator = by or self.estimator
         told = self.stages.of(stage)
         progress = by_evaluations(estimator.searches, told, self.options.progress)
         options = replace(self.options, disturbances=terms or terms_of(self.ready, ()), progress=progress)
         made = estimator.estimate(self.ready, self.law, options)
-        found = adjust(self.ready, made, options) if adjusting else as_stated(made)
         told(1.0)
-        return found
+        return made, options
 
     def concluded(self, stage: str, made: Adjusted, asked: Inference | None = None, wider: float = 1.0) -> FrictionFit:
         """What a solution says; after an interrupt by the jackknife, which takes no time."""
@@ -145,19 +150,20 @@ class _Work:
         """The fit with the disturbances that are named, or that its residuals ask for."""
         failed = None
         try:
-            made = self.searched("search")
-            plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
-        except ContradictedRadii as error:
-            if len(self.ready.contacts) > 1:
-                raise
-            # so may a disturbance look; if none is found, it is the radii
-            failed, made = error, self.searched("search", by=ESTIMATORS.load(WEAK), adjusting=False)
+            first, options = self.estimated("search")
+            try:
+                made = adjust(self.ready, first, options)
+            except ContradictedRadii as error:
+                if len(self.ready.contacts) > 1:
+                    raise
+                # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
+                failed, made = error, as_stated(first)
             plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
         except StickslipError as error:
             # without a strong disturbance the model may not follow the logs at all; the weak form runs none
             if len(self.ready.contacts) > 1 or self.estimator.name == WEAK:
                 raise
-            failed, made = error, self.searched("search", by=ESTIMATORS.load(WEAK))
+            failed, made = error, as_stated(self.estimated("search", by=ESTIMATORS.load(WEAK))[0])
             plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
         if plain.interrupted:
             return plain
@@ -176,12 +182,24 @@ class _Work:
                 raise failed
             return self.contested(made, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made))
         try:
-            again = self.searched("search again", terms=terms_of(self.ready, [cause.name for cause in causes]))
+            again = self.searched("search again", terms=terms_found(self.ready, causes))
         except KeyboardInterrupt:
             words = ", ".join(cause.name for cause in causes)
             return _ended(plain, f"the disturbances that show ({words}) were not estimated", failed)
         found = self.contested(again, self.concluded("end", again, wider=WIDER), WIDER)
-        return replace(found, causes=causes, plain=plain.parameters, structure=(*found.structure, *_assumed(causes)))
+        said = (*(stuck(found, plain) if failed is None else ()), *found.warnings)
+        structure = (*found.structure, *_assumed(causes))
+        return replace(found, causes=causes, plain=plain.parameters, structure=structure, warnings=said)
+
+
+def stuck(rich: FrictionFit, nested: FrictionFit) -> tuple[str, ...]:
+    """What to say of a fit that is worse than one that it holds as a part."""
+    if rich.rms_residual <= nested.rms_residual * (1 + WORSE):
+        return ()
+    return (
+        "With the disturbances the fit is worse than without, though it holds that as a part: the search stopped in a "
+        "local minimum. Take another estimator (--estimator), or name the disturbances one by one.",
+    )
 
 
 def _ended(plain: FrictionFit, missing: str, failed: StickslipError | None) -> FrictionFit:

@@ -164,19 +164,22 @@ class SpeedBin:
 
 @dataclass(frozen=True)
 class Cause(Shown):
-    """A disturbance that was found. size: relative, greatest change of friction that it makes in the logs, either way;
-    gain: by which BIC falls with it, the others being there; chance: probability of its F by chance, corrected."""
+    """A disturbance that was found. size: greatest change of friction that it makes in the logs, either way, relative,
+    or greatest error of the sensor, in ``unit`` (rad, m); gain: by which BIC falls with it, the others being there;
+    chance: probability of its F by chance, corrected."""
 
     name: str
     words: str
     size: float
+    unit: str
     gain: float
     chance: float
 
     @property
     def sentence(self) -> str:
         """What is said of it."""
-        return f"{self.name}: {self.words}, ± {100 * self.size:.2g} % (BIC {self.gain:.3g} better with it)."
+        size = f"{100 * self.size:.2g} %" if self.unit == "1" else f"{1e3 * self.size:.2g} m{self.unit}"
+        return f"{self.name}: {self.words}, ± {size} (BIC {self.gain:.3g} better with it)."
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from identification.inference.problem import Solution, solve
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
 
-THIN = 6  # samples of a window of the weak form between nodes of its averages
 SEARCH = 1e-7  # relative: of some 4e4 residuals of unit variance 0.004, to an AIC that is read to 0.1
 MOST = 40  # evaluations of a law, which starts near its best where the logs do not rule it out
 WEAK = 1e-5  # relative, of the weak form that only begins
@@ -66,14 +65,9 @@ def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) ->
         StickslipError: the logs cannot be fitted by the weak form.
     """
     found: dict[str, Rival] = {}
-    first: RegressionProblem | None = None
     rest = np.zeros(len(options.disturbances))
     for name, law in laws.items():
-        if first is None:
-            made = weak_form.estimate(ready, law, Options(disturbances=options.disturbances)).problem
-            assert isinstance(made, RegressionProblem)
-            first = replace(made, regression=made.regression.thinned(THIN), again=None)
-        problem = replace(first, law=law)
+        problem = weak_form.of_few_nodes(ready, law, options)
         begin = np.concatenate([problem.start()[: len(law.parameters)], rest])
         found[name] = Rival(law, problem, solve(problem, begin, tolerance=WEAK))
     return found

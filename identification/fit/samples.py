@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.estimators.disturbances import disturbed, terms_of
+from identification.estimators.disturbances import disturbed, misread
 from identification.estimators.savitzky_golay import FrictionSamples, friction_samples
+from identification.fit.causes import terms_found
 from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.laws.joint_law import JointLaw, sought_law
@@ -50,10 +51,11 @@ def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]
 def _undisturbed(fit: FrictionFit, ready: Pool) -> FrictionSamples:
     """Friction on one disc as the law alone would have it."""
     samples = friction_samples(ready)
-    terms = terms_of(ready, [cause.name for cause in fit.causes])
+    terms = terms_found(ready, fit.causes)
     if not terms:
         return samples
-    assert samples.where is not None
+    assert samples.where is not None and samples.sign is not None
     found = {one.name: one.value for one in fit.nuisance}
-    factor, _ = disturbed(terms, np.array([found[term.name] for term in terms]), samples.where)
-    return replace(samples, coefficient=samples.coefficient / factor)
+    values = np.array([found[term.name] for term in terms])
+    factor, more = (of(terms, values, samples.where)[0] for of in (disturbed, misread))
+    return replace(samples, coefficient=(samples.coefficient - samples.sign * ready.values.spring * more) / factor)

@@ -67,6 +67,11 @@ class RigValues:
         """Normal force of the driving disc, or of the first of two."""
         return self.forces[0]
 
+    @property
+    def spring(self) -> float:
+        """Friction coefficient that holds the spring where the body has turned by a radian, k/(R N)."""
+        return self.k / (self.R * self.N)
+
 
 @dataclass(frozen=True, eq=False)
 class Pool(Shown):
@@ -230,7 +235,14 @@ def pool(
         materials,
         arrangement,
         threshold,
-        (*warnings, *unfit, *empty, *sensors.warnings, *_warnings(sliding, sensors, priors, free_decay)),
+        (
+            *warnings,
+            *unfit,
+            *empty,
+            *sensors.warnings,
+            *_warnings(sliding, sensors, priors, free_decay),
+            *_zero_unseen(motions, [s for _, segments in found for s in segments], values, free_decay),
+        ),
         _readings(sliding) if free_decay is not None else (),
         zero,
     )
@@ -477,6 +489,20 @@ def _readings(logs: Sequence[RigLog]) -> tuple[Reading, ...]:
         Reading(name, {"J": 1, f"{name}/J": 1}, one.value, one.standard_uncertainty / one.value)
         for name, one in stated
         if one is not None and one.value > 0 and one.standard_uncertainty
+    )
+
+
+def _zero_unseen(
+    motions: Sequence[DiscMotion], segments: Sequence[SlipSegment], rig: RigValues, free_decay: FreeDecay | None
+) -> tuple[str, ...]:
+    """What to say where one disc always slips one way and nothing shows the zero of the angle."""
+    one_way = len({segment.sign for segment in segments}) == 1 and len(rig.forces) == 1
+    if free_decay is not None or not one_way or any(motion.passes is not None for motion in motions):
+        return ()
+    return (
+        "No free decay shows the zero of the angle, and all drives turn one way: a zero that is off by 1 mrad moves "
+        f"every friction coefficient by {1e-3 * rig.spring:.2g}, which no interval holds. Add one log with the drive "
+        "reversed, or a free decay.",
     )
 
 

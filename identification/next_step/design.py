@@ -146,7 +146,7 @@ def design(
     ranked = tuple(sorted(found, key=lambda c: (c.refused is not None, -c.gain)))
     names = [parameter.name for parameter in fit.parameters]
     known = dict(zip(names, np.sqrt(np.diag(np.linalg.inv(now))).tolist(), strict=True))
-    advice = _advice(ranked, known, _index(now), duration) + _holds(fit)
+    advice = _advice(ranked, known, _index(now), duration) + _holds(fit) + _reversal(fit)
     return Design(ranked, known, _index(now), duration, advice)
 
 
@@ -276,14 +276,25 @@ def _index(information: np.ndarray) -> float:
     return float(1 / np.sqrt(max(least, HIGHEST**-2)))
 
 
+def _reversal(fit: FrictionFit) -> str:
+    """What to say where nothing in the logs shows the zero of the angle."""
+    ways = {float(np.sign(speed)) for log in fit.logs for speed in log.drive_speeds}
+    if len(ways) > 1 or any(constant.name == "k/J" for constant in fit.constants):
+        return ""
+    return (
+        " All drives turn one way and there is no free decay, so that a zero of the angle that is off passes for "
+        "friction: let one log turn the other way, which gives the zero to some um on the border."
+    )
+
+
 def _holds(fit: FrictionFit) -> str:
     """What tells how fast breakaway ages, where it does and the sticks have not told."""
     if fit.breakaway is None or not fit.breakaway.ages or fit.breakaway.growth is not None:
         return ""
     low, high = fit.breakaway.span
     return (
-        f" Breakaway ages, but the sticks last {low:.2g} to {high:.2g} s alone: one log with holds over two decades, the "
-        "drive stopped for 0.3, 3 and 30 s in turn, twice each, would tell how fast."
+        f" Breakaway ages, but the sticks last {low:.2g} to {high:.2g} s alone: one log with holds over two decades, "
+        "the drive stopped for 0.3, 3 and 30 s in turn, twice each, would tell how fast."
     )
 
 

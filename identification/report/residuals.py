@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.estimators.disturbances import terms_of
+from identification.fit.causes import terms_found
 from identification.fit.fit import SENSORS
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
@@ -25,7 +25,7 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     Raises:
         StickslipError: these logs cannot be fitted.
     """
-    terms = terms_of(ready, [cause.name for cause in fit.causes])
+    terms = terms_found(ready, fit.causes)
     known = (*SENSORS, *(term.name for term in terms))
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in known)
     options = Options(nuisance=nuisance, disturbances=terms, given=fit.given)

@@ -18,7 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 KNOT = 1e-3  # s
-RUN, RAMP = 4.0, 1.0  # s, of turning before and after each hold, and of slowing down and starting
+RUN, RAMP = 4.0, 4.0  # s, of turning before and after each hold, and of slowing down and starting: so gently
+# that what the body's inertia takes of the force in stick, which is known badly, stays small
+CREEP = 1e-6  # of the speed, that is left in a hold
 PASSES = 4  # of the fixed point phi -> speed -> phi; each gains the factor 8*eighth + once
 
 
@@ -86,5 +88,7 @@ def with_holds(
         slowing = np.clip((knots - start) / RAMP, 0.0, 1.0) - np.clip((knots - start - RAMP - hold) / RAMP, 0.0, 1.0)
         share -= 0.5 - 0.5 * np.cos(np.pi * slowing)
         start += hold + 2 * RAMP
+    # beside a drive at no speed at all any rounding of the body's is slip
+    share = np.maximum(share, CREEP)
     turned = np.concatenate([[0.0], np.cumsum(0.5 * KNOT * (share[1:] + share[:-1]))])
     return knots, share * np.interp(turned, time, speed)

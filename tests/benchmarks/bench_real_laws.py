@@ -105,10 +105,8 @@ def main() -> None:
             growth = [one.growth for one in found if one.growth is not None]
             print(f"    ageing seen in {ages} of {len(found)}", end="")
             if growth:
-                print(
-                    f"; error of b {100 * np.median(np.abs(growth)):.1f} % (median), {100 * np.max(np.abs(growth)):.1f} % (most)",
-                    end="",
-                )
+                off = 100 * np.abs(growth)
+                print(f"; error of b {np.median(off):.1f} % (median), {np.max(off):.1f} % (most)", end="")
             print()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,15 +11,16 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
-from identification.estimators.disturbances import ANGLE, CAUSES, FORCE, WEAR, terms_of
+from identification.estimators.disturbances import ANGLE, CAUSES, DRIFT, FORCE, FORCE_EACH, WEAR, ZERO, terms_of
 from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_problem import shooting_problem
 from identification.fit.causes import find_causes
-from identification.fit.fit import fit_friction
+from identification.fit.fit import fit_friction, stuck
 from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
 from identification.laws import find_law
 from identification.measurement.pooling import Pool, pool
+from identification.next_step.design import design
 from identification.report.friction_figure import friction_figure
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
@@ -34,9 +36,9 @@ CASES = {
 }
 
 
-def bench(disturbances: Disturbances, duration: float = 10.0) -> Pool:
-    settings = standard_set(disturbances=disturbances, duration=duration, ripple=Ripple(smoothing=0.02))
-    return pool([emulate(one, 11, number) for number, one in enumerate(settings)])
+def bench(disturbances: Disturbances, duration: float = 10.0, decay: bool = True, **settings: Any) -> Pool:
+    every = standard_set(disturbances=disturbances, duration=duration, ripple=Ripple(smoothing=0.02), **settings)
+    return pool([emulate(one, 11, number) for number, one in enumerate(every) if one.discs or decay])
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -65,6 +67,42 @@ def test_a_drift_of_the_laser_is_told_by_the_encoder_and_taken_off() -> None:
     assert (error < [0.01, 0.01, 0.05]).all()
 
 
+def test_a_reversed_drive_gives_the_zero_of_the_angle() -> None:
+    ready = bench(Disturbances(zero=2.3e-3), decay=False, speeds=(0.41, -0.83, 1.4))
+    fit = fit_friction(ready, estimator="weak-form", disturbances="auto")
+    (cause,) = fit.causes
+    assert cause.name == ZERO and cause.unit == "rad" and "2.3 mrad" in cause.sentence
+    (zero,) = fit.nuisance
+    assert zero.value == pytest.approx(2.3e-3, abs=2e-6 / 0.125)  # 2 um on the border
+    assert (np.abs(fit.law_values / TRUTH - 1) < [0.005, 0.005, 0.03]).all()
+
+
+def test_drives_that_all_turn_one_way_do_not_show_the_zero_and_that_is_said() -> None:
+    ready = bench(Disturbances(zero=2.3e-3), duration=4.0, decay=False)
+    assert sum("No free decay shows the zero" in one for one in ready.warnings) == 1
+    # 1 mrad: k/(R N) = 2.62/(0.125*4.905) = 4.27 a radian
+    assert "by 0.0043" in ready.warnings[-1]
+    fit = fit_friction(ready, estimator="weak-form")
+    said = "let one log turn the other way"
+    assert said in design(fit, speeds=[0.83], loads=[4.905]).advice
+    turned = replace(fit, logs=(replace(fit.logs[0], drive_speeds=(-0.41,)), *fit.logs[1:]))
+    assert said not in design(turned, speeds=[0.83], loads=[4.905]).advice
+    assert not any("No free decay" in one for one in bench(Disturbances(), duration=4.0).warnings)
+
+
+def test_a_drift_of_a_laser_alone_is_named_and_known_poorly() -> None:
+    ready = bench(Disturbances(drift=3e-4), duration=20.0, encoder=None)
+    fit = fit_friction(ready, estimator="weak-form", disturbances="auto")
+    (cause,) = fit.causes
+    assert cause.name == DRIFT and cause.unit == "m" and "poorly" in cause.sentence
+    # the zero is as uncertain as the drift is large: half of 0.3 mm makes 0.15e-3/R k/(R N) of friction
+    least = 0.5 * cause.size / 0.125 * 2.62 / (0.125 * 4.905)
+    error = np.abs(fit.law_values - TRUTH)
+    for one, off in zip(fit.parameters, error, strict=True):
+        assert off < 2 * one.total_deviation and (one.name == "p" or one.standard_deviation > least)
+    assert (error / TRUTH < [0.02, 0.03, 0.06]).all()
+
+
 def test_nothing_is_found_on_a_clean_bench_and_the_plain_fit_stays() -> None:
     ready = bench(Disturbances(), duration=20.0)
     assert ready.sensors.warnings == ()
@@ -89,6 +127,19 @@ def test_shooting_has_exact_derivatives_by_every_disturbance_and_finds_them() ->
         assert off < 0.02 * np.linalg.norm(slope) + 1e-9, term.name
 
 
+def test_shooting_has_exact_derivatives_by_what_the_sensor_shows_too_much() -> None:
+    ready = bench(Disturbances(zero=1e-3), duration=4.0, speeds=(0.41, -0.83), encoder=None)
+    options = Options(disturbances=terms_of(ready, (ZERO, DRIFT)))
+    segments, known = slip_shooting(ready)
+    problem = shooting_problem(ready, CONTI, segments[::3], TRUTH, options, known)
+    x, here = problem.first, problem.evaluate(problem.first)
+    for place, term in enumerate(options.disturbances, 3):
+        step = 1e-5 * np.eye(len(x))[place]
+        slope = (problem.evaluate(x + step).residual - problem.evaluate(x - step).residual) / 2e-5
+        off = np.linalg.norm(slope - here.gradient[:, place])
+        assert off < 0.01 * np.linalg.norm(slope), term.name
+
+
 def test_shooting_follows_wear_within_a_slip() -> None:
     fit = fit_friction(bench(Disturbances(per_log=0.08, within=0.08)), estimator="shooting", disturbances=[WEAR])
     # three standard deviations; with the friction of each slip held at its mean p is off by -6 %
@@ -110,6 +161,8 @@ def test_marks_and_means_of_the_figure_are_without_what_disturbances_changed() -
     for one in fit.bins:
         assert one.coefficient == pytest.approx(one.fitted, rel=0.02)
         assert one.fitted == pytest.approx(CONTI.value(np.array([one.slip]), TRUTH)[0], rel=0.03)
+    plain = fit_friction(ready, estimator="weak-form")
+    assert not stuck(fit, plain) and "local minimum" in stuck(plain, fit)[0]
     title = friction_figure(fit, {"disc0": samples}).axes[0].get_title()
     assert "without what disturbances changed: " in title and "wear" in title
 
@@ -173,5 +226,21 @@ def test_what_cannot_be_estimated_is_said() -> None:
         fit_friction(ready, disturbances=list(CAUSES))
     with pytest.raises(StickslipError, match="one driving disc"):
         terms_of(replace(ready, contacts=("disc0", "disc1")), [WEAR])
+    one = replace(
+        ready, motions=ready.motions[:1], segments=tuple(s for s in ready.segments if not ready.log_number(s))
+    )
+    still = replace(one, segments=(replace(one.segments[0], last=one.segments[0].first + 10),))
+    for these, cause, why in (
+        (ready, ZERO, "one log with the drive reversed"),
+        (ready, DRIFT, "an encoder is beside the laser"),
+        (one, ANGLE, "at one drive speed"),
+        (one, FORCE_EACH, "there is one log"),
+        (still, FORCE, "the drive turns by 0.0"),
+        (still, ANGLE, "the body turns by .* mrad only"),
+    ):
+        with pytest.raises(StickslipError, match=f"cannot show a disturbance '{cause}': .*{why}"):
+            fit_friction(these, disturbances=[cause])
+    (cause,) = find_causes(one, CONTI, named=[WEAR])
+    assert "one log shows no change from log to log" in cause.words
     with pytest.raises(StickslipError, match=r"up to 0\.5"):
         Disturbances(once=0.7)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -109,7 +110,7 @@ def test_a_disc_that_no_sensor_sees_or_that_hardly_moves_is_refused(counted: lis
         disc_motion(replace(log, columns={**drive, **still}))
 
 
-def bench(**instruments: object) -> list[RigLog]:
+def bench(**instruments: Any) -> list[RigLog]:
     settings = standard_set(speeds=(0.83, 1.4), duration=8.0, **instruments)
     return [emulate(one, 6, number) for number, one in enumerate(settings)]
 
@@ -143,15 +144,13 @@ def test_a_laser_alone_has_its_gain_found_with_the_law() -> None:
     assert regressed.constant("laser").standard_uncertainty <= 0.002
 
 
-def test_a_laser_of_unknown_gain_is_known_by_the_slips() -> None:
+def test_a_laser_of_unknown_gain_leaves_intervals_at_least_so_wide() -> None:
     logs = bench(encoder=None)
     laser = logs[0].calibration.laser
     assert laser is not None
     loose = replace(logs[0].calibration, laser=replace(laser, gain_deviation=None))
-    gain = fit_friction([replace(log, calibration=loose) for log in logs], estimator="weak-form").constant("laser")
-    assert "adjusted" in gain.source
-    # the emulated laser is off by 0.2 % (one standard deviation)
-    assert abs(gain.value - 1) < 0.006 + 2 * gain.standard_uncertainty
+    fit = fit_friction([replace(log, calibration=loose) for log in logs], estimator="weak-form")
+    assert fit.unstated("mu_s") == ("laser",) and fit.at_least("p")
 
 
 def test_nominal_speeds_are_found_with_the_law() -> None:

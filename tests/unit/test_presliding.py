@@ -64,7 +64,7 @@ def test_a_law_that_is_far_off_at_rest_makes_no_elastic_contact(rigid: Pool, coe
 def test_slip_shooting_follows_some_cycles_with_bristles_for_their_stiffness(elastic: Pool) -> None:
     one = fit_friction(elastic).presliding
     assert one is not None and one.stiffness is not None and one.stiffness_deviation is not None
-    assert one.stiffness_deviation < 0.05 * 5e4 and one.model_deviation == 0
+    assert one.stiffness_deviation < 0.05 * 5e4 and one.model_deviation < 0.03 * one.compliance
     assert abs(one.stiffness - 5e4) < 3 * one.stiffness_deviation
     unknown = replace(one, at_least=True)
     assert "± at least" in unknown.warnings[0] and "at least" not in one.warnings[0]

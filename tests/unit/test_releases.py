@@ -16,7 +16,7 @@ from identification.fitted_model.model import fmu_parameters
 from identification.measurement.pooling import pool
 from identification.next_step.design import _holds
 from identification.report.fit_summary import _certainty
-from rig_io.bench.drive import RUN, Ripple, held_duration, with_holds
+from rig_io.bench.drive import RAMP, RUN, Ripple, held_duration, with_holds
 from rig_io.bench.emulator import Disc, Emulation, emulate, free_decay
 from rig_io.bench.scenes import emulations
 
@@ -83,19 +83,20 @@ def test_sticks_that_do_not_age_raise_no_alarm(tmp_path: Path) -> None:
 
 
 def test_a_drive_that_holds_stands_still_as_long_as_asked() -> None:
-    time, speed = with_holds(np.array([0.0, 40.0]), np.array([0.5, 0.5]), (2.0, 10.0), 1.0)
-    assert time[-1] == pytest.approx(40.0)
-    still = np.diff(np.flatnonzero(np.diff((speed < 1e-12).astype(int)))) * 1e-3
+    time, speed = with_holds(np.array([0.0, 60.0]), np.array([0.5, 0.5]), (2.0, 10.0), 1.0)
+    assert time[-1] == pytest.approx(60.0)
+    still = np.diff(np.flatnonzero(np.diff((speed < 1e-6).astype(int)))) * 1e-3
     np.testing.assert_allclose(still[::2], (2.0, 10.0), atol=0.01)
     assert speed[np.searchsorted(time, 1.0 + RUN - 0.1)] == 0.5
-    assert held_duration((2.0, 10.0)) == pytest.approx(12.0 + 3 * RUN + 4.0)
+    assert held_duration((2.0, 10.0)) == pytest.approx(12.0 + 3 * RUN + 4 * RAMP)
 
 
 def test_a_scene_asks_for_holds_and_a_log_without_room_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(
         'title = "rig"\nmodel = "disc_rig"\ncontacts = ["disc0"]\nlaws = { disc0 = "ageing" }\nstop_time = 8\n'
-        'drives = { w0 = 0.41 }\ncompute = { kind = "trajectory" }\n[sensors]\nholds = ["300 ms", 3]\nsmoothing = "20 ms"\n',
+        'drives = { w0 = 0.41 }\ncompute = { kind = "trajectory" }\n'
+        '[sensors]\nholds = ["300 ms", 3]\nsmoothing = "20 ms"\n',
         encoding="utf-8",
     )
     (one,) = emulations(read_scene(path))

@@ -249,7 +249,7 @@ def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProbl
 def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
     """z of the cycle that a run from a point ends in, in the middle of its longest pause between events."""
     strobe = problem.strobe.at(**{problem.over: value})
-    run = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
+    run: dict[str, Any] = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
     cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
     if cycle is None:
         raise StickslipError(

@@ -13,20 +13,15 @@ least value is h > 0. The point has v = h = 0.
                                 and Newton's method with the border v = target the motion itself
 
 No derivative is ever taken at the point: there the event has none.
-
-Set-valued multipliers: those of (1 - q) M- + q M+ for q from 0 to 1, M- without the event and M+ with it; where one of
-them passes +1, -1 or the circle. After a rigid touch M+ grows as 1/v, and there is no such hull.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
@@ -38,8 +33,6 @@ LEAST_MISS = 1e-9
 FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
 # of the period: a passing of a neighbour that is further from this in time is another one
 SAME_TIME = 0.1
-# of the hull, that are looked at
-SHARES = 2001
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # how far beyond a point, in u, the motion is looked for that goes on by other events
@@ -251,10 +244,8 @@ def _stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
     down = miss.gradient * node.scales
     size = float(np.linalg.norm(down[: len(node.problem.states)]))
     try:
-        step: Vector = np.linalg.solve(
-            np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth)
-        )
-        return step
+        found: Any = np.linalg.solve(np.vstack([_scaled(node.seen, node.scales), down / size]), -np.append(jump, depth))
+        return found
     except np.linalg.LinAlgError:
         raise Lost("the miss does not change along the branch") from None
 
@@ -438,43 +429,3 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
     limit = _extrapolated([v for v, _ in last], np.array([one.seen.monodromy for _, one in last]))
     value = _extrapolated([v for v, _ in last], np.array([one.z[-1:] for _, one in last]))
     return limit, float(value[0])
-
-
-def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[str, list[float]]:
-    """Shares q at which a multiplier of (1 - q) M- + q M+ is at +1, -1, or, in a pair, on the unit circle."""
-
-    def own(q: Vector) -> NDArray[np.complex128]:
-        share = q[:, None, None]
-        found = np.linalg.eigvals((1.0 - share) * without + share * with_it).astype(complex)
-        if not problem.autonomous:
-            return found
-        kept = np.ones(found.shape, bool)
-        kept[np.arange(len(q)), np.abs(found - 1.0).argmin(axis=1)] = False
-        return found[kept].reshape(len(q), -1)
-
-    def circle(found: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        n = found.shape[1]
-        pairs = [found[:, i] * found[:, j] - 1.0 for i in range(n) for j in range(i)]
-        return np.prod(pairs, axis=0) if pairs else np.ones(len(found), complex)
-
-    functions: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
-        "+1": lambda found: np.prod(found - 1.0, axis=1),
-        "-1": lambda found: np.prod(found + 1.0, axis=1),
-        "circle": circle,
-    }
-    shares = np.linspace(0.0, 1.0, SHARES)
-    scanned = own(shares)
-    crossings: dict[str, list[float]] = {}
-    for name, function in functions.items():
-
-        def value(q: float, function: Any = function) -> float:
-            return float(np.real(function(own(np.array([q])))[0]))
-
-        values = np.real(function(scanned))
-        places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
-        roots = [float(np.asarray(brentq(value, shares[i], shares[i + 1], xtol=1e-14))) for i in places]
-        if name == "circle":
-            roots = [q for q in roots if (np.abs(own(np.array([q])).imag) > 1e-9).any()]
-        if roots:
-            crossings[name] = roots
-    return crossings

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.discontinuous import Touch, hull_crossings, repeats, with_event
+from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_event
 from fmu_models.analyses.continuation.follow import Found
+from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.problem import FlowProblem, Vector, Word
 from fmu_models.base.shown import Shown

@@ -101,10 +101,10 @@ def _ranking(
     }
     # of laws that are as good the one with the fewest parameters; one whose values the model refuses cuts nothing
     begin = sorted((name for name in near), key=lambda name: (weak[name].sum > CLOSE * least, len(laws[name].names)))
-    for name in begin:
-        cut = ESTIMATORS.load(estimator).estimate(ready, laws[name], options)
-        if cut.estimator.name == estimator:
-            break
+    cuts = (ESTIMATORS.load(estimator).estimate(ready, laws[name], options) for name in begin)
+    cut = next(cuts)
+    while cut.estimator.name != estimator and (other := next(cuts, None)) is not None:
+        cut = other
     told(0.3)
     made = fit_rivals(cut, near, lambda law: weak[law.name].law_values, progress=lambda done: told(0.3 + 0.4 * done))
     at_rest = float(cut.law.value(np.zeros(1), cut.solution.values[: len(cut.law.parameters)])[0])

@@ -7,7 +7,7 @@ cell is a friction pair under one disc (three drive speeds of 20 s) or a case of
 estimator: by parameter in how many of the benches the combined interval holds the truth, with the binomial deviation;
 root mean square of error over combined deviation; median combined deviation in per cent; on how many benches constants
 were said to contradict each other, and how many were refused. With --gross a stated constant is off by that share. With
---rig it is one with fewer instruments (one disc).
+--rig it is one with other instruments (one disc).
 """
 
 from __future__ import annotations
@@ -24,14 +24,17 @@ from bench_two_discs import CASES
 from fmu_models.base.errors import StickslipError
 from identification.fit.fit import fit_friction
 from identification.measurement.pooling import pool
+from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.emulator import MATERIALS, RIG, MicroSlip, emulate, material, standard_set
 from rig_io.logs.log import RigLog
+from rig_io.sensors.load_cell import LoadCell
 
 RIGS: Mapping[str, Mapping[str, Any]] = {
     "whole": {},
     "encoder": {"laser": None},
     "laser": {"encoder": None},
     "nominal": {"drive_encoder": None, "speed_deviation": 0.005},
+    "load cell": {"load_cell": LoadCell(), "disturbances": Disturbances(once=0.05)},
     "least": {"laser": None, "drive_encoder": None, "speed_deviation": 0.005},
 }
 CONSTANTS = ("J", "k", "c", "R", "r", "N0", "N1")

@@ -304,7 +304,7 @@ class ShootingProblem(FrictionProblem):
             return {}
         drive = segment.drives[self.contacts(segment).index(f"disc{disc}")]
         slip = abs(rig.r * float(np.interp(segment.start_time, drive.time, drive.value)) - rig.R * omega)
-        return {age: float(variables[f"D_c{disc}"].start) / max(slip, STUCK)}
+        return {age: float(str(variables[f"D_c{disc}"].start)) / max(slip, STUCK)}
 
     def moved(self, segment: ShootingSegment, known: Mapping[str, float] = MappingProxyType({})) -> Moves:
         """Derivatives of the FMU's parameters by each disturbance in a segment: 1, or 0 for that of another log; a

@@ -45,7 +45,9 @@ class FittableLaw(LawFunctions):
         for guess in product(*(self._candidates(place, np.max(np.abs(v))) for place in range(len(self.parameters)))):
             q = np.where(free, 0.0, guess)
             # the triangle of a tall system has the same solution and misfit
-            triangle = np.linalg.qr(np.column_stack([*self.gradient(v, q)[free], mu - self.value(v, q)]), mode="r")
+            triangle = np.asarray(
+                np.linalg.qr(np.column_stack([*self.gradient(v, q)[free], mu - self.value(v, q)]), mode="r")
+            )
             found, misfit = nnls(triangle[:, :-1], triangle[:, -1])
             if misfit < least:
                 q[free] = found

@@ -156,7 +156,7 @@ def test_the_impact_pair():
     for known in [*of("pair_e0.6_up"), *of("pair_e0.6_down")]:
         check(known, found.special)
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
-    twins = found.switch(pitchfork, points=80)
+    twins = pitchfork.switch(points=80)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
 
@@ -185,7 +185,7 @@ def test_the_hinge():
     assert jump.value == pytest.approx(0.37260874, abs=5e-9)
     assert upper.ends[0][0] == "jump"
     (flip,) = [one for one in upper.special if one.kind == "flip"]
-    (doubled,) = upper.switch(flip)
+    (doubled,) = flip.switch()
     check(of("hinge_222")[0], doubled.special)
 
 

@@ -76,6 +76,8 @@ def _special(special: Any) -> dict[str, Any]:
     event = special.multipliers_with_event
     return {
         "kind": special.kind,
+        "criticality": special.criticality,
+        "normal_form": console.finite(special.normal_form),
         "value": special.value,
         "value_with_event": console.finite(special.value_with_event),
         "period": special.period,

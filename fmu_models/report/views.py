@@ -196,7 +196,8 @@ def _(branch: Branch) -> str:
 
 def _told(special: Special) -> str:
     multipliers = ", ".join(_number(one) for one in special.multipliers)
-    line = f"{special.kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
+    kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
+    line = f"{kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
     if special.contact:
         line += f"; {special.contact}"
     if special.multipliers_with_event is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_
 from fmu_models.analyses.continuation.follow import Found
 from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
+from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
 from fmu_models.analyses.continuation.problem import FlowProblem, Vector, Word
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
@@ -79,12 +81,24 @@ class Special(Shown):
             )
         return found
 
+    @cached_property
+    def normal_form(self) -> float:
+        """The cubic coefficient of a flip, pitchfork or Neimark-Sacker point, see normal_form.py; nan where it is none
+        or not known: at other kinds, and where nothing forces the motion."""
+        return coefficient(self.kind, self.node) if self.kind in KINDS else np.nan
+
+    @property
+    def criticality(self) -> str:
+        """ "supercritical" or "subcritical", by the normal form; "" where that is not known."""
+        return criticality(self.kind, self.normal_form)
+
     def at(self, turns: float) -> Vector:
         """(n,) the state at a phase of the forcing, in turns; s where nothing forces the motion."""
         return state_at(self.node, turns)
 
     def _contents(self) -> dict[str, object]:
         shown: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
+        shown |= {"criticality": self.criticality or None}
         shown |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
         return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
 

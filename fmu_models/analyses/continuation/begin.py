@@ -8,9 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.map_problem import MapProblem
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved
-from fmu_models.analyses.continuation.problem import FlowProblem, Problem, Vector
+from fmu_models.analyses.continuation.problem import Problem, Vector
 from fmu_models.analyses.cycles import last_cycle
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.contact_states import TOUCHING
@@ -22,7 +26,7 @@ SETTLE = 400
 
 def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
     """The motion at the start."""
-    value = _value(system, problem.over)
+    value = problem.present(problem.over)
     if not between[0] <= value <= between[1]:
         raise StickslipError(
             f"The start has {problem.over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it "
@@ -106,6 +110,22 @@ def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
     return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
 
 
-def _value(system: Any, over: str) -> float:
-    known = system.values.get(over)
-    return float(system.fmu.variables[over].start or 0.0) if known is None else float(known)
+def problem_of(system: Any, over: str) -> Problem:
+    """The family that a section describes.
+
+    Raises:
+        StickslipError: another section than a strobe or a map, an FMU of others.
+    """
+    if isinstance(system, Iteration):
+        return MapProblem(system, over)
+    if not isinstance(system, Strobe):
+        raise StickslipError(
+            f"A branch of '{system.name}' is followed at a strobe: name what forces it, or say that nothing does and "
+            "give about how long its period is (autonomous=True, period=)."
+        )
+    if not system.fmu.ours:
+        raise StickslipError(
+            f"'{system.name}' is not of this suite, and its runs carry no derivatives through events: its branches "
+            "cannot be followed. 'find_bifurcations' takes it, by differences."
+        )
+    return FlowProblem(system, over)

@@ -37,11 +37,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.begin import begin_of
+from fmu_models.analyses.continuation.begin import begin_of, problem_of
 from fmu_models.analyses.continuation.follow import Follower, Way, passes
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
-from fmu_models.analyses.continuation.problem import FlowProblem, Problem, Vector, Word, problem_of
+from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
@@ -175,7 +175,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
     autonomous = problem.autonomous
     states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
-        _name(problem),
+        problem.name,
         problem.over,
         problem.states,
         np.array([node.value for node in nodes]),
@@ -192,10 +192,6 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         tuple(nodes),
         between,
     )
-
-
-def _name(problem: Any) -> str:
-    return problem.strobe.name if isinstance(problem, FlowProblem) else problem.map.name
 
 
 def _shown(node: Node, autonomous: bool) -> Vector:

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.node import Lost, Node, look
-from fmu_models.analyses.continuation.problem import FlowProblem, Problem, Vector, cyclic
+from fmu_models.analyses.continuation.problem import Problem, Vector, cyclic
 
 KINDS = ("flip", "pitchfork", "Neimark-Sacker")
 # differences, in scales of the states: the first at which no event comes or goes, and two widths agree as well as that
@@ -71,7 +72,8 @@ def _at_zero(node: Node) -> tuple[Problem, Vector]:
 def _coefficient(kind: str, problem: Problem, z: Vector, scales: Vector, width: float) -> float:
     n = len(problem.states)
     a, b, c = _derivatives(problem, z, width * scales[:n])
-    values, rights = (np.asarray(one, complex) for one in np.linalg.eig(a))
+    eigen: Any = np.linalg.eig(a)
+    values, rights = eigen
     target: Any = {"flip": -1.0, "pitchfork": 1.0}.get(kind)
     if target is None:
         paired = np.flatnonzero(values.imag > 0.0)

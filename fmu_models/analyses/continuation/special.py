@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.analyses.continuation.curve import Curve, curve_of
 from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_event
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.follow import Found
 from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
-from fmu_models.analyses.continuation.problem import FlowProblem, Vector, Word
+from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.codegen.contact_states import AWAY, STICK
@@ -80,6 +82,20 @@ class Special(Shown):
                 "leaves at flips, pitchforks, branch points, and where the word changes and a multiplier passes -1."
             )
         return found
+
+    def curve(self, second: str, between: tuple[float, float], points: int = 500) -> Curve:
+        """The point as a curve in two parameters, the first within the range of the branch.
+
+        Args:
+            second: name of the other parameter or input.
+            between: its least and largest value; its present one lies between them.
+            points: in each direction, at most.
+
+        Raises:
+            StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
+        """
+        miss = self.touch.miss if self.touch else None
+        return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
     @cached_property
     def normal_form(self) -> float:

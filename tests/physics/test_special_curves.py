@@ -77,6 +77,40 @@ def test_resonances_of_the_henon_map(henon):
     assert met.kind == "1:2 resonance" and met.parameters == pytest.approx({"a": 3.0, "b": -1.0}, abs=1e-10)
 
 
+def test_curves_meet(stick_slip):
+    """Where two curves meet, each says so by functions of its own: the fold and the Neimark-Sacker point, the corner
+    and the flip."""
+    (torus,) = [one for one in stick_slip if one.kind == "Neimark-Sacker"]
+    fold = max((one for one in stick_slip if one.kind == "fold"), key=lambda one: one.value)
+    (met,) = fold.curve("f0", (0.08, 0.12)).meetings
+    assert met.kind == "1:1 resonance"
+    torus = torus.curve("f0", (0.08, 0.12))
+    assert [kind for kind, _ in torus.ends] == ["1:1 resonance", "range"]
+    assert (torus.seconds[0], torus.values[0]) == pytest.approx(
+        (met.parameters["f0"], met.parameters["omega"]), abs=1e-7
+    )
+    corner, flip = (next(one for one in stick_slip if abs(one.value - value) < 1e-3) for value in (1.66769, 1.71298))
+    (met,) = corner.curve("f0", (0.08, 0.12)).meetings
+    assert met.kind == "grazing-sliding corner and flip"
+    flip = flip.curve("f0", (0.08, 0.12))
+    assert [kind for kind, _ in flip.ends] == ["event", "range"]
+    assert (flip.seconds[0], flip.values[0]) == pytest.approx((met.parameters["f0"], met.parameters["omega"]), abs=1e-5)
+
+
+def test_the_stick_of_a_disc_lost_over_its_load():
+    """An autonomous motion: as the branch of another load has it."""
+    law = {"mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0}
+    lost = []
+    for load_, speed in ((5.0, 2.0), (4.0, 1.6)):
+        parameters = {**law, "N0": load_, "w0": speed}
+        system = Strobe(load("disc_rig", contacts=["disc0"]), period=0.91, autonomous=True, parameters=parameters)
+        special = branch(system, "w0", (1.5, 2.6), settle=True).special
+        lost.append(next(one for one in special if one.kind == "grazing-sliding corner"))
+    (found,) = lost[0].curve("N0", (4.0, 5.0)).at(4.0)
+    assert found.parameters["w0"] == pytest.approx(lost[1].value, abs=1e-10)
+    assert found.period == pytest.approx(lost[1].period, abs=1e-9)
+
+
 def test_what_has_no_curve(henon):
     fold = next(one for one in henon if one.kind == "fold")
     with pytest.raises(StickslipError, match="has no parameter 'c'"):

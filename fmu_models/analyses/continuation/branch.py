@@ -38,11 +38,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
+from fmu_models.analyses.continuation.curve import Curve
 from fmu_models.analyses.continuation.follow import Follower, Way, passes
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
+from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
@@ -242,6 +244,23 @@ class Branches(Pictured):
     def special(self) -> tuple[Special, ...]:
         """Of all branches."""
         return tuple(special for one in self.branches for special in one.special)
+
+    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
+        """Those of all special points that have one; see ``Special.curve``.
+
+        Raises:
+            StickslipError: none has one, no such parameter, a range that does not hold its present value.
+        """
+        found = []
+        for one in self.special:
+            if one.touch is None and one.kind not in SMOOTH:
+                continue
+            found.append(one.curve(second, between, points))
+            if any(kind == "interrupted" for kind, _ in found[-1].ends):
+                break
+        if not found:
+            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
+        return tuple(found)
 
     def _heading(self) -> str:
         return f"{len(self.branches)} branches of {self.model} over {self.over}"

@@ -27,7 +27,13 @@ PUSHES = (0.0, 0.1, 1.0, 10.0, 100.0)
 
 
 class Condition(ABC):
-    """An equation on motions over two parameters."""
+    """An equation on motions over two parameters.
+
+    Attributes:
+        kind: "fold", "flip", "Neimark-Sacker"; "" where the word changes.
+    """
+
+    kind: str
 
     @abstractmethod
     def solved(self, node: Node, guess: Vector, pin: Border, step: float) -> Node:
@@ -78,7 +84,6 @@ class Determinant(Condition):
     """Of a smooth bifurcation.
 
     Attributes:
-        kind: "fold", "flip", "Neimark-Sacker".
         word: of events, of all motions on the curve.
     """
 
@@ -135,6 +140,7 @@ class Miss(Condition):
 
     like: Passing
     word: Word
+    kind: str = ""
 
     def of(self, node: Node) -> Passing:
         """The near miss of a motion on the curve: that which is least."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.curve import Curve, curve_of
+from fmu_models.analyses.continuation.curve import Curve
 from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_event
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.follow import Found
@@ -18,6 +18,7 @@ from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word
+from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.codegen.contact_states import AWAY, STICK

@@ -56,12 +56,12 @@ def branch(
     with console.progress("following") as advance:
         first = follow(system, name, (low, high), start=start, settle=settle, points=points, progress=advance)
         found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
-        curves = found.curves(second[0], second[1:]) if second else ()
+        curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
     told: dict[str, Any] = content(found)
     if second:
         told["curves"] = [_curve(one) for one in curves]
     files.tell(Curves(curves) if curves else found, told)
-    if any(kind == "interrupted" for one in (*found.branches, *curves) for kind, _ in one.ends):
+    if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
 
 

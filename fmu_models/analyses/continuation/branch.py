@@ -30,7 +30,7 @@ Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -39,10 +39,11 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
 from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.follow import Follower, Way, passes
+from fmu_models.analyses.continuation.follow import Follower, Way
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
+from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
 from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.section_system import SectionSystem
@@ -218,10 +219,12 @@ class Branches(Pictured):
     Attributes:
         of: the state that a picture shows.
         branches: the first, and the others in the order in which they were found.
+        interrupted: by the keyboard: others may be missing.
     """
 
     of: str
     branches: tuple[Branch, ...]
+    interrupted: bool = False
 
     @property
     def model(self) -> str:
@@ -285,16 +288,31 @@ def branches(
     """
     if of is not None and of not in first.states:
         raise StickslipError(f"'{first.model}' has no state '{of}'.{nearest(of, first.states)}")
-    known, done = [first], 0 if switch else 1
-    while done < len(known):
-        one = known[done]
-        done += 1
+    known = [first]
+    interrupted = _interrupted(first)
+    if switch and not interrupted:
+        try:
+            for one in _switched_at(known, longest, points):
+                known.append(one)
+                interrupted = _interrupted(one)
+                if interrupted:
+                    break
+        except KeyboardInterrupt:
+            interrupted = True
+    return Branches(of or first.states[0], tuple(known), interrupted)
+
+
+def _interrupted(one: Branch) -> bool:
+    return any(kind == "interrupted" for kind, _ in one.ends)
+
+
+def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Branch]:
+    """What leaves the branches that are known, and is not; the list may grow meanwhile."""
+    for one in known:
         for special in one.special:
             doubles = special.kind == "flip" or special.touch is not None
             if one.every * (2 if doubles else 1) > longest:
                 continue
             for begin in leaving(special):
-                if any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
-                    continue
-                known.append(_from(begin, one.between, points))
-    return Branches(of or first.states[0], tuple(known))
+                if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
+                    yield _from(begin, one.between, points)

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_event
+from fmu_models.analyses.continuation.discontinuous import Touch, repeats
 from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.follow import Found
 from fmu_models.analyses.continuation.hull import hull_crossings
+from fmu_models.analyses.continuation.lost_event import with_event
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
 from fmu_models.analyses.continuation.problem import Vector, Word

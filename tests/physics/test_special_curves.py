@@ -45,7 +45,8 @@ def stick_slip():
 
 def test_a_corner_over_the_force(stick_slip):
     corner = min(stick_slip, key=lambda one: one.value)
-    curve = corner.curve("f0", (0.07, 0.15))
+    curve = corner.curve(second="f0")
+    assert (curve.seconds.min(), curve.seconds.max()) == pytest.approx((0.05, 0.2))
     check(curve, ROWS["corner A in (omega, f0)"], "f0", 1e-11)
     assert [kind for kind, _ in curve.ends] == ["range", "range"]
 

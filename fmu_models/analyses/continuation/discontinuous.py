@@ -7,6 +7,7 @@ least value is h > 0. The point has v = h = 0.
                                 target shrinking geometrically; from the last one, so near that the rest is linear, to 0
     from the side of the event  v = target, shrinking too; the motions are a smooth function of v, and polynomials in v
                                 go to v = 0: multipliers with the event, and a guess for the side of the miss
+                                (lost_event.py)
     the other side              a displacement of the start against the gradient of h makes the event happen; what the
                                 event then does to the end, b, gives the motion with that event to first order:
                                     [J; grad h] dz = -(b, h)

@@ -85,12 +85,12 @@ class Special(Shown):
             )
         return found
 
-    def curve(self, second: str, between: tuple[float, float], points: int = 500) -> Curve:
+    def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
         """The point as a curve in two parameters, the first within the range of the branch.
 
         Args:
             second: name of the other parameter or input.
-            between: its least and largest value; its present one lies between them.
+            between: its least and largest value, its present one between them; half to twice that if left out.
             points: in each direction, at most.
 
         Raises:

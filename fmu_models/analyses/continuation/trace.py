@@ -61,7 +61,7 @@ def curve_of(
     node: Node,
     miss: Any,
     second: str,
-    between: tuple[float, float],
+    between: tuple[float, float] | None,
     within: tuple[float, float],
     points: int,
 ) -> Curve:
@@ -69,7 +69,7 @@ def curve_of(
 
     Args:
         node, miss: the motion there, and the near miss where the word changes, else None.
-        second, between: the other parameter and its range.
+        second, between: the other parameter and its range; half to twice its value if left out.
         within: range of the first.
         points: in each direction, at most.
 
@@ -85,10 +85,10 @@ def curve_of(
         raise StickslipError(f"The branch is followed over '{second}' already; name another parameter.")
     problem = node.problem.opened(second)
     value, n = problem.present(second), len(problem.states)
-    low, high = sorted(float(one) for one in between)
+    low, high = sorted(float(one) for one in between or (value / 2, 2 * value))
     if not (low <= value <= high and low < high and np.isfinite([low, high]).all()):
         raise StickslipError(
-            f"The branch has {second} = {value:g}: give a range that holds it, found {between[0]:g} to {between[1]:g}."
+            f"The branch has {second} = {value:g}: give a range that holds it, found {low:g} to {high:g}."
         )
     scales, z = np.insert(node.scales, n, high - low), np.insert(node.z, n, value)
     seen = problem.see(z)

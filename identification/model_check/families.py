@@ -25,12 +25,12 @@ from identification.model_check.portraits import (
     MEANING,
     Portrait,
     PortraitComparison,
-    Processing,
     Rest,
     Settling,
     compare_motions,
     sequence_of,
 )
+from identification.model_check.processing import Processing
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:

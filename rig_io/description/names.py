@@ -29,7 +29,7 @@ _WORDS: tuple[tuple[str, str, float], ...] = (
     ("laser", r"weg|abstand|distan|displac|verschieb|deplac|sposta|desplaz|triang|\bdist\b", 0.55),
     ("angle", r"angle|winkel|angol|angul|theta|phi\b|rotation|verdreh", CLEAR),
     ("tachometer", r"tacho|tachymet|tachimet|tacomet|gyro|kreisel|giroscop", CLEAR),
-    ("vibrometer", r"vibromet|doppler|\bldv\b", CLEAR),
+    ("vibrometer", r"vibromet|doppler|\bldv\b", CLEAR + 0.1),
     ("load", r"load|kraft|force|forza|fuerza|last\b|charge|carico|carga|normal|waage|kmd|dms", CLEAR),
     ("trigger", r"trigger|sync|synchron|declench|disparo|innesco|marke", CLEAR),
 )

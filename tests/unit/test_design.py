@@ -83,7 +83,7 @@ def test_steady_sliding_is_offered_where_it_is_stable(fit: FrictionFit) -> None:
     sliding = [one for one in found.candidates if one.kind == "steady sliding"]
     assert sliding
     for one in sliding:
-        v = 0.06 * one.drive_speed
+        v = fit.constant("r").value * one.drive_speed
         assert one.greatest_slip == pytest.approx(v)
         # c + R^2 N mu'(v) > 0 with Conti's mu' = -(mu_s - mu_k) p/(1 + p v)^2
         mu_s, mu_k, p = fit.law_values

@@ -119,14 +119,15 @@ class FmuSection(SectionSystem):
 
     @property
     def how(self) -> str:
-        """Where steps and derivatives come from, if not from the engine in the FMU."""
+        """Where steps and derivatives come from, if not from the engine in the FMU; counted are those made here, and
+        not those that a store had."""
         if self._importer:
             return self._importer.how
         made, lanes = sum(steps for steps, _ in self._made), sum(lanes for _, lanes in self._made)
         if not lanes or self._lanes is None:
             return ""
         rest = 100.0 * (made - lanes) / made
-        by_series = f"; {rest:.2g} % of the steps by series" if rest else ""
+        by_series = f"; {rest:.2g} % of the steps made now by series" if rest else ""
         return f"exact flow, up to {self._lanes.lanes} lanes{by_series}"
 
     @cached_property

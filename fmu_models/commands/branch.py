@@ -30,6 +30,10 @@ def branch(
     ] = None,
     switch: Annotated[str, typer.Option(help="Branches that leave the first one to follow too: none, all.")] = "none",
     longest: Annotated[int, typer.Option(help="With --switch all: period, in those of the forcing.", min=1)] = 8,
+    curve: Annotated[
+        str | None,
+        typer.Option("--curve", metavar="NAME=FROM:TO", help="Each special point as a curve in this parameter too."),
+    ] = None,
     points: Annotated[int, typer.Option(help="Motions in each direction, at most.", min=2)] = 2000,
     of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
     files: f.StillFiles,
@@ -40,18 +44,24 @@ def branch(
     """
     from fmu_models.analyses.continuation.branch import branch as follow
     from fmu_models.analyses.continuation.branch import branches
+    from fmu_models.analyses.continuation.curve import Curves
 
     files.check()
     if switch not in SWITCHES:
         raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
     name, low, high = _range(section, over)
+    second = _one_range(curve) if curve else None
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
     with console.progress("following") as advance:
         first = follow(system, name, (low, high), start=start, settle=settle, points=points, progress=advance)
         found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
-    files.tell(found, content(found))
-    if any(kind == "interrupted" for one in found.branches for kind, _ in one.ends):
+        curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
+    told: dict[str, Any] = content(found)
+    if second:
+        told["curves"] = [_curve(one) for one in curves]
+    files.tell(Curves(curves) if curves else found, told)
+    if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
 
 
@@ -76,6 +86,8 @@ def _special(special: Any) -> dict[str, Any]:
     event = special.multipliers_with_event
     return {
         "kind": special.kind,
+        "criticality": special.criticality,
+        "normal_form": console.finite(special.normal_form),
         "value": special.value,
         "value_with_event": console.finite(special.value_with_event),
         "period": special.period,
@@ -89,19 +101,35 @@ def _special(special: Any) -> dict[str, Any]:
     }
 
 
+def _curve(curve: Any) -> dict[str, Any]:
+    return {
+        "kind": curve.kind,
+        "second": curve.second,
+        "points": [
+            [second, value] for second, value in zip(curve.seconds.tolist(), curve.values.tolist(), strict=True)
+        ],
+        "meetings": [{"kind": one.kind, "parameters": dict(one.parameters)} for one in curve.meetings],
+        "ends": [{"kind": kind, "why": why} for kind, why in curve.ends],
+    }
+
+
 def _range(section: f.Section, over: Sequence[str] | None) -> tuple[str, float, float]:
     """Name, least and largest value of the parameter."""
     if not over:
         axes = section.axes("branch", ())
         ((name, values),) = axes.items()
         return name, float(values.min()), float(values.max())
-    name, _, values = over[0].partition("=")
+    if len(over) > 1:
+        raise StickslipError(f"A branch is followed over one parameter, found {len(over)} ranges.")
+    return _one_range(over[0])
+
+
+def _one_range(given: str) -> tuple[str, float, float]:
+    name, _, values = given.partition("=")
     try:
         low, high = (float(one) for one in values.split(":"))
     except ValueError:
-        raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{over[0]}'.") from None
-    if len(over) > 1:
-        raise StickslipError(f"A branch is followed over one parameter, found {len(over)} ranges.")
+        raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{given}'.") from None
     return name.strip(), min(low, high), max(low, high)
 
 

@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
+T_0 = 0.01  # s, of stick, after which breakaway that ages grows by decades
+
 
 @dataclass(frozen=True)
 class LawParameter:

@@ -9,6 +9,7 @@ import numpy as np
 from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.continuation.branch import Branch, Branches
+from fmu_models.analyses.continuation.curve import Curve, Curves
 from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
@@ -184,6 +185,51 @@ def _draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
         axes.legend(frameon=False, fontsize="small")
 
 
+@draw.register(Curve)
+def _(curve: Curve, axes: Axes) -> None:
+    _draw_curves((curve,), axes)
+
+
+@draw.register(Curves)
+def _(found: Curves, axes: Axes) -> None:
+    _draw_curves(found.curves, axes)
+
+
+def _draw_curves(curves: Sequence[Curve], axes: Axes) -> None:
+    """A colour for each kind, a dot with its name where a curve has a point of codimension 2."""
+    kinds = list(dict.fromkeys(one.kind for one in curves))
+    said: set[str] = set()
+    for curve in curves:
+        colour = COLOURS[kinds.index(curve.kind) % len(COLOURS)]
+        label = None if curve.kind in said else curve.kind
+        said.add(curve.kind)
+        axes.plot(curve.seconds, curve.values, color=colour, label=label)
+        for met in curve.meetings:
+            at = met.parameters[curve.second], met.parameters[curve.over]
+            axes.plot(*at, "o", color=colour, markeredgecolor="black", markersize=4)
+            axes.annotate(met.kind, at, fontsize="x-small", xytext=(3, 3), textcoords="offset points")
+    axes.set_xlabel(curves[0].second)
+    axes.set_ylabel(curves[0].over)
+    axes.set_title(curves[0].model, fontsize="medium")
+    axes.legend(frameon=False, fontsize="small")
+
+
+@tell.register(Curve)
+def _(curve: Curve) -> str:
+    """Its points of codimension 2, and the ends."""
+    (kind, why), last = curve.ends
+    lines = [curve._heading(), f"  {kind}: {why}"]
+    for met in curve.meetings:
+        at = ", ".join(f"{name} = {value:.15g}" for name, value in met.parameters.items())
+        lines.append(f"  {met.kind} at {at}; multipliers {', '.join(_number(one) for one in met.multipliers)}")
+    return "\n".join([*lines, f"  {last[0]}: {last[1]}"])
+
+
+@tell.register(Curves)
+def _(found: Curves) -> str:
+    return "\n".join(tell(one) for one in found.curves)
+
+
 @tell.register(Branch)
 def _(branch: Branch) -> str:
     """What is special, in the order of the branch, and the ends."""
@@ -196,7 +242,8 @@ def _(branch: Branch) -> str:
 
 def _told(special: Special) -> str:
     multipliers = ", ".join(_number(one) for one in special.multipliers)
-    line = f"{special.kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
+    kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
+    line = f"{kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
     if special.contact:
         line += f"; {special.contact}"
     if special.multipliers_with_event is not None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_models.language.laws.ageing import T_0
+from fmu_models.language.law_parameter import T_0
 from identification.inference.problem import Prior
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import SMOOTHING, drive_angle, savitzky_golay

@@ -20,6 +20,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import WHERE, Place
 from identification.estimators.regression import Regression, joined, regress, whereabouts
+from identification.estimators.windows import coloured
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import local_polynomial, odd_count, savitzky_golay
@@ -87,7 +88,7 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
                 segment.sign * force / rig.N,
                 np.full(len(angle), number),
                 np.full(len(angle), log),
-                1 / _noise_gain(len(angle), odd_count(window, step), step, rig),
+                1 / _noise_gain(len(angle), odd_count(window, step), step, rig, segment.motion.memory / step),
             )
         )
     slip, coefficient, cluster, log, weight = (np.concatenate(column) for column in zip(*columns, strict=True))
@@ -96,18 +97,20 @@ def _samples(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigValue
     return FrictionSamples(slip, coefficient, cluster, log, weight / np.mean(weight), where, sign)
 
 
-def _noise_gain(length: int, count: int, step: float, rig: RigValues) -> np.ndarray:
+def _noise_gain(length: int, count: int, step: float, rig: RigValues, memory: float = 0.0) -> np.ndarray:
     """Standard deviation (length,) of J th'' + c th' + k th at each sample of a segment, for unit noise of the
-    angle."""
-    half, gain = count // 2, _window_gain(count, step, rig)
+    angle. memory: of that noise, samples; 0 where it is white."""
+    half, gain = count // 2, _window_gain(count, step, rig, memory)
     return np.concatenate([gain[:half], np.full(length - 2 * half, gain[half]), gain[half + 1 :]])
 
 
 @lru_cache(maxsize=16)
-def _window_gain(count: int, step: float, rig: RigValues) -> np.ndarray:
+def _window_gain(count: int, step: float, rig: RigValues, memory: float) -> np.ndarray:
     """The same (count,) of one window."""
     (fitted, value), (_, first), (_, second) = (local_polynomial(count, ORDER, derivative) for derivative in range(3))
     weights = (rig.J * second / step**2 + rig.c * first / step + rig.k * value) @ fitted
+    if memory:
+        return np.sqrt(np.sum(weights @ coloured(count, memory) * weights, axis=1))
     return np.sqrt(np.sum(weights**2, axis=1))
 
 

@@ -130,6 +130,7 @@ def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
             measured=np.zeros(0),
             cluster=np.zeros(0),
             deviation=sensor.deviation,
+            memory=sensor.memory,
             log=ready.log_number(slip),
             drives=drives,
             sign=slip.sign,

@@ -191,7 +191,7 @@ def drive_signals(motion: DiscMotion) -> tuple[Signal, ...]:
 class Sensed:
     """What shooting compares a model with. time: (n,) s; shown: (n,) m or rad, see `measured`; good: (n,) samples that
     the sensor gave; lines: (n,) of an encoder that alone shows the angle; laser; deviation
-    of the noise, and whether it is known."""
+    of the noise, whether it is known, and its memory in s (0: white)."""
 
     time: np.ndarray
     shown: np.ndarray
@@ -200,6 +200,7 @@ class Sensed:
     laser: bool
     deviation: float
     known: bool
+    memory: float = 0.0
 
     def within(self, segment: ShootingSegment, begin: float, end: float) -> ShootingSegment:
         """A segment with the good samples from begin to end, s."""
@@ -213,7 +214,7 @@ def sensed(motion: DiscMotion, R: float) -> Sensed:
     passes = motion.passes
     if passes is None:
         shown, laser = measured(motion, R)
-        return Sensed(motion.time, shown, ~motion.filled, None, laser, *noise(motion, R))
+        return Sensed(motion.time, shown, ~motion.filled, None, laser, *noise(motion, R), motion.memory)
     every = np.ones(len(passes.time), dtype=bool)
     return Sensed(passes.time, passes.angle, every, passes.line, False, EDGE_NOISE, False)
 
@@ -228,6 +229,8 @@ def noise(motion: DiscMotion, R: float) -> tuple[float, bool]:
     """Standard deviation of the angle sensor's noise in the unit of `measured`, and whether it is known: from the
     calibration and the resolution that the readings show, otherwise from what the readings do within four samples."""
     shown, laser = measured(motion, R)
+    if motion.colour is not None:
+        return (R if laser else 1.0) * motion.colour.noise, False
     calibration = motion.log.calibration.laser
     if laser and calibration is not None and calibration.noise > 0:
         volts = np.unique(np.round(motion.log.column("laser"), 9))

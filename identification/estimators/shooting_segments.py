@@ -60,7 +60,7 @@ class ShootingSegment:
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
     rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip;
-    lines: (n,) numbers of the encoder's lines where samples are its edges.
+    lines: (n,) numbers of the encoder's lines where samples are its edges; memory: s, of the noise (0: white).
     """
 
     start_time: float
@@ -75,6 +75,17 @@ class ShootingSegment:
     guess: np.ndarray
     bristles: float = 0.0
     lines: np.ndarray | None = None
+    memory: float = 0.0
+
+    def whitened(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (n, m) over the deviation of the noise, less what the noise has kept from the sample before."""
+        if not self.memory:
+            return rows / self.deviation
+        # samples that a bootstrap has drawn twice have the same one before
+        before = np.searchsorted(self.time, self.time) - 1
+        kept = np.where(before < 0, 0.0, np.exp((self.time[before] - self.time) / self.memory))
+        share = self.deviation * np.sqrt(1 - kept**2)
+        return (rows - kept[:, None] * rows[before]) / share[:, None]
 
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
@@ -369,9 +380,9 @@ class ShootingProblem(FrictionProblem):
         segment, last = self.segments[number], self.starts[number]
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
-            residual = (seen - segment.measured) / segment.deviation
-            columns = columns / segment.deviation
-            basis, triangle = np.linalg.qr(by_start / segment.deviation)
+            residual = segment.whitened((seen - segment.measured)[:, None])[:, 0]
+            columns = segment.whitened(columns)
+            basis, triangle = np.linalg.qr(segment.whitened(by_start))
             if np.min(np.abs(np.diag(triangle))) < SEEN:
                 break
             along = basis.T @ np.column_stack([residual, columns])

@@ -157,7 +157,7 @@ def joint_equations(
         columns["angle"].append(_windows(smooth, count, stride)[:, nodes])
         columns["turn"].append(np.maximum(np.abs(_windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
         columns["always"].append(np.full(rows, _always(segment.motion.log)))
-        whiten.append(whitening(weights, stride, rows))
+        whiten.append(whitening(weights, stride, rows, segment.motion.memory / step))
     made: dict[str, Any] = {name: np.concatenate(parts) for name, parts in columns.items()}
     cluster = np.repeat(np.arange(len(segments)), [len(part) for part in columns["measured"]])
     return JointRegression(

@@ -83,7 +83,7 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         slips.append(np.abs(rows))
         measured.append(segment.sign * (angles @ weights))
         clusters.append(np.full(len(rows), number))
-        whiten.append(whitening(weights, stride, len(rows)))
+        whiten.append(whitening(weights, stride, len(rows), segment.motion.memory / step))
         begins = np.arange(len(rows)) * stride
         middle = begins[:, None] + count // 2
         places.append(

@@ -26,11 +26,24 @@ def bump(count: int, step: float, rig: RigValues) -> tuple[np.ndarray, np.ndarra
     return bump / bump.sum(), weights / bump.sum()
 
 
-def whitening(weights: np.ndarray, stride: int, rows: int) -> np.ndarray:
+def coloured(count: int, memory: float) -> np.ndarray:
+    """Covariance (count, count) of noise of first order at even samples, of unit variance. memory: samples."""
+    place = np.arange(count)
+    return np.exp(-np.abs(place[:, None] - place) / memory)
+
+
+def whitening(weights: np.ndarray, stride: int, rows: int, memory: float = 0.0) -> np.ndarray:
     """Matrix (rows, rows) that makes the noise of windows ``stride`` samples apart white, of the variance of one
-    window."""
+    window. memory: of the angle's noise, samples; 0 where it is white."""
     count = len(weights)
-    lagged = np.array([weights[lag * stride :] @ weights[: max(count - lag * stride, 0)] for lag in range(rows)])
+    if memory:
+        # of the lag between samples of two windows, and how often each lag occurs
+        lags = np.arange(1 - count, count + rows * stride)
+        alike = np.correlate(weights, weights, "full")
+        by_lag = np.convolve(np.exp(-np.abs(lags) / memory), alike, "valid")
+        lagged = by_lag[::stride][:rows]
+    else:
+        lagged = np.array([weights[lag * stride :] @ weights[: max(count - lag * stride, 0)] for lag in range(rows)])
     place = np.arange(rows)
     covariance = lagged[np.abs(place[:, None] - place)] / lagged[0] + UNMODELLED * np.eye(rows)
     return np.linalg.inv(np.linalg.cholesky(covariance))

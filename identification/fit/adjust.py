@@ -80,7 +80,7 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
     """The same fit with adjusted constants.
 
     Raises:
-        ContradictedRadii: R or r contradicts the logs.
+        ContradictedRadii: R or r contradicts the logs (R only where an encoder shows the laser's gain).
     """
     try:
         found = _adjusted(ready, made, options, slips=made.problem.tested(made.solution))
@@ -186,6 +186,14 @@ def _said(
     if instruments:
         beside = np.stack([by[("gain", "delay")[place]] for place in instruments], axis=1)
     covariance = ready.sensors.covariance[np.ix_(instruments, instruments)]
+    if "R" in by and ready.laser_alone:
+        # such a laser shows R times the angle with a gain of its own: slips tell R only by how sin bends, and so by
+        # whatever else bends what is seen
+        place = [one.name for one in problem.held].index("R")
+        beside = np.column_stack([beside, columns[:, place]])
+        columns[:, place] = 0.0
+        spread = _reading(problem.held[place]).deviation ** 2
+        covariance = np.block([[covariance, np.zeros((len(covariance), 1))], [np.zeros(len(covariance)), spread]])
     said, best[free], slope[free] = pull(rest, x[free], here, columns, beside, np.linalg.inv(covariance))
     return said if slips else Pull.nothing(len(problem.held)), best, slope
 

@@ -9,6 +9,7 @@ apart).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
 
 import numpy as np
 
@@ -386,11 +387,14 @@ def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
 
 
 def _sensors(ready: Pool) -> dict[str, float]:
-    fit = ready.sensors
+    fit, velocity = ready.sensors, ready.sensors.velocity
+    found: dict[str, float] = {}
+    if velocity is not None:
+        found = {f"velocity_{one.name}": getattr(velocity, one.name) for one in fields(velocity)[1:]}
     if fit.lines == 0:
-        return {}
+        return found
     deviation = np.sqrt(np.diag(fit.covariance))
-    return {
+    return found | {
         "laser_gain_correction": fit.gain,
         "laser_gain_correction_sd": float(deviation[0]),
         "laser_delay": fit.delay,

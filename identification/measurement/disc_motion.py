@@ -19,6 +19,7 @@ from fmu_models.base.errors import StickslipError
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.laser_drift import without_drift
 from identification.measurement.motion import (
+    HOLE,
     LINE_ERROR,
     SMOOTHING,
     DiscMotion,
@@ -29,6 +30,7 @@ from identification.measurement.motion import (
     savitzky_golay,
 )
 from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
+from identification.measurement.velocity import with_velocity
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
@@ -41,7 +43,6 @@ LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line erro
 JITTER = 0.3  # of the sample interval, rms: a clock that wanders more is no clock
 STRAY = 5.0  # times the leap that one sample in a hundred exceeds is still noise
 SHARPEST = 1000.0  # rad/s^2; the disc reaches 100
-HOLE = 1.75  # sample intervals: between stamps further apart a sample is missing
 SHORTEST = 100  # samples of a log
 
 
@@ -64,7 +65,7 @@ def angle_at_ticks(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
         found = ", ".join(log.columns) or "no columns"
         raise StickslipError(
             f"Log '{log.name}' does not show the disc's angle (found: {found}). It needs 'laser' [V] or "
-            "'encoder_count' with its calibration, or 'angle' [rad]."
+            "'encoder_count' with its calibration, or 'angle' [rad]; a speed alone does not say where the spring rests."
         )
     angle = laser_angle(log).copy()
     angle[laser_clipped(log)] = np.nan
@@ -268,7 +269,19 @@ def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.nd
 
 
 def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
-    """Laser angles scaled and dated by the encoder, one gain and one delay for all logs. window: s, smoothing.
+    """Laser angles scaled and dated by the encoder, one gain and one delay for all logs, and joined by the speeds of a
+    tachometer or vibrometer. window: s, smoothing.
+
+    Raises:
+        StickslipError: sensors differ by more than a tolerance: one calibration is wrong.
+    """
+    scaled, sensors = _scaled(motions, window)
+    joined, velocity, said = with_velocity(scaled, window)
+    return joined, replace(sensors, warnings=(*sensors.warnings, *said), velocity=velocity)
+
+
+def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
+    """Laser angles scaled and dated by the encoder.
 
     Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`.
 

@@ -17,8 +17,27 @@ SMOOTHING = (
 CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
 LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
 
+HOLE = 1.75  # sample intervals: between stamps further apart a sample is missing
 STANDS, MANY_GAPS = 0.4, 20.0  # s, and median intervals, without an edge of a drive that stands still
 LEAVES, STANDS_EVERY = 0.1, 0.02  # s, in which it comes to a stop; between the angles put there
+
+
+@dataclass(frozen=True)
+class VelocityFit:
+    """How a velocity sensor and the angle agree.
+
+    sensor: its column; gain: of the speed it shows over that of the angle, 1; delay: s, by which it lags; their
+    standard deviations; noise: rad/s or m/s, its misfit against the angle included; memory: s, within which it tells
+    more than the angle (0: nowhere, it is not used).
+    """
+
+    sensor: str
+    gain: float
+    gain_deviation: float
+    delay: float
+    delay_deviation: float
+    noise: float
+    memory: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +46,8 @@ class SensorFit:
 
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
-    encoder, or nothing but it); warnings: where the delay is not one and the same, in words.
+    encoder, or nothing but it); warnings: where the delay is not one and the same, in words; velocity: of a velocity
+    sensor, where there is one.
     """
 
     gain: float = 0.0
@@ -36,6 +56,7 @@ class SensorFit:
     rms: float = 0.0
     lines: int = 0
     warnings: tuple[str, ...] = ()
+    velocity: VelocityFit | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +83,15 @@ class Passes:
         return replace(self, angle=self.angle + angle)
 
 
+@dataclass(frozen=True)
+class Colour:
+    """Noise of first order of an angle that a velocity sensor has joined: standard deviation ``noise`` in rad, and
+    ``memory`` in s, in which a correlation falls to 1/e."""
+
+    noise: float
+    memory: float
+
+
 @dataclass(frozen=True, eq=False)
 class DiscMotion:
     """Motion of the disc in one log, on an even clock.
@@ -70,7 +100,7 @@ class DiscMotion:
     the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
     estimator uses a segment that holds one); warnings: what was done to the samples, in words. passes: edges of the
     encoder where no other sensor shows the angle, which then is interpolated between them. loads: (n_discs, n)
-    N, normal forces by load cells, without their noise.
+    N, normal forces by load cells, without their noise. colour: of the angle's noise, where it is not white.
     """
 
     log: RigLog
@@ -81,11 +111,17 @@ class DiscMotion:
     warnings: tuple[str, ...] = ()
     passes: Passes | None = None
     loads: np.ndarray | None = None
+    colour: Colour | None = None
 
     @property
     def drive(self) -> np.ndarray:
         """Speed (n,) in rad/s of the driving disc, or of the first of two."""
         return self.drives[0]
+
+    @property
+    def memory(self) -> float:
+        """Of the angle's noise, s; 0 where it is white."""
+        return 0.0 if self.colour is None else self.colour.memory
 
     @property
     def step(self) -> float:

@@ -118,7 +118,7 @@ class Pool(Shown):
         encoder by "zero" (rad), its lines as draw number "lines" has them."""
         known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
         segments = self.segments
-        if "R" in moved and self.sensors.lines == 0 and any(angle_sensor(m.log) == "laser" for m in self.motions):
+        if "R" in moved and self.laser_alone:
             # a laser alone measures R sin(angle)
             moved = {**moved, "gain": (1 + moved.get("gain", 0.0)) / (1 + moved["R"]) - 1}
         if any(name in SENSED or name.startswith(SPEED) for name in moved):
@@ -144,6 +144,11 @@ class Pool(Shown):
             passes = motion.passes.turned(self.sensors.rms * ruling[motion.passes.line])
             motion = replace(motion, passes=passes, angle=passes.between(motion.time))
         return motion
+
+    @property
+    def laser_alone(self) -> bool:
+        """Whether a laser shows the angle and no encoder its gain."""
+        return self.sensors.lines == 0 and any(angle_sensor(motion.log) == "laser" for motion in self.motions)
 
     @property
     def seen_well(self) -> bool:

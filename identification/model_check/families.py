@@ -25,12 +25,12 @@ from identification.model_check.portraits import (
     MEANING,
     Portrait,
     PortraitComparison,
-    Processing,
     Rest,
     Settling,
     compare_motions,
     sequence_of,
 )
+from identification.model_check.processing import Processing
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:
@@ -150,8 +150,9 @@ def _family(
     if held is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
     predicted, hopf = _predicted(model, varied, held, [one.drive_speeds[varied] for one in members])
-    # what has not settled yet may still come to stick, or to rest
-    found = _measured([one for one in members if one.settling is None or one.settling.measured], varied, model)
+    # what swings and has not settled yet may still come to stick, or to rest; a swing that dies out has told
+    told = [one for one in members if not one.settling or one.settling.measured or isinstance(one.measured, Rest)]
+    found = _measured(told, varied, model)
     progress(0.7)
     if uncertainty:
         for i, one in enumerate(predicted):

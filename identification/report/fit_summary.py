@@ -15,6 +15,7 @@ from identification.report.tables import (
     plain_table,
     rivals_table,
     sensors_table,
+    velocity_table,
 )
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     tables += [rivals_table(fit)] if len(fit.rivals) > 1 else []
     tables += [nuisance_table(fit.nuisance)] if fit.nuisance else []
     tables += [constants_table(fit)]
-    tables += [sensors_table(fit)] if fit.sensors else []
+    tables += [sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
+    tables += [velocity_table(fit)] if "velocity_gain" in fit.sensors else []
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
     said += [fit.words_of_law]
     said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]

@@ -216,5 +216,6 @@ def _tables(findings: Findings) -> list[Table]:
     white = tables.whiteness_table(fit)
     found += [white] if white is not None else []
     found += [tables.decay_table(findings.decay)] if findings.decay is not None else []
-    found += [tables.sensors_table(fit)] if fit.sensors else []
+    found += [tables.sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
+    found += [tables.velocity_table(fit)] if "velocity_gain" in fit.sensors else []
     return [*found, tables.logs_table(fit, findings.logs)]

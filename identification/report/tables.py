@@ -159,6 +159,16 @@ def sensors_table(fit: FrictionFit) -> Table:
     return table("Laser against encoder", ("correction", "value ± sd", "unit"), rows)
 
 
+def velocity_table(fit: FrictionFit) -> Table:
+    """A velocity sensor against the angle."""
+    s = fit.sensors
+    rows = [
+        ["gain", measured(s["velocity_gain"], s["velocity_gain_deviation"]), "1"],
+        ["delay", measured(1e3 * s["velocity_delay"], 1e3 * s["velocity_delay_deviation"]), "ms"],
+    ]
+    return table("Velocity sensor against the angle", ("of the sensor", "value ± sd", "unit"), rows)
+
+
 def decay_table(decay: FreeDecay) -> Table:
     """k/J and c/J."""
     rows = [

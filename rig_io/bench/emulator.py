@@ -37,6 +37,7 @@ from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
 from rig_io.sensors.load_cell import LoadCell
 from rig_io.sensors.motion import Motion, integrated
+from rig_io.sensors.speed_sensor import SpeedSensor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -129,8 +130,9 @@ class Emulation(Shown):
     each log. arrangement: of two discs; changeover: the angle from which on disc 1 is touched
     instead of disc 0 (sequential), or up to which on either side both are (overlapping). scene: has the oscillator and
     its start in place of a rig at rest. disturbances: of a bench as it is, with disc 0 alone or none. load_cell:
-    of each driving disc. at_rest: the disc is let go at ``start_angle``, not carried along by disc 0. holds: s each,
-    for which the drives stop one after the other (drive.py).
+    of each driving disc. speed_sensor: a tachometer or vibrometer of the disc. at_rest: the disc is let go at
+    ``start_angle``, not carried along by disc 0. holds: s each, for which the drives stop one after the other
+    (drive.py).
     """
 
     name: str
@@ -149,6 +151,7 @@ class Emulation(Shown):
     ripple: Ripple | None = field(default_factory=Ripple)
     speed_deviation: float = 0.0
     load_cell: LoadCell | None = None
+    speed_sensor: SpeedSensor | None = None
     micro_slip: MicroSlip | None = None
     scene: Scene | None = None
     disturbances: Disturbances | None = None
@@ -231,6 +234,9 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         if moved is not None:
             volts = volts + moved.displacement(ticks, _rng(seed, _DISTURBED, number, 1)) / settings.laser.gain
         columns["laser"] = volts
+    if (sensor := settings.speed_sensor) is not None:
+        streams = _rng(seed, _SPEED), _rng(seed, _SPEED, number)
+        columns[sensor.kind] = sensor.read(motion, ticks, settings.rig.value("R"), *streams)
     shafts = {"encoder": (settings.encoder, motion, _ENCODER)}
     for i, (time, speed, begin) in enumerate(drives):
         turned = _shifted(integrated(time, speed), settings.transient)
@@ -316,7 +322,7 @@ def standard_set(name: str = "paper/rubber", speeds: Sequence[float] | None = No
     return [*runs, free_decay(**decay)]
 
 
-_LASER, _ENCODER, _DRIVES, _DISTURBED, _LOADS = 1, 2, (3, 4), 5, (6, 7)  # streams of random numbers
+_LASER, _ENCODER, _DRIVES, _DISTURBED, _LOADS, _SPEED = 1, 2, (3, 4), 5, (6, 7), 8  # streams of random numbers
 
 
 def _rng(seed: int, *stream: int) -> np.random.Generator:

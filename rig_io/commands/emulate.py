@@ -76,6 +76,9 @@ def emulate(
     load_cell: Annotated[
         bool, typer.Option("--load-cell", help="Fit load cells of the normal forces, whose gain is known to 0.5 %.")
     ] = False,
+    velocity: Annotated[
+        str | None, typer.Option(metavar="SENSOR", help="Fit a velocity sensor of the body: tachometer or vibrometer.")
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -88,6 +91,7 @@ def emulate(
     from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulator import MicroSlip, standard_set
     from rig_io.sensors.load_cell import LoadCell
+    from rig_io.sensors.speed_sensor import speed_sensor
 
     if place.suffix == ".toml":
         said = (
@@ -103,7 +107,7 @@ def emulate(
             start,
         )
         left = ("paper/rubber", None, None, None, "together", 0.0, 20.0, None, None, None)
-        if said != left or not (ripple and laser and encoder and drive_encoder) or load_cell:
+        if said != left or not (ripple and laser and encoder and drive_encoder) or load_cell or velocity:
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -116,6 +120,7 @@ def emulate(
     fitted |= {"encoder": None} if not encoder else {}
     fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
     fitted |= {"load_cell": LoadCell()} if load_cell else {}
+    fitted |= {"speed_sensor": speed_sensor(velocity)} if velocity is not None else {}
     fitted |= {"ripple": None} if not ripple else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}

@@ -108,6 +108,8 @@ def evidence(found: Features | None, unit: str | None, stamp: bool) -> Mapping[s
         **dict.fromkeys(("encoder_edge_time", "drive0_edge_time", "drive1_edge_time"), _edge_time(found)),
         "laser": _laser(found, unit),
         "angle": _angle(found, unit),
+        "tachometer": _body_speed(found, unit, "rad/s"),
+        "vibrometer": _body_speed(found, unit, "m/s"),
         **dict.fromkeys(("load0", "load1"), _load(found, unit)),
         "trigger": _trigger(found),
     }
@@ -116,6 +118,7 @@ def evidence(found: Features | None, unit: str | None, stamp: bool) -> Mapping[s
 _ALL = (
     *("time", "encoder_count", "drive0_count", "drive1_count", "drive0_speed", "drive1_speed", "laser", "angle"),
     *("encoder_edge_time", "drive0_edge_time", "drive1_edge_time", "load0", "load1", "trigger"),
+    *("tachometer", "vibrometer"),
 )
 
 
@@ -207,6 +210,15 @@ def _angle(f: Features, unit: str | None) -> Evidence:
     if f.turns < SWINGS or f.whole:
         return Evidence(0.1, "does not swing")
     return Evidence(0.65 if fits else 0.2, f"swings by {f.span:.3g} {unit or ''}".strip())
+
+
+def _body_speed(f: Features, unit: str | None, own: str) -> Evidence:
+    fits = _has(unit, own)
+    if fits is False or f.whole:
+        return Evidence(0.0, f"is in {unit}" if fits is False else "whole numbers, perhaps counts")
+    if f.turns < SWINGS:
+        return Evidence(0.1, "does not swing")
+    return Evidence(0.6 if fits else 0.1, "a speed by its unit" if fits else "swings", unit)
 
 
 def _load(f: Features, unit: str | None) -> Evidence:

@@ -16,7 +16,7 @@ _ENCODER = (
     r"encoder|geber|drehgeber|inkrement|codeur|codificador|pulse|impuls|count|zahler|zaehler|compteur|contatore|contador"
     r"|ticks?\b|inc\b"
 )
-_SPEED = r"speed|drehzahl|geschwind|vitesse|veloc|rpm|omega|winkelgeschw|u min"
+_SPEED = r"speed|drehzahl|geschwind|vitesse|veloc|rpm|omega|winkelgeschw|u min|tacho"
 _EDGE = r"edge|flank|front|flanc|flanco|fronte"
 _WORDS: tuple[tuple[str, str, float], ...] = (
     (
@@ -28,6 +28,8 @@ _WORDS: tuple[tuple[str, str, float], ...] = (
     ("laser", r"laser|telemet|lase\b", CLEAR),
     ("laser", r"weg|abstand|distan|displac|verschieb|deplac|sposta|desplaz|triang|\bdist\b", 0.55),
     ("angle", r"angle|winkel|angol|angul|theta|phi\b|rotation|verdreh", CLEAR),
+    ("tachometer", r"tacho|tachymet|tachimet|tacomet|gyro|kreisel|giroscop", CLEAR),
+    ("vibrometer", r"vibromet|doppler|\bldv\b", CLEAR + 0.1),
     ("load", r"load|kraft|force|forza|fuerza|last\b|charge|carico|carga|normal|waage|kmd|dms", CLEAR),
     ("trigger", r"trigger|sync|synchron|declench|disparo|innesco|marke", CLEAR),
 )

@@ -36,6 +36,8 @@ COLUMNS: dict[str, Column] = {
         *_drive(0),
         *_drive(1),
         Column("angle", "rad", "angle of the disc, already converted"),
+        Column("tachometer", "rad/s", "angular speed of the disc by a tachometer"),
+        Column("vibrometer", "m/s", "speed of the disc's border by a vibrometer, that of R sin(angle)"),
         Column("load0", "N", "normal force of driving disc 0 by a load cell"),
         Column("load1", "N", "normal force of driving disc 1 by a load cell"),
         Column("trigger", "1", "a mark that two recorders share; it joins their clocks"),

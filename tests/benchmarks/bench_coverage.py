@@ -28,12 +28,15 @@ from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.emulator import MATERIALS, RIG, MicroSlip, emulate, material, standard_set
 from rig_io.logs.log import RigLog
 from rig_io.sensors.load_cell import LoadCell
+from rig_io.sensors.speed_sensor import SPEED_SENSORS
 
 RIGS: Mapping[str, Mapping[str, Any]] = {
     "whole": {},
     "encoder": {"laser": None},
     "laser": {"encoder": None},
     "nominal": {"drive_encoder": None, "speed_deviation": 0.005},
+    "tachometer": {"speed_sensor": SPEED_SENSORS["tachometer"]},
+    "vibrometer": {"speed_sensor": SPEED_SENSORS["vibrometer"]},
     "load cell": {"load_cell": LoadCell(), "disturbances": Disturbances(once=0.05)},
     "least": {"laser": None, "drive_encoder": None, "speed_deviation": 0.005},
 }

@@ -70,23 +70,22 @@ def test_every_law_is_fitted_written_read_and_simulated(name: str, logs: list[Ri
     again = FrictionFit.from_json(fit.to_json())
     assert again == fit and again.law == name
     motion = fitted_model(again).run({"disc0": 0.41}, 5.0, 1e-3)
-    slip = 0.06 * 0.41 - 0.125 * motion.speed
+    r, R, J = (fit.constant(one).value for one in ("r", "R", "J"))
+    slip = r * 0.41 - R * motion.speed
     if name in ("Conti", "Conti+viscous", "Tustin"):
         # it sticks and slips, and the spring is released at the friction at rest of this law
         assert np.mean(np.abs(slip) < 1e-9) > 0.1
         at_rest = float(find_law(name).value(np.zeros(1), fit.law_values)[0])
         held = motion.angle[np.abs(slip) < 1e-9]
-        reached = (at_rest * 4.905 * 0.125 - fit.constant("c/J").value * 0.0548 * 0.06 * 0.41 / 0.125) / (
-            fit.constant("k/J").value * 0.0548
-        )
+        reached = (at_rest * 4.905 * R - fit.constant("c/J").value * J * r * 0.41 / R) / (fit.constant("k/J").value * J)
         assert np.max(held) == pytest.approx(reached, abs=2e-4)
     elif name == "Dieterich":
         # it is the age of contacts at release that sets the cycle
         assert 0.1 < np.ptp(motion.angle) < 0.3
     elif name == "Stribeck+viscous":
         # its fall begins with no slope: the disc comes near to rest where the spring balances it
-        friction = float(find_law(name).value(np.array([0.06 * 0.41]), fit.law_values)[0])
-        balance = friction * 4.905 * 0.125 / (fit.constant("k/J").value * 0.0548)
+        friction = float(find_law(name).value(np.array([r * 0.41]), fit.law_values)[0])
+        balance = friction * 4.905 * R / (fit.constant("k/J").value * J)
         assert np.mean(motion.angle) == pytest.approx(balance, rel=0.01)
     else:
         # friction that does not fall drives no cycle: the disc rests where the spring balances it
@@ -98,7 +97,8 @@ def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleTyp
     right = benchmark.one(3, cases["paper/rubber"], "weak-form")
     assert not any(right.values())
     elastic = benchmark.one(3, cases["paper/rubber, micro-slip 5e4"], "weak-form")
-    assert elastic["pre-sliding"] and elastic["course"]
+    # within their uncertainties the constants of the rig take up what micro-slip does to the course
+    assert elastic["pre-sliding"] and not elastic["speeds"]
     ready = pool(benchmark.logs(cases["paper/rubber, exponential"], 3))
     other = benchmark.flagged(fit_friction(ready, estimator="weak-form"))
     assert other["speeds"] and other["course"] and not other["pre-sliding"]

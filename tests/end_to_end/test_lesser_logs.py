@@ -34,3 +34,26 @@ def test_a_load_cell_from_files(stickslip, tmp_path: Path) -> None:
     assert force["from"] == "load cell" and abs(force["sd"] / force["value"] - 0.005) < 1e-4
     for one, truth in zip(found.json["parameters"], (0.65, 0.35, 15.0), strict=True):
         assert abs(one["value"] - truth) < 0.08 * truth
+
+
+def test_a_velocity_sensor_from_files(stickslip, tmp_path: Path) -> None:
+    folder = tmp_path / "logs"
+    made = ("--velocity", "tachometer", "--speeds", "0.83,1.4", "--duration", "8")
+    assert stickslip("emulate", folder, *made).code == 0
+    found = stickslip("fit", folder, "--estimator", "weak-form", "--json")
+    assert found.code == 0 and abs(found.json["sensors"]["velocity_delay"] - 1e-3) < 2e-4
+    unknown = stickslip("emulate", tmp_path / "none", "--velocity", "tachometr")
+    assert unknown.code != 0 and "Did you mean 'tachometer'?" in unknown.err
+    log = next(folder.glob("paper*.csv"))
+    lines = log.read_text().splitlines()
+    keep = [place for place, name in enumerate(lines[0].split(",")) if not name.startswith(("laser", "encoder"))]
+    log.write_text("\n".join(",".join(line.split(",")[place] for place in keep) for line in lines) + "\n")
+    package = json.loads((folder / "datapackage.json").read_text())
+    for resource in package["resources"]:
+        resource.pop("hash", None)
+        resource["schema"]["fields"] = [
+            one for one in resource["schema"]["fields"] if not one["name"].startswith(("laser", "encoder"))
+        ]
+    (folder / "datapackage.json").write_text(json.dumps(package))
+    refused = stickslip("fit", log)
+    assert refused.code != 0 and "one source of the disc's angle" in refused.err

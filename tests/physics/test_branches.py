@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_models import Strobe, branch, branches, load, simulate
+from fmu_models import Iteration, StickslipError, Strobe, branch, branches, load, simulate
+from fmu_models.maps.logistic import MAP as LOGISTIC
 
 POINTS = [
     one
@@ -125,6 +126,26 @@ def test_stick_slip_is_a_closed_loop(stick_slip):
     assert corner.crossings["+1"] == pytest.approx([0.6964328953], abs=1e-9)
 
 
+def test_normal_forms_of_stick_slip(stick_slip):
+    """Of an independent program, from the same states at phase 0."""
+    loop = stick_slip[0]
+    (torus,) = [one for one in loop.special if one.kind == "Neimark-Sacker"]
+    assert torus.normal_form == pytest.approx(5.39991, abs=5e-6) and torus.criticality == "subcritical"
+    (flip,) = [one for one in loop.special if one.kind == "flip"]
+    assert flip.normal_form == pytest.approx(1.166537, abs=5e-7) and flip.criticality == "supercritical"
+    fold = next(one for one in loop.special if one.kind == "fold")
+    assert math.isnan(fold.normal_form) and not fold.criticality
+    with pytest.raises(StickslipError, match="leaves at the fold"):
+        fold.switch()
+
+
+def test_the_normal_form_of_a_map():
+    """Logistic, r = 3: A = -1, B = -6, C = 0, so c = B^2 / 4."""
+    found = branch(Iteration.of(LOGISTIC, {"r": 2.8}), "r", (2.5, 3.2), start={"x": 0.64})
+    (flip,) = found.special
+    assert flip.normal_form == pytest.approx(9.0, rel=1e-9)
+
+
 def test_what_branches_off_stick_slip(stick_slip):
     (six_seven,) = [one for one in stick_slip if one.every == 4]
     assert [kind for kind, _ in six_seven.ends] == ["start", "flip"]
@@ -156,7 +177,8 @@ def test_the_impact_pair():
     for known in [*of("pair_e0.6_up"), *of("pair_e0.6_down")]:
         check(known, found.special)
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
-    twins = found.switch(pitchfork, points=80)
+    twins = pitchfork.switch(points=80)
+    assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
 
@@ -185,7 +207,7 @@ def test_the_hinge():
     assert jump.value == pytest.approx(0.37260874, abs=5e-9)
     assert upper.ends[0][0] == "jump"
     (flip,) = [one for one in upper.special if one.kind == "flip"]
-    (doubled,) = upper.switch(flip)
+    (doubled,) = flip.switch()
     check(of("hinge_222")[0], doubled.special)
 
 

@@ -12,7 +12,8 @@ from made_fit import MATERIALS, RIG, made_fit
 from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
 from identification.model_check import bifurcations
 from identification.model_check.bifurcations import Transition, extrapolated, hopf_speed, transitions
-from identification.model_check.portraits import Portrait, Processing, Rest
+from identification.model_check.portraits import Portrait, Rest
+from identification.model_check.processing import Processing
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,8 @@ NAMES = {
     "drive0_speed": ["Antrieb Drehzahl", "motor speed", "vitesse moteur", "velocità motore", "velocidad motor"],
     "drive1_speed": ["Antrieb 2 Drehzahl", "motor speed 2"],
     "load0": ["Normalkraft", "load cell", "force", "carico", "fuerza"],
+    "tachometer": ["Tacho", "tachymètre", "Tachometer disc"],
+    "vibrometer": ["Vibrometer", "laser doppler"],
     "trigger": ["Trigger", "sync", "déclenchement"],
 }
 

@@ -144,6 +144,17 @@ def test_a_laser_alone_has_its_gain_found_with_the_law() -> None:
     assert regressed.constant("laser").standard_uncertainty <= 0.002
 
 
+def test_a_laser_alone_does_not_judge_the_radius() -> None:
+    logs = bench(encoder=None)
+    R = logs[0].rig.R
+    assert R is not None
+    off = replace(R, value=1.03 * R.value)
+    fit = fit_friction([replace(log, rig=replace(log.rig, R=off)) for log in logs], disturbances="none")
+    kept = fit.constant("R")
+    assert (kept.value, kept.standard_uncertainty) == pytest.approx((off.value, off.standard_uncertainty))
+    assert not fit.contradictions
+
+
 def test_a_laser_of_unknown_gain_leaves_intervals_at_least_so_wide() -> None:
     logs = bench(encoder=None)
     laser = logs[0].calibration.laser

@@ -16,7 +16,6 @@ from identification.model_check.portraits import (
     PHASES,
     Portrait,
     PortraitComparison,
-    Processing,
     Rest,
     Stick,
     aligned_rms,
@@ -25,6 +24,7 @@ from identification.model_check.portraits import (
     polygon_area,
     symmetric_difference,
 )
+from identification.model_check.processing import Processing
 
 TURN = 2 * np.pi * np.arange(PHASES) / PHASES
 

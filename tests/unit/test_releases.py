@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.laws.ageing import T_0
+from fmu_models.language.law_parameter import T_0
 from fmu_models.scene.read import read_scene
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit

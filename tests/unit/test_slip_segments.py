@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.measurement.disc_motion import angle_at_ticks, disc_motion, fuse
+from identification.measurement.disc_motion import disc_motion, fuse
 from identification.measurement.motion import odd_count
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import TRIM, long_enough, slip_segments, stretches
@@ -162,13 +162,6 @@ def test_the_encoder_scales_and_dates_the_laser() -> None:
 def test_a_calibration_that_is_plainly_wrong_is_refused() -> None:
     with pytest.raises(StickslipError, match="Laser and encoder disagree"):
         fuse([disc_motion(sensed(0.05, 0.0))], 0.04)
-
-
-def test_an_encoder_alone_is_refused() -> None:
-    log = sensed(0.0, 0.0)
-    alone = replace(log, columns={name: c for name, c in log.columns.items() if name != "laser"})
-    with pytest.raises(StickslipError, match="no absolute angle"):
-        angle_at_ticks(alone)
 
 
 def test_logs_of_different_rates_are_not_pooled() -> None:

@@ -30,30 +30,25 @@ Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.discontinuous import other_word_once
-from fmu_models.analyses.continuation.follow import Follower, Way, passes
-from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved, tangent_of
-from fmu_models.analyses.continuation.problem import FlowProblem, Problem, Vector, Word, problem_of
-from fmu_models.analyses.continuation.special import Special, beside, other_direction, special_of, state_at
-from fmu_models.analyses.cycles import last_cycle
+from fmu_models.analyses.continuation.begin import begin_of, problem_of
+from fmu_models.analyses.continuation.curve import Curve
+from fmu_models.analyses.continuation.follow import Follower, Way
+from fmu_models.analyses.continuation.leaving import leaving
+from fmu_models.analyses.continuation.node import Node
+from fmu_models.analyses.continuation.problem import Problem, Vector, Word
+from fmu_models.analyses.continuation.same_motion import passes
+from fmu_models.analyses.continuation.special import Special, special_of, state_at
+from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
-from fmu_models.codegen.contact_states import TOUCHING
-from fmu_models.simulation.run import simulate
-
-# how far from a special a branch begins that is switched to, in u
-BESIDE = (1e-3, 3e-3, 1e-2)
-# periods of a run that settles to its motion
-SETTLE = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +103,6 @@ class Branch(Pictured):
         columns["word"] = [word_text(word) for word in self.words]
         return pandas.DataFrame(columns)
 
-    def switch(self, special: Special, points: int = 2000) -> tuple[Branch, ...]:
-        """The branches that leave the branch at one of its specials.
-
-        Raises:
-            StickslipError: none leaves at a point of that kind, or none was found.
-        """
-        return switched(special, self.between, points)
-
     def passes(self, other: Branch) -> bool:
         """Whether this branch runs through the middle of another one."""
         return passes(self.nodes, other.nodes[len(other.nodes) // 2])
@@ -164,7 +151,7 @@ def branch(
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     system.check(over, np.array([low, high]))
     problem = problem_of(system, over)
-    begin = _begin(system, problem, (low, high), start, settle)
+    begin = begin_of(system, problem, (low, high), start, settle)
     clock = time.process_time()
 
     def tell(node: Node) -> None:
@@ -175,97 +162,6 @@ def branch(
     if forward.end[0] not in ("closed", "interrupted"):
         backward = Follower(begin.turned(), (low, high), points, tell).follow()
     return made(problem, forward, backward, (low, high), time.process_time() - clock)
-
-
-def _begin(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
-    """The motion at the start."""
-    value = _value(system, problem.over)
-    if not between[0] <= value <= between[1]:
-        raise StickslipError(
-            f"The start has {problem.over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it "
-            "to a value in that range."
-        )
-    point = system.start(start)
-    if settle and isinstance(problem, FlowProblem) and problem.autonomous:
-        z = _last_cycle(problem, point, value)
-    else:
-        point = _settled(system, point) if settle else point
-        if isinstance(problem, FlowProblem) and point[len(problem.states) :].any():
-            problem, point = _freed(problem, point, value)
-        z = point[: len(problem.states)]
-        if isinstance(problem, FlowProblem) and problem.autonomous:
-            z = np.append(z, problem.strobe.period or 0.0)
-        z = np.append(z, value)
-    scales = problem.scales(z, between)
-    try:
-        node = solved(problem, scales, z / scales, parameter(value), reach=2.0)
-    except Lost as error:
-        seen = look(problem, z)
-        missed = "" if seen is None else f": after one period it misses its start by {np.abs(seen.residual).max():.2g}"
-        raise StickslipError(
-            f"No periodic motion of {system.name} was found near that start{missed} ({error}). Start nearer, let it "
-            "settle first (settle=True, --settle), or check how many periods of the forcing it takes (every)."
-        ) from None
-    moved = problem.rephased(node.z, node.seen)
-    if moved is not None:
-        with suppress(Lost):  # it stays where it was
-            node = solved(moved[0], scales, moved[1] / scales, parameter(value), reach=0.1)
-    return node
-
-
-def _settled(system: SectionSystem, point: Vector) -> Vector:
-    """Where a run from a point has come to, after many steps."""
-    for _ in range(SETTLE):
-        made_step = system.step(point[None], derivative=False)
-        if made_step.why:
-            raise StickslipError(f"The start does not settle: {next(iter(made_step.why.values()))}")
-        point = made_step.points[0]
-    return point
-
-
-def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProblem, Vector]:
-    """The problem at a phase where no stop remembers, and the state there of a motion that begins in one that does."""
-    strobe = problem.strobe.at(**{problem.over: value})
-    length = strobe.every * float(strobe.periods({}, 1)[0])
-    events = strobe.trajectory(point, np.array([length])).events
-    memories = [name.removesuffix("_memory") for name in strobe.fmu.memories]
-    inside = {name for name, one in zip(memories, point[len(problem.states) :], strict=True) if one}
-    longest, middle = 0.0, 0.0
-    for i, event in enumerate(events):
-        (inside.add if event.after == TOUCHING else inside.discard)(event.contact)
-        pause = (events[i + 1].time if i + 1 < len(events) else length) - event.time
-        if not inside.intersection(memories) and pause > longest:
-            longest, middle = pause, event.time + pause / 2
-    if longest == 0.0:
-        raise StickslipError(
-            f"The motion of '{strobe.name}' near that start is never free of a stop that remembers its speed of entry: "
-            "start where it is."
-        )
-    moved = strobe.trajectory(point, np.array([middle]))
-    turns = middle / length * strobe.every
-    return replace(problem, phase=turns), np.array([float(moved[name][0]) for name in problem.states])
-
-
-def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
-    """z of the cycle that a run from a point ends in, in the middle of its longest pause between events."""
-    strobe = problem.strobe.at(**{problem.over: value})
-    run: dict[str, Any] = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
-    cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
-    if cycle is None:
-        raise StickslipError(
-            f"'{strobe.name}' does not settle to a cycle with events in {SETTLE} times {strobe.period:g} s. Start on "
-            "the cycle, or choose other values."
-        )
-    marks = np.array([*(one.time for one in cycle.events), cycle.events[0].time + cycle.period])
-    longest = int(np.diff(marks).argmax())
-    middle = float(marks[longest] + marks[longest + 1]) / 2
-    moved = simulate(strobe.fmu, middle, output_times=[middle], **run)
-    return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
-
-
-def _value(system: Any, over: str) -> float:
-    known = system.values.get(over)
-    return float(system.fmu.variables[over].start or 0.0) if known is None else float(known)
 
 
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
@@ -282,7 +178,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
     autonomous = problem.autonomous
     states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
-        _name(problem),
+        problem.name,
         problem.over,
         problem.states,
         np.array([node.value for node in nodes]),
@@ -291,7 +187,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         np.array([node.multipliers for node in nodes]),
         np.array([node.stable for node in nodes]),
         tuple(node.word for node in nodes),
-        tuple(special_of(one) for _, one in found),
+        tuple(special_of(one, between, _switched) for _, one in found),
         tuple(place for place, _ in found),
         (ends[0], ends[1]),
         problem.turns,
@@ -301,69 +197,19 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
     )
 
 
-def _name(problem: Any) -> str:
-    return problem.strobe.name if isinstance(problem, FlowProblem) else problem.map.name
-
-
 def _shown(node: Node, autonomous: bool) -> Vector:
     return node.z[: len(node.problem.states)] if autonomous else state_at(node, 0.0)
 
 
-def switched(special: Special, between: tuple[float, float], points: int = 2000) -> tuple[Branch, ...]:
-    """The branches that leave at a special; see ``Branch.switch``."""
-    begins = _leaving(special)
-    if not begins:
-        raise StickslipError(
-            f"No branch was found that leaves at the {special.kind} at {special.parameter} = {special.value:.9g}: one "
-            "leaves at flips, pitchforks, branch points, and where the word changes and a multiplier passes -1."
-        )
-    found = []
-    for begin in begins:
-        clock = time.process_time()
-        way = Follower(begin, between, points).follow()
-        found.append(made(begin.problem, way, None, between, time.process_time() - clock))
-    return tuple(found)
+def _switched(special: Special, points: int) -> tuple[Branch, ...]:
+    return tuple(_from(begin, special.between, points) for begin in leaving(special))
 
 
-def _leaving(special: Special) -> list[Node]:
-    """Motions beside a special on branches that leave there; their tangents lead away."""
-    node: Node = special.node
-    if special.kind == "flip":
-        return _doubled(node)[:1]
-    if special.kind in ("pitchfork", "branch point"):
-        direction = other_direction(node)
-        return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
-    if special.touch is not None and "-1" in special.crossings:
-        try:
-            return [other_word_once(special.touch)]
-        except Lost:
-            return []
-    return []
-
-
-def _doubled(node: Node) -> list[Node]:
-    """Motions of twice the period on both sides of a flip."""
-    problem, n = node.problem.folded(2), len(node.problem.states)
-    scales, z = node.problem.unfolded(node.scales, 2), node.problem.unfolded(node.z, 2)
-    seen = look(problem, z)
-    if seen is None:
-        return []
-    values, vectors = np.linalg.eig(node.seen.monodromy)
-    along = np.zeros_like(z)
-    along[:n] = np.real(vectors[:, np.abs(values + 1.0).argmin()])
-    along /= scales
-    along /= np.linalg.norm(along)
-    at = Node(problem, scales, z, seen, tangent_of(seen, scales))
-    return [one for one in (_aside(at, along), _aside(at, -along)) if one is not None]
-
-
-def _aside(node: Node, direction: Vector) -> Node | None:
-    for distance in BESIDE:
-        try:
-            return beside(node, direction, distance)
-        except Lost:
-            continue
-    return None
+def _from(begin: Node, between: tuple[float, float], points: int) -> Branch:
+    """The branch that begins beside another one."""
+    clock = time.process_time()
+    way = Follower(begin, between, points).follow()
+    return made(begin.problem, way, None, between, time.process_time() - clock)
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,10 +219,12 @@ class Branches(Pictured):
     Attributes:
         of: the state that a picture shows.
         branches: the first, and the others in the order in which they were found.
+        interrupted: by the keyboard: others may be missing.
     """
 
     of: str
     branches: tuple[Branch, ...]
+    interrupted: bool = False
 
     @property
     def model(self) -> str:
@@ -399,6 +247,23 @@ class Branches(Pictured):
     def special(self) -> tuple[Special, ...]:
         """Of all branches."""
         return tuple(special for one in self.branches for special in one.special)
+
+    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
+        """Those of all special points that have one; see ``Special.curve``.
+
+        Raises:
+            StickslipError: none has one, no such parameter, a range that does not hold its present value.
+        """
+        found = []
+        for one in self.special:
+            if one.touch is None and one.kind not in SMOOTH:
+                continue
+            found.append(one.curve(second, between, points))
+            if any(kind == "interrupted" for kind, _ in found[-1].ends):
+                break
+        if not found:
+            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
+        return tuple(found)
 
     def _heading(self) -> str:
         return f"{len(self.branches)} branches of {self.model} over {self.over}"
@@ -423,18 +288,31 @@ def branches(
     """
     if of is not None and of not in first.states:
         raise StickslipError(f"'{first.model}' has no state '{of}'.{nearest(of, first.states)}")
-    known, done = [first], 0 if switch else 1
-    while done < len(known):
-        one = known[done]
-        done += 1
+    known = [first]
+    interrupted = _interrupted(first)
+    if switch and not interrupted:
+        try:
+            for one in _switched_at(known, longest, points):
+                known.append(one)
+                interrupted = _interrupted(one)
+                if interrupted:
+                    break
+        except KeyboardInterrupt:
+            interrupted = True
+    return Branches(of or first.states[0], tuple(known), interrupted)
+
+
+def _interrupted(one: Branch) -> bool:
+    return any(kind == "interrupted" for kind, _ in one.ends)
+
+
+def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Branch]:
+    """What leaves the branches that are known, and is not; the list may grow meanwhile."""
+    for one in known:
         for special in one.special:
             doubles = special.kind == "flip" or special.touch is not None
             if one.every * (2 if doubles else 1) > longest:
                 continue
-            for begin in _leaving(special):
-                if any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
-                    continue
-                clock = time.process_time()
-                way = Follower(begin, one.between, points).follow()
-                known.append(made(begin.problem, way, None, one.between, time.process_time() - clock))
-    return Branches(of or first.states[0], tuple(known))
+            for begin in leaving(special):
+                if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
+                    yield _from(begin, one.between, points)

@@ -7,6 +7,7 @@ least value is h > 0. The point has v = h = 0.
                                 target shrinking geometrically; from the last one, so near that the rest is linear, to 0
     from the side of the event  v = target, shrinking too; the motions are a smooth function of v, and polynomials in v
                                 go to v = 0: multipliers with the event, and a guess for the side of the miss
+                                (lost_event.py)
     the other side              a displacement of the start against the gradient of h makes the event happen; what the
                                 event then does to the end, b, gives the motion with that event to first order:
                                     [J; grad h] dz = -(b, h)
@@ -28,9 +29,6 @@ from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vec
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9
-# speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
-# with it are extrapolated from
-FIRST_SPEED, LIMIT_SPEED = 1e-5, 2e-5
 # of the period: a passing of a neighbour that is further from this in time is another one
 SAME_TIME = 0.1
 # displacements of a start, in u, by which an event is made to happen
@@ -257,7 +255,7 @@ def _with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing,
         own = nearest(found.seen.events, event, event.time, found.seen.length)
         if own is None or found.word == touch.node.word or not _meets(touch, found, own):
             return None
-        return _growing(found, own)
+        return growing(found, own)
     except Lost:
         return None
 
@@ -310,122 +308,7 @@ def _new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
     return min(near, key=lambda one: abs(one.time - miss.time), default=None)
 
 
-def _growing(node: Node, event: Passing) -> Node:
+def growing(node: Node, event: Passing) -> Node:
     """With the tangent along which the event grows stronger."""
     own = nearest(node.seen.events, event, event.time, node.seen.length)
     return node.turned() if own is not None and node.along(own.gradient) < 0.0 else node
-
-
-def from_event(start: Node, event: Passing) -> Touch:
-    """The point where an event of a motion is lost.
-
-    Raises:
-        Lost: the way there leaves the word of the motion, or no motion without the event is near.
-    """
-    nodes = list(_weaker(start, event))
-    if len(nodes) < 4:
-        raise Lost("the event is not lost along the branch")
-    own, last = nodes[-1]
-    limit = _extrapolated([one.value for one, _ in nodes[-5:]], np.array([node.u for _, node in nodes[-5:]]))
-    gradient = own.gradient * last.scales
-    gradient[len(last.problem.states) :] = 0.0
-    without = None
-    for share in (1.0, 2.0, 4.0, 16.0):
-        u = limit - share * own.value * gradient / float(gradient @ gradient)
-        seen = look(last.problem, u * last.scales)
-        if seen is not None and len(seen.word) < len(last.seen.word):
-            without = u, seen
-            break
-    if without is None:
-        raise Lost("no run without the event is near")
-    u, seen = without
-    misses = [one for one in seen.misses if one.contact == event.contact and one.before == event.before]
-    miss = min(misses, key=lambda one: abs(one.time - own.time), default=None)
-    if miss is None:
-        raise Lost("the event leaves no near miss behind")
-    border = miss_border(miss, miss.value, [miss.time])
-    node = solved(last.problem, last.scales, u, border, reach=0.05)
-    found = nearest(node.seen.misses, miss, miss.time, node.seen.length)
-    if found is None or len(node.word) >= len(last.word):
-        raise Lost("no motion without the event is near")
-    if node.along(found.gradient) > 0.0:
-        node = node.turned()
-    touch = from_miss(node, found)
-    side = tuple(_growing(node, passing) for passing, node in reversed(nodes))
-    if np.abs(touch.u - limit).max() > 1e-4:
-        raise Lost("the two sides do not meet")
-    return Touch(touch.node, touch.z, touch.miss, side, float(limit[-1] * last.scales[-1]))
-
-
-def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
-    """Motions of shrinking speed of an event, until it is small; the event, and the motion."""
-    node, own, speeds, us = start, event, [event.value], [start.u]
-    yield event, start
-    least = FIRST_SPEED * far_speed(event, start.scales)
-    shrink = 0.5
-    while own.value > least:
-        target = max(own.value * shrink, 0.99 * least)
-        guess = _extrapolated(np.array(speeds[-4:]) - target, np.array(us[-4:])) if len(us) > 1 else None
-        if guess is None:
-            rate = node.along(own.gradient)
-            guess = node.u + node.tangent * (target - own.value) / rate
-        try:
-            border = speed_border(own, target, [own.time])
-            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
-        except Lost:
-            if shrink > 0.9:
-                return
-            shrink = shrink**0.5
-            continue
-        found = nearest(after.seen.events, own, own.time, after.seen.length)
-        if found is None:
-            return
-        node, own = after, found
-        speeds.append(own.value)
-        us.append(node.u)
-        shrink = max(0.25, shrink * 0.8)
-        yield own, node
-
-
-def _extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
-    """The polynomial through values (k, ...) at places (k,), at 0."""
-    places = np.asarray(at, dtype=float)
-    total = np.zeros_like(values[0])
-    for i, place in enumerate(places):
-        others = np.delete(places, i)
-        total = total + values[i] * np.prod(others / (others - place))
-    return total
-
-
-def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
-    """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
-
-    Args:
-        first: a motion with the event, at a small speed of it.
-    """
-    new = [one for one in first.seen.events if one.contact == touch.miss.contact and one.before == touch.miss.before]
-    event = min(new, key=lambda one: one.value)
-    speed = LIMIT_SPEED * far_speed(event, first.scales)
-    nodes: list[tuple[float, Node]] = [(event.value, first)]
-    node, own = first, event
-    for target in (speed, 2 * speed, 3 * speed, 4 * speed):
-        while abs(own.value - target) > 1e-6 * target:
-            goal = min(target, own.value * 4.0)
-            speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(one.u for _, one in nodes[-3:])]
-            guess = _extrapolated(np.array(speeds) - goal, np.array(us))
-            border = speed_border(own, goal, [own.time])
-            node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
-            found = nearest(node.seen.events, own, own.time, node.seen.length)
-            if found is None:
-                raise Lost("the event is gone")
-            own = found
-            nodes.append((own.value, node))
-            if goal == target:
-                break
-    last = nodes[-4:]
-    traces = [abs(np.trace(one.seen.monodromy)) for _, one in last]
-    if traces[0] > 1.8 * traces[1] - 1e-9 and traces[0] > 10.0:
-        return None
-    limit = _extrapolated([v for v, _ in last], np.array([one.seen.monodromy for _, one in last]))
-    value = _extrapolated([v for v, _ in last], np.array([one.z[-1:] for _, one in last]))
-    return limit, float(value[0])

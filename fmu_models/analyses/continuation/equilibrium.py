@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import newton
 
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.node import Lost, Node, parameter, solved
-from fmu_models.analyses.continuation.problem import FlowProblem
 from fmu_models.analyses.fmu_sections import Strobe
 
 # of the scales of the states: a cycle that is smaller is near its end

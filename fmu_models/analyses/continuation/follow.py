@@ -11,17 +11,18 @@ until   the parameter leaves its range, the branch is back at its begin, or ther
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
-from fmu_models.analyses.continuation.discontinuous import Touch, exchanged, from_event, from_miss, other_word, repeats
+from fmu_models.analyses.continuation.discontinuous import Touch, exchanged, from_miss, other_word, repeats
 from fmu_models.analyses.continuation.equilibrium import hopf_of
+from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
-from fmu_models.analyses.continuation.problem import Passing, Problem, Vector
+from fmu_models.analyses.continuation.problem import Passing, Vector
+from fmu_models.analyses.continuation.same_motion import CLOSED, between, images, turned
 from fmu_models.codegen.contact_states import AWAY, STICK
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
@@ -35,8 +36,6 @@ ASIDE = 0.2
 LARGE = 50.0
 # how many steps ahead an event may be lost or come
 AHEAD = 6.0
-# a branch that comes so near to its begin again is closed
-CLOSED = 1e-6
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
 # so many short steps in a row that were cut by a change of the word that could not be found
@@ -162,12 +161,12 @@ class Follower:
                 node.problem, node.scales, node.u + 1e-4 * node.tangent,
                 arclength(node.u, node.tangent, node.scales, 1e-4), word=node.word,
             )  # fmt: skip
-            turned = _turned(problem, ahead)
+            goal = turned(problem, ahead)
             if placed.word != node.word:
                 return node
         except Lost:
             return node
-        return replace_tangent(placed, turned / node.scales - placed.u)
+        return replace_tangent(placed, goal / node.scales - placed.u)
 
     def _stepped(self, node: Node, step: float, looks: bool = True) -> tuple[Node, float] | Ahead | None:
         """The next motion of the same word and how far it is, or the change of the word that comes before; None where
@@ -265,8 +264,8 @@ class Follower:
 
     def _closes(self, before: Node, node: Node) -> bool:
         """Whether the begin lies between two neighbours."""
-        images = _images(self.begin, node.problem)
-        z = next((one for one in images if _between(before, node, one / node.scales)), None)
+        begins = images(self.begin, node.problem)
+        z = next((one for one in begins if between(before, node, one / node.scales)), None)
         seen = None if z is None else look(node.problem, z)
         if z is None or seen is None:
             return False
@@ -340,8 +339,8 @@ class Follower:
                 and one.touch is not None
                 and one.touch.miss.contact == touch.miss.contact
             ):
-                images = _images(one.touch.node, touch.node.problem)
-                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in images]
+                begins = images(one.touch.node, touch.node.problem)
+                apart = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
                 if min(apart) < CLOSED:
                     self.way.found.pop()
                     self.way.end = ("closed", "the branch is back at a point that it has passed")
@@ -377,43 +376,6 @@ def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
             if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:
                 coming.append((-event.value / (2.0 * rate), "event", event))
     return coming
-
-
-def _turned(after: Problem, node: Node) -> Vector:
-    """The motion of a node at the phase of another problem of the same family."""
-    return node.z if node.problem is after else node.problem.shifted(node.z, node.seen, after.phase)
-
-
-def _images(node: Node, problem: Problem) -> Iterator[Vector]:
-    """The same motion at the phase of a problem, begun one period of the forcing later and later."""
-    yield _turned(problem, node)
-    for later in range(1, problem.turns):
-        yield node.problem.shifted(node.z, node.seen, problem.phase + later)
-
-
-def _between(before: Node, after: Node, u: Vector) -> bool:
-    """Whether a motion u lies on the branch between two neighbours."""
-    step, chord = u - before.u, after.u - before.u
-    share = float(step @ chord / (chord @ chord))
-    if not 0.0 <= share <= 1.0 or np.linalg.norm(step - share * chord) > np.linalg.norm(chord):
-        return False
-    try:
-        border = arclength(before.u, before.tangent, before.scales, float(before.tangent @ step))
-        found = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
-    except Lost:
-        return False
-    return bool(np.abs(found.u - u).max() <= CLOSED)
-
-
-def passes(nodes: Sequence[Node], node: Node) -> bool:
-    """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
-    for before, after in pairwise(nodes):
-        same = before.word == after.word == node.word and before.problem is after.problem
-        if not same or not min(before.value, after.value) - 1e-9 <= node.value <= max(before.value, after.value) + 1e-9:
-            continue
-        if any(_between(before, after, z / before.scales) for z in _images(node, before.problem)):
-            return True
-    return False
 
 
 def replace_tangent(node: Node, towards: Vector) -> Node:

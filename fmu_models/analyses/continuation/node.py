@@ -21,8 +21,8 @@ from fmu_models.base.errors import StickslipError
 ROOT, ROUNDED = 1e-13, 1e-9
 STEPS = 12
 
-# of z and what is seen there: its value, and its derivative by z; None where it has none
-Border = Callable[[Vector, Seen], tuple[float, Vector] | None]
+# of z and what is seen there: its value, and its derivative by z, or several; None where it has none
+Border = Callable[[Vector, Seen], tuple[float | Vector, Vector] | None]
 
 
 class Lost(Exception):
@@ -103,7 +103,7 @@ def scaled(node: Node) -> Vector:
 def _scaled(seen: Seen, scales: Vector) -> Vector:
     rows = scales[: len(seen.residual)].copy()
     jacobian = seen.jacobian * scales
-    if len(rows) == len(scales) - 1 and len(seen.monodromy) < len(rows):  # the equation of the phase has its own size
+    if len(seen.monodromy) < len(rows):  # the equation of the phase has its own size
         rows[-1] = np.abs(jacobian[-1]).max() or 1.0
     return jacobian / rows[:, None]
 
@@ -190,10 +190,11 @@ def _evaluated(
     jacobian = _scaled(seen, scales)
     rows = np.append(scales[: len(seen.monodromy)], np.ones(len(seen.residual) - len(seen.monodromy)))
     value, gradient = bound
-    gradient = gradient * scales
-    size = float(np.abs(gradient).max()) or 1.0
+    gradient = np.atleast_2d(gradient) * scales
+    size = np.abs(gradient).max(axis=1)
+    size[size == 0.0] = 1.0
     residual = np.append(seen.residual / rows, value / size)
-    return seen, residual, np.vstack([jacobian, gradient / size])
+    return seen, residual, np.vstack([jacobian, gradient / size[:, None]])
 
 
 def arclength(u: Vector, tangent: Vector, scales: Vector, distance: float) -> Border:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.analyses.continuation.discontinuous import Touch, repeats, with_event
+from fmu_models.analyses.continuation.curve import Curve
+from fmu_models.analyses.continuation.discontinuous import Touch, repeats
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.follow import Found
 from fmu_models.analyses.continuation.hull import hull_crossings
+from fmu_models.analyses.continuation.lost_event import with_event
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
-from fmu_models.analyses.continuation.problem import FlowProblem, Vector, Word
+from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
+from fmu_models.analyses.continuation.problem import Vector, Word
+from fmu_models.analyses.continuation.trace import curve_of
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.codegen.contact_states import AWAY, STICK
 
@@ -41,6 +48,7 @@ class Special(Shown):
         contact: whose event comes or goes.
         value_with_event: of the parameter, from the side of the event; nan if that is not how it was found.
         slope: d value / d speed of the impact on the side of a rigid touch; nan at others.
+        between: range of the parameter on the branch.
     """
 
     kind: str
@@ -57,6 +65,50 @@ class Special(Shown):
     slope: float = np.nan
     node: Any = field(default=None, repr=False)
     touch: Any = field(default=None, repr=False)
+    between: tuple[float, float] = (-np.inf, np.inf)
+    follows: Callable[[Special, int], tuple[Any, ...]] = field(default=lambda special, points: (), repr=False)
+
+    def switch(self, points: int = 2000) -> tuple[Any, ...]:
+        """The branches that leave here, each a ``Branch``, over the range of the one that it was met on.
+
+        Args:
+            points: of each, at most.
+
+        Raises:
+            StickslipError: none leaves at a point of this kind, or none was found.
+        """
+        found = self.follows(self, points)
+        if not found:
+            raise StickslipError(
+                f"No branch was found that leaves at the {self.kind} at {self.parameter} = {self.value:.9g}: one "
+                "leaves at flips, pitchforks, branch points, and where the word changes and a multiplier passes -1."
+            )
+        return found
+
+    def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
+        """The point as a curve in two parameters, the first within the range of the branch.
+
+        Args:
+            second: name of the other parameter or input.
+            between: its least and largest value, its present one between them; half to twice that if left out.
+            points: in each direction, at most.
+
+        Raises:
+            StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
+        """
+        miss = self.touch.miss if self.touch else None
+        return curve_of(self.kind, self.node, miss, second, between, self.between, points)
+
+    @cached_property
+    def normal_form(self) -> float:
+        """The cubic coefficient of a flip, pitchfork or Neimark-Sacker point, see normal_form.py; nan where it is none
+        or not known: at other kinds, and where nothing forces the motion."""
+        return coefficient(self.kind, self.node) if self.kind in KINDS else np.nan
+
+    @property
+    def criticality(self) -> str:
+        """ "supercritical" or "subcritical", by the normal form; "" where that is not known."""
+        return criticality(self.kind, self.normal_form)
 
     def at(self, turns: float) -> Vector:
         """(n,) the state at a phase of the forcing, in turns; s where nothing forces the motion."""
@@ -64,6 +116,7 @@ class Special(Shown):
 
     def _contents(self) -> dict[str, object]:
         shown: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "period": self.period}
+        shown |= {"criticality": self.criticality or None}
         shown |= {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
         return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
 
@@ -74,12 +127,19 @@ def state_at(node: Node, turns: float) -> Vector:
     return node.problem.shifted(node.z, node.seen, turns)[:n]
 
 
-def special_of(found: Found) -> Special:
-    """What was found, told."""
+def special_of(
+    found: Found, between: tuple[float, float], follows: Callable[[Special, int], tuple[Any, ...]]
+) -> Special:
+    """What was found on a branch over a range, told.
+
+    Args:
+        follows: the branches that leave a special, of so many points at most.
+    """
     node, touch = found.node, found.touch
     problem = node.problem
     kind, value = found.kind, node.value
     common: dict[str, Any] = {"parameter": problem.over, "period": node.seen.length, "node": node, "touch": touch}
+    common |= {"between": between, "follows": follows}
     if touch is None:
         if kind == "branch point":
             kind = "flip of the parent" if repeats(node) else branch_kind(node)

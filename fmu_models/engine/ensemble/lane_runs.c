@@ -51,7 +51,8 @@ int64_t lane_runs_room(const void *stepper, int64_t longest)
     if (!s) {
         return 0;
     }
-    return in_lines(sizeof(Together)) + in_lines(LANE_RUNS_TOGETHER * arrival_numbers(longest) * (int64_t)sizeof(double))
+    return in_lines(sizeof(Together))
+           + in_lines(LANE_RUNS_TOGETHER * arrival_numbers(longest) * (int64_t)sizeof(double))
            + s->room(LANE_RUNS_TOGETHER);
 }
 
@@ -204,7 +205,8 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
             outcome = bounded(e, r->at.x);
         }
         steady &= e->starts[i] == e->origin;
-        if (outcome == OUTCOME_FINISHED && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
+        if (outcome == OUTCOME_FINISHED
+            && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
             outcome = run_by_series(job);
         } else if (outcome == OUTCOME_FINISHED) {
             take(r, job, motion, &t->kept[slot]);

@@ -13,7 +13,9 @@ static const signed char switch_states[] = {CONTACT_SLIP_PLUS, CONTACT_SLIP_MINU
 
 static signed char state_of(int c, int digit)
 {
-    return lanes_kind[c] == KIND_STOP ? stop_states[digit] : lanes_kind[c] == KIND_SWITCH ? switch_states[digit] : CONTACT_AWAY;
+    return lanes_kind[c] == KIND_STOP     ? stop_states[digit]
+           : lanes_kind[c] == KIND_SWITCH ? switch_states[digit]
+                                          : CONTACT_AWAY;
 }
 
 int table_mode(const signed char *state)
@@ -123,7 +125,8 @@ static void full_guard(const LaneRows *r, const LaneMode *m, int wall, int g, do
             row[j] = sign * (r->release[c][0] * r->depth[c][j] + r->release[c][1] * r->slip[c][j]);
         }
         const double depth = c == wall ? 0.0 : shifted(r->depth[c], m->shift);
-        row[LANES_Z] = sign * (r->release[c][0] * depth + r->release[c][1] * shifted(r->slip[c], m->shift) + r->release[c][2]);
+        row[LANES_Z] =
+            sign * (r->release[c][0] * depth + r->release[c][1] * shifted(r->slip[c], m->shift) + r->release[c][2]);
         return;
     }
     const int outside = lanes_kind[c] == KIND_SWITCH ? state == CONTACT_SLIP_MINUS : state == CONTACT_AWAY;

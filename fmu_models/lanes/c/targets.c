@@ -148,7 +148,7 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
     static int64_t room_##width(int64_t motions) { return layout(motions, width, group_bytes_##width()).used; }        \
     static void open_##width(void *room, int64_t motions) { open_pool(room, motions, width, group_bytes_##width()); }  \
     static void step_##width(void *room, LaneMotion *motions) { period_##width(room, motions); }                       \
-    static const LaneStepper stepper_##width = {LANE_STEPPER_VERSION, MODEL_TOKEN, width, room_##width,                \
+    static const LaneStepper stepper_##width = {LANE_STEPPER_VERSION, MODEL_TOKEN, width,       room_##width,          \
                                                 open_##width,         place,       step_##width};
 
 STEPPER(1)

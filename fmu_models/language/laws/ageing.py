@@ -21,12 +21,9 @@ import sympy
 
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.dry_friction import DryFriction, falling
-from fmu_models.language.law_parameter import coefficient, declared
+from fmu_models.language.law_parameter import T_0, coefficient, declared
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.quantities import InternalState, State
-
-T_0 = 0.01  # s
-
 
 @final
 @dataclass(frozen=True)

@@ -1,0 +1,131 @@
+"""The motion that a branch begins at: from a start near it, or where a run from there settles."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.map_problem import MapProblem
+from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved
+from fmu_models.analyses.continuation.problem import Problem, Vector
+from fmu_models.analyses.cycles import last_cycle
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.iteration import Iteration
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import TOUCHING
+from fmu_models.simulation.run import simulate
+
+# periods of a run that settles to its motion
+SETTLE = 400
+
+
+def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
+    """The motion at the start."""
+    value = problem.present(problem.over)
+    if not between[0] <= value <= between[1]:
+        raise StickslipError(
+            f"The start has {problem.over} = {value:g}, which is not between {between[0]:g} and {between[1]:g}. Set it "
+            "to a value in that range."
+        )
+    point = system.start(start)
+    if settle and isinstance(problem, FlowProblem) and problem.autonomous:
+        z = _last_cycle(problem, point, value)
+    else:
+        point = _settled(system, point) if settle else point
+        if isinstance(problem, FlowProblem) and point[len(problem.states) :].any():
+            problem, point = _freed(problem, point, value)
+        z = point[: len(problem.states)]
+        if isinstance(problem, FlowProblem) and problem.autonomous:
+            z = np.append(z, problem.strobe.period or 0.0)
+        z = np.append(z, value)
+    scales = problem.scales(z, between)
+    try:
+        node = solved(problem, scales, z / scales, parameter(value), reach=2.0)
+    except Lost as error:
+        seen = look(problem, z)
+        missed = "" if seen is None else f": after one period it misses its start by {np.abs(seen.residual).max():.2g}"
+        raise StickslipError(
+            f"No periodic motion of {system.name} was found near that start{missed} ({error}). Start nearer, let it "
+            "settle first (settle=True, --settle), or check how many periods of the forcing it takes (every)."
+        ) from None
+    moved = problem.rephased(node.z, node.seen)
+    if moved is not None:
+        with suppress(Lost):  # it stays where it was
+            node = solved(moved[0], scales, moved[1] / scales, parameter(value), reach=0.1)
+    return node
+
+
+def _settled(system: SectionSystem, point: Vector) -> Vector:
+    """Where a run from a point has come to, after many steps."""
+    for _ in range(SETTLE):
+        made_step = system.step(point[None], derivative=False)
+        if made_step.why:
+            raise StickslipError(f"The start does not settle: {next(iter(made_step.why.values()))}")
+        point = made_step.points[0]
+    return point
+
+
+def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProblem, Vector]:
+    """The problem at a phase where no stop remembers, and the state there of a motion that begins in one that does."""
+    strobe = problem.strobe.at(**{problem.over: value})
+    length = strobe.every * float(strobe.periods({}, 1)[0])
+    events = strobe.trajectory(point, np.array([length])).events
+    memories = [name.removesuffix("_memory") for name in strobe.fmu.memories]
+    inside = {name for name, one in zip(memories, point[len(problem.states) :], strict=True) if one}
+    longest, middle = 0.0, 0.0
+    for i, event in enumerate(events):
+        (inside.add if event.after == TOUCHING else inside.discard)(event.contact)
+        pause = (events[i + 1].time if i + 1 < len(events) else length) - event.time
+        if not inside.intersection(memories) and pause > longest:
+            longest, middle = pause, event.time + pause / 2
+    if longest == 0.0:
+        raise StickslipError(
+            f"The motion of '{strobe.name}' near that start is never free of a stop that remembers its speed of entry: "
+            "start where it is."
+        )
+    moved = strobe.trajectory(point, np.array([middle]))
+    turns = middle / length * strobe.every
+    return replace(problem, phase=turns), np.array([float(moved[name][0]) for name in problem.states])
+
+
+def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
+    """z of the cycle that a run from a point ends in, in the middle of its longest pause between events."""
+    strobe = problem.strobe.at(**{problem.over: value})
+    run: dict[str, Any] = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
+    cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
+    if cycle is None:
+        raise StickslipError(
+            f"'{strobe.name}' does not settle to a cycle with events in {SETTLE} times {strobe.period:g} s. Start on "
+            "the cycle, or choose other values."
+        )
+    marks = np.array([*(one.time for one in cycle.events), cycle.events[0].time + cycle.period])
+    longest = int(np.diff(marks).argmax())
+    middle = float(marks[longest] + marks[longest + 1]) / 2
+    moved = simulate(strobe.fmu, middle, output_times=[middle], **run)
+    return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
+
+
+def problem_of(system: Any, over: str) -> Problem:
+    """The family that a section describes.
+
+    Raises:
+        StickslipError: another section than a strobe or a map, an FMU of others.
+    """
+    if isinstance(system, Iteration):
+        return MapProblem(system, over)
+    if not isinstance(system, Strobe):
+        raise StickslipError(
+            f"A branch of '{system.name}' is followed at a strobe: name what forces it, or say that nothing does and "
+            "give about how long its period is (autonomous=True, period=)."
+        )
+    if not system.fmu.ours:
+        raise StickslipError(
+            f"'{system.name}' is not of this suite, and its runs carry no derivatives through events: its branches "
+            "cannot be followed. 'find_bifurcations' takes it, by differences."
+        )
+    return FlowProblem(system, over)

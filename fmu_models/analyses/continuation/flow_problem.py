@@ -1,0 +1,214 @@
+"""What a branch of an oscillator is followed of: the periodic motions of a strobe."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import STICK, TOUCHING
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.engine import engine_of
+
+# share of the orbit's length that an event must keep from the strobe, beyond which the strobe moves to another phase
+CLEAR = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class FlowProblem(Problem):
+    """Of an oscillator: periodic motions of a strobe, whose phase may be moved.
+
+    Args:
+        strobe: how many periods of the forcing there are in one of the motion, and the values of all parameters.
+        phase: of the start, in periods of the forcing.
+        second: name of the other parameter of a curve.
+        kept: the instance of the FMU and what belongs to it, once it is there.
+    """
+
+    strobe: Strobe
+    over: str = ""
+    second: str = ""
+    phase: float = 0.0
+    kept: list[Any] = field(default_factory=list, repr=False)
+
+    @property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override]
+        return tuple(self.strobe.fmu.states)
+
+    @property
+    def autonomous(self) -> bool:  # type: ignore[override]
+        return self.strobe.autonomous
+
+    @property
+    def name(self) -> str:
+        return self.strobe.name
+
+    def opened(self, second: str) -> Problem:
+        self.strobe.check(second, np.array([self.present(second)]) if second in self.strobe.parameters else np.zeros(1))
+        return replace(self, second=second, kept=[])
+
+    def present(self, name: str) -> float:
+        known = self.strobe.values.get(name)
+        return float(self.strobe.fmu.variables[name].start or 0.0) if known is None else float(known)
+
+    def _run(self, z: Vector, start: float, stop: float) -> Any:
+        if not self.kept:
+            fmu = self.strobe.fmu
+            engine, variables = engine_of(fmu), fmu.variables
+            references = np.array(
+                [variables[name].valueReference for name in (*self.states, *self.parameters)], np.uint32
+            )
+            instance = engine.take()
+            made = whole_run.Differentiator(engine, instance, references, len(self.states))
+            weakref.finalize(made, engine.give, instance)
+            constants = {variables[name].valueReference: one for name, one in self.strobe.values.items()}
+            self.kept.extend([made, references, constants])
+        made, references, constants = self.kept
+        request = whole_run.Request(np.array([start, stop]), references[: len(self.states)])
+        given = [*z[: len(self.states)].tolist(), *self.values(z).values()]
+        initial = {**constants, **dict(zip(references.tolist(), given, strict=True))}
+        result, derivatives, event_derivatives, one_sided = made.run(request, initial, start, self.strobe.tolerance)
+        return result, derivatives[1], event_derivatives, one_sided, made.passage
+
+    def length(self, z: Vector) -> float:
+        """Of the period of the motion at z, s."""
+        if self.autonomous:
+            return float(z[-2])
+        return self.strobe.every * float(
+            self.strobe.periods({name: np.array([one]) for name, one in self.values(z).items()}, 1)[0]
+        )
+
+    def see(self, z: Vector) -> Seen:
+        """One run with tangents along states and parameters."""
+        n = len(self.states)
+        whole = self.length(z)
+        if not (whole > 0.0 and math.isfinite(whole)):
+            raise StickslipError(f"A period of {whole:g} s is none.")
+        start = 0.0 if self.autonomous else self.phase * whole / self.strobe.every
+        result, by, _, one_sided, passage = self._run(z, start, start + whole)
+        f0, f1 = passage.rates
+        monodromy = by[:, :n]
+        # by how much start and length change with a parameter, where that is the frequency
+        rates = np.array([-1.0 / one if name == self.strobe.forcing else 0.0 for name, one in self.values(z).items()])
+        by_values = by[:, n:] + np.outer(f1, rates * (start + whole)) - np.outer(monodromy @ f0, rates * start)
+        residual, jacobian = result.values[1] - z[:n], monodromy - np.eye(n)
+        if self.autonomous:
+            jacobian = np.column_stack([jacobian, by_values[:, :-1], f1, by_values[:, -1]])
+            jacobian = np.vstack([jacobian, np.append(f0, np.zeros(self.size - n))])
+            residual = np.append(residual, 0.0)
+        else:
+            jacobian = np.column_stack([jacobian, by_values])
+
+        def gradient(row: Vector) -> Vector:
+            whole_row = np.zeros(self.size)
+            whole_row[:n] = row[:n]
+            by_parameters = row[n:] - row[:n] @ f0 * rates * start
+            whole_row[-1] = by_parameters[-1]
+            if self.second:
+                whole_row[n] = by_parameters[0]
+            return whole_row
+
+        names, rows = self.strobe.contacts, result.events
+        events = tuple(
+            Passing(
+                names[row["contact"]], -1, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
+                float(passage.speeds[i]), gradient(passage.speed_derivatives[i]),
+            )
+            for i, row in enumerate(rows)
+        )  # fmt: skip
+        misses = tuple(
+            Passing(
+                names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
+                float(row["time"]) - start, float(row["value"]), gradient(passage.miss_derivatives[i]),
+                bool(row["slope"] != 0.0),
+            )
+            for i, row in enumerate(passage.misses)
+        )  # fmt: skip
+        word = tuple((one.contact, one.before, one.after) for one in events)
+        return Seen(residual, jacobian, monodromy, whole, word, events, misses, one_sided)
+
+    def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
+        """What the states do over a period."""
+        whole, point = self.length(z), np.zeros(len(self.strobe.states))
+        point[: len(self.states)] = z[: len(self.states)]
+        moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, whole, 65))
+        sizes = np.array([np.ptp(moved[name]) / 2 or abs(moved[name]).max() or 1.0 for name in self.states])
+        return np.array([*sizes, *([whole] if self.autonomous else []), abs(between[1] - between[0])])
+
+    def folded(self, times: int) -> Problem:
+        """So many periods of this one."""
+        strobe = Strobe(
+            self.strobe.fmu,
+            every=self.strobe.every * times,
+            forcing=self.strobe.forcing,
+            period=self.strobe.period,
+            autonomous=self.autonomous,
+            parameters=self.strobe.values,
+            tolerance=self.strobe.tolerance,
+        )
+        return replace(self, strobe=strobe, kept=self.kept)
+
+    def part(self, z: Vector, seen: Seen) -> Vector:
+        return self._after(z, seen.length / 2)
+
+    def unfolded(self, z: Vector, times: int) -> Vector:
+        return np.append(z[:-2], [times * z[-2], z[-1]]) if self.autonomous else z
+
+    def _free_gaps(self, seen: Seen) -> Sequence[tuple[float, float]]:
+        """Begins and lengths of the pauses between events, longest first; those in which a contact holds, sticks or
+        remembers come last."""
+        times = [one.time for one in seen.events]
+        last = {one.contact: one.after for one in seen.events}
+        gaps = []
+        for i, one in enumerate(seen.events):
+            last[one.contact] = one.after
+            after = times[i + 1] if i + 1 < len(times) else times[0] + seen.length
+            held = any(state in (STICK, TOUCHING) for state in last.values())
+            gaps.append((held, times[i] - after, times[i]))
+        return [(begin, -length) for _, length, begin in sorted(gaps)]
+
+    def held_at_start(self, seen: Seen) -> bool:
+        """Whether the strobe falls into a contact that closes, sticks or remembers."""
+        last = {one.contact: one.after for one in seen.events}
+        return any(state in (STICK, TOUCHING) for state in last.values())
+
+    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
+        near = CLEAR * seen.length
+        crowded = any(one.time < near or one.time > seen.length - near for one in seen.events)
+        if not crowded and not self.held_at_start(seen):
+            return None
+        gaps = self._free_gaps(seen)
+        if not gaps:
+            return None
+        begin, pause = gaps[0]
+        later = (begin + pause / 2) % seen.length
+        if pause < 2 * near or min(later, seen.length - later) < near / 4:
+            return None
+        forcing = seen.length / self.strobe.every
+        phase = later if self.autonomous else (self.phase + later / forcing) % self.strobe.every
+        moved = replace(self, phase=0.0 if self.autonomous else phase)
+        return moved, self._after(z, later)
+
+    @property
+    def turns(self) -> int:
+        return 1 if self.autonomous else self.strobe.every
+
+    def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
+        turns = (phase - self.phase) % self.strobe.every
+        return self._after(z, turns * seen.length / self.strobe.every)
+
+    def _after(self, z: Vector, later: float) -> Vector:
+        """z of the same motion, so many seconds later."""
+        if later == 0.0:
+            return z
+        n = len(self.states)
+        start = 0.0 if self.autonomous else self.phase * self.length(z) / self.strobe.every
+        result, *_ = self._run(z, start, start + later)
+        return np.append(result.values[1], z[n:])

@@ -1,0 +1,54 @@
+"""Motions beside a special, on the branches that leave a branch there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmu_models.analyses.continuation.discontinuous import other_word_once
+from fmu_models.analyses.continuation.node import Lost, Node, look, tangent_of
+from fmu_models.analyses.continuation.problem import Vector
+from fmu_models.analyses.continuation.special import Special, beside, other_direction
+
+# how far from a special a branch begins that is switched to, in u
+BESIDE = (1e-3, 3e-3, 1e-2)
+
+
+def leaving(special: Special) -> list[Node]:
+    """Motions beside a special on branches that leave there; their tangents lead away."""
+    node: Node = special.node
+    if special.kind == "flip":
+        return _doubled(node)[:1]
+    if special.kind in ("pitchfork", "branch point"):
+        direction = other_direction(node)
+        return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
+    if special.touch is not None and "-1" in special.crossings:
+        try:
+            return [other_word_once(special.touch)]
+        except Lost:
+            return []
+    return []
+
+
+def _doubled(node: Node) -> list[Node]:
+    """Motions of twice the period on both sides of a flip."""
+    problem, n = node.problem.folded(2), len(node.problem.states)
+    scales, z = node.problem.unfolded(node.scales, 2), node.problem.unfolded(node.z, 2)
+    seen = look(problem, z)
+    if seen is None:
+        return []
+    values, vectors = np.linalg.eig(node.seen.monodromy)
+    along = np.zeros_like(z)
+    along[:n] = np.real(vectors[:, np.abs(values + 1.0).argmin()])
+    along /= scales
+    along /= np.linalg.norm(along)
+    at = Node(problem, scales, z, seen, tangent_of(seen, scales))
+    return [one for one in (_aside(at, along), _aside(at, -along)) if one is not None]
+
+
+def _aside(node: Node, direction: Vector) -> Node | None:
+    for distance in BESIDE:
+        try:
+            return beside(node, direction, distance)
+        except Lost:
+            continue
+    return None

@@ -1,0 +1,139 @@
+"""Whether a bifurcation is super- or subcritical, from the cubic term of its normal form.
+
+With A the monodromy matrix of the map x -> P(x) of the strobe, B and C its second and third derivatives, A q = mu q,
+A' p = conj(mu) p, |q| = 1, <p, q> = 1, <.,.> conjugating its first argument:
+
+    flip           c = 1/6 <p, C(q, q, q)> + 1/2 <p, B(q, (1 - A)^-1 B(q, q))>      x -> -x + c x^3, supercritical c > 0
+    pitchfork      the same, the inverse taken across q                           x -> x + c x^3, supercritical c < 0
+    Neimark-Sacker l1 = 1/2 Re(conj(mu) (<p, C(q, q, q*)> + 2 <p, B(q, (1 - A)^-1 B(q, q*))>
+                        + <p, B(q*, (mu^2 - A)^-1 B(q, q))>))                      supercritical l1 < 0
+
+A run gives A exactly; B and C are central differences of it, of two widths, extrapolated.
+
+Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 5.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.node import Lost, Node, look
+from fmu_models.analyses.continuation.problem import Problem, Vector, cyclic
+
+KINDS = ("flip", "pitchfork", "Neimark-Sacker")
+# differences, in scales of the states: the first at which no event comes or goes, and two widths agree as well as that
+WIDTHS, AGREE = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6), 0.05
+
+
+def coefficient(kind: str, node: Node) -> float:
+    """The cubic coefficient of a flip, a pitchfork (c) or a Neimark-Sacker point (l1), states at phase 0 in their
+    units; nan where it is not known: no event may begin at once, and the motion must be forced.
+
+    Args:
+        kind: one of ``KINDS``.
+        node: the motion there.
+    """
+    problem, z = _at_zero(node)
+    if problem.autonomous:
+        return np.nan
+    for width in WIDTHS:
+        try:
+            values = [_coefficient(kind, problem, z, node.scales, share * width) for share in (1.0, 2.0)]
+        except Lost:
+            continue
+        if abs(values[1] - values[0]) <= AGREE * abs(values[0]):
+            return (4.0 * values[0] - values[1]) / 3.0
+    return np.nan
+
+
+def criticality(kind: str, value: float) -> str:
+    """ "supercritical" or "subcritical", by the coefficient; "" if there is none."""
+    if np.isnan(value):
+        return ""
+    return "supercritical" if (value > 0.0) == (kind == "flip") else "subcritical"
+
+
+def _at_zero(node: Node) -> tuple[Problem, Vector]:
+    """At phase 0 of the forcing, unless an event is near it."""
+    problem = node.problem
+    if isinstance(problem, FlowProblem) and problem.phase:
+        moved, z = replace(problem, phase=0.0), problem.shifted(node.z, node.seen, 0.0)
+        seen = look(moved, z)
+        if seen is not None and cyclic(seen.word) == node.word and moved.rephased(z, seen) is None:
+            return moved, z
+    return problem, node.z
+
+
+def _coefficient(kind: str, problem: Problem, z: Vector, scales: Vector, width: float) -> float:
+    n = len(problem.states)
+    a, b, c = _derivatives(problem, z, width * scales[:n])
+    eigen: Any = np.linalg.eig(a)
+    values, rights = eigen
+    target: Any = {"flip": -1.0, "pitchfork": 1.0}.get(kind)
+    if target is None:
+        paired = np.flatnonzero(values.imag > 0.0)
+        place = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
+    else:
+        place = np.abs(values - target).argmin()
+    mu, q = values[place], rights[:, place]
+    p = np.linalg.inv(rights)[place]  # a row, <p, .> with its conjugate taken already
+    q = q / np.linalg.norm(q)
+    p = p / (p @ q)
+
+    def second(u: NDArray[Any], v: NDArray[Any]) -> NDArray[Any]:
+        return np.einsum("ijk,j,k->i", b, u, v)
+
+    def third(u: NDArray[Any], v: NDArray[Any], w: NDArray[Any]) -> NDArray[Any]:
+        return np.einsum("ijkl,j,k,l->i", c, u, v, w)
+
+    one = np.eye(n)
+    if kind == "Neimark-Sacker":
+        other = q.conj()
+        slow = np.linalg.solve(one - a, second(q, other))
+        fast = np.linalg.solve(mu**2 * one - a, second(q, q))
+        whole = p @ (third(q, q, other) + 2.0 * second(q, slow) + second(other, fast))
+        return float(np.real(np.conj(mu) / abs(mu) * whole)) / 2.0
+    if kind == "pitchfork":
+        bordered = np.block([[one - a, q[:, None]], [p[None, :], np.zeros((1, 1))]])
+        slow = np.linalg.solve(bordered, np.append(second(q, q), 0.0))[:n]
+    else:
+        slow = np.linalg.solve(one - a, second(q, q))
+    return float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0)))
+
+
+def _derivatives(problem: Problem, z: Vector, widths: Vector) -> tuple[Vector, Vector, Vector]:
+    """A (n, n), B (n, n, n), C (n, n, n, n) of the map at z.
+
+    Raises:
+        Lost: an event comes or goes within the widths.
+    """
+    n = len(widths)
+    word = None
+
+    def matrix(*steps: tuple[int, int]) -> Vector:
+        nonlocal word
+        x = z.copy()
+        for k, sign in steps:
+            x[k] += sign * widths[k]
+        seen = look(problem, x)
+        word = seen.word if word is None and seen is not None else word
+        if seen is None or seen.word != word:
+            raise Lost("an event comes or goes")
+        return seen.monodromy
+
+    a = matrix()
+    ups, downs = [matrix((k, 1)) for k in range(n)], [matrix((k, -1)) for k in range(n)]
+    b, c = np.empty((n, n, n)), np.empty((n, n, n, n))
+    for k in range(n):
+        b[:, :, k] = (ups[k] - downs[k]) / (2.0 * widths[k])
+        c[:, :, k, k] = (ups[k] - 2.0 * a + downs[k]) / widths[k] ** 2
+        for m in range(k):
+            signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+            mixed = sum((i * j * matrix((k, i), (m, j)) for i, j in signs), np.zeros((n, n)))
+            c[:, :, k, m] = c[:, :, m, k] = mixed / (4.0 * widths[k] * widths[m])
+    return a, b, c

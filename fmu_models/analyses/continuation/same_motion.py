@@ -1,0 +1,51 @@
+"""Whether two motions are the same one, begun at another phase or another period of the forcing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from fmu_models.analyses.continuation.node import Lost, Node, arclength, solved
+from fmu_models.analyses.continuation.problem import Problem, Vector
+
+# a branch that comes so near to a motion again has passed it
+CLOSED = 1e-6
+
+
+def turned(after: Problem, node: Node) -> Vector:
+    """The motion of a node at the phase of another problem of the same family."""
+    return node.z if node.problem is after else node.problem.shifted(node.z, node.seen, after.phase)
+
+
+def images(node: Node, problem: Problem) -> Iterator[Vector]:
+    """The same motion at the phase of a problem, begun one period of the forcing later and later."""
+    yield turned(problem, node)
+    for later in range(1, problem.turns):
+        yield node.problem.shifted(node.z, node.seen, problem.phase + later)
+
+
+def between(before: Node, after: Node, u: Vector) -> bool:
+    """Whether a motion u lies on the branch between two neighbours."""
+    step, chord = u - before.u, after.u - before.u
+    share = float(step @ chord / (chord @ chord))
+    if not 0.0 <= share <= 1.0 or np.linalg.norm(step - share * chord) > np.linalg.norm(chord):
+        return False
+    try:
+        border = arclength(before.u, before.tangent, before.scales, float(before.tangent @ step))
+        found = solved(before.problem, before.scales, before.u + share * chord, border, towards=before.tangent)
+    except Lost:
+        return False
+    return bool(np.abs(found.u - u).max() <= CLOSED)
+
+
+def passes(nodes: Sequence[Node], node: Node) -> bool:
+    """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
+    for before, after in pairwise(nodes):
+        same = before.word == after.word == node.word and before.problem is after.problem
+        if not same or not min(before.value, after.value) - 1e-9 <= node.value <= max(before.value, after.value) + 1e-9:
+            continue
+        if any(between(before, after, z / before.scales) for z in images(node, before.problem)):
+            return True
+    return False

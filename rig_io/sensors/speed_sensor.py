@@ -1,0 +1,60 @@
+"""Velocity sensor of the disc: a tachometer on its shaft (rad/s), or a vibrometer on its border (m/s).
+
+Shown is (1 + gain_error) speed(t - latency) + offset + noise; of the border the speed of R sin(angle).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError, nearest
+from rig_io.sensors.motion import Motion
+
+
+@dataclass(frozen=True)
+class SpeedSensor:
+    """A velocity sensor to be emulated, in rad/s or m/s. gain_error and offset: standard deviations over specimens
+    (relative; of the unit), unknown to the user; noise: rms; latency: s."""
+
+    kind: Literal["tachometer", "vibrometer"] = "tachometer"
+    gain_error: float = 0.005
+    offset: float = 0.002
+    noise: float = 0.01
+    latency: float = 1e-3
+
+    def read(
+        self,
+        motion: Motion,
+        ticks: np.ndarray,
+        radius: float,
+        specimen: np.random.Generator,
+        noise: np.random.Generator,
+    ) -> np.ndarray:
+        """Readings (n,) at the ticks (n,). radius: m; specimen draws gain error and offset, noise the noise."""
+        gain_error, offset = specimen.standard_normal(2) * [self.gain_error, self.offset]
+        seen = ticks - self.latency
+        shown = np.interp(seen, motion.time, motion.speed)
+        if self.kind == "vibrometer":
+            shown = radius * np.cos(motion.angle_at(seen)) * shown
+        return np.round((1 + gain_error) * shown + offset + self.noise * noise.standard_normal(len(ticks)), 9)
+
+
+SPEED_SENSORS = {
+    "tachometer": SpeedSensor(),
+    "vibrometer": SpeedSensor("vibrometer", gain_error=0.005, offset=1e-4, noise=2e-4, latency=2e-4),
+}
+
+
+def speed_sensor(kind: str) -> SpeedSensor:
+    """A usual one by its kind.
+
+    Raises:
+        StickslipError: no such kind.
+    """
+    if kind not in SPEED_SENSORS:
+        known = " and ".join(f"'{one}'" for one in SPEED_SENSORS)
+        raise StickslipError(f"There is no velocity sensor '{kind}': {known} are.{nearest(kind, SPEED_SENSORS)}")
+    return SPEED_SENSORS[kind]

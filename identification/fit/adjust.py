@@ -8,7 +8,7 @@ that the model misses something: what they say of the constants is then its erro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,7 +63,11 @@ class Adjusted:
 
 
 class ContradictedRadii(StickslipError):
-    """R or r is not what the logs show."""
+    """R or r is not what the logs show. radii: what they ask for, in m, by name."""
+
+    def __init__(self, said: str, radii: Mapping[str, float]) -> None:
+        super().__init__(said)
+        self.radii = radii
 
 
 def as_stated(made: Estimate) -> Adjusted:
@@ -118,7 +122,7 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
                 break
             if slips and _lengths(found) and not _explained(made, found, options):
                 return _adjusted(ready, made, options, slips=False)
-            _check_lengths(found, stated)
+            _check_lengths(found, stated, alone=len(ready.contacts) == 1)
             conflicts = [one for one in conflicts if one.names != found.names]
             conflicts.append(found)
             readings = widened(readings, found)
@@ -242,8 +246,9 @@ def _explained(made: Estimate, found: Contradiction, options: Options) -> bool:
     return False
 
 
-def _check_lengths(found: Contradiction, stated: Sequence[Prior]) -> None:
-    """R and r that contradict the logs are not widened: a wrong lever makes the law's form wrong too."""
+def _check_lengths(found: Contradiction, stated: Sequence[Prior], alone: bool) -> None:
+    """R and r that contradict the logs are not widened: a wrong lever makes the law's form wrong too. alone: of one
+    driving disc, whose disturbances can be estimated."""
     off = _lengths(found)
     if not off:
         return
@@ -253,4 +258,11 @@ def _check_lengths(found: Contradiction, stated: Sequence[Prior]) -> None:
         f"The radii R = {values['R']:.4g} m and r = {values['r']:.4g} m contradict the logs by "
         f"{found.deviations:.3g} standard deviations: the motion asks for {shown}. Measure both again, and check the "
         "calibration of the laser and of the encoders."
+        + (
+            " A disturbance of the bench may look the same, as wear does: --disturbances auto seeks one, "
+            "--disturbances NAME takes it for granted."
+            if alone
+            else ""
+        ),
+        off,
     )

@@ -6,18 +6,20 @@ A cause (terms of `estimators.disturbances`) is taken up where its F test, corre
     F = ((S_0 - S_1)/m)/(S_1/(n_e - p)),     gain = n_e ln(S_0/S_1) - m ln n_e
 S_0, S_1 sums of squares without and with the cause, m its terms, p all unknowns with it. A fit that is taken up is
 made once more from the law's own guess, and the better is kept: a search may have ended in a local minimum. After
-a selection deviations are too small by about a half (`WIDER`), for the same logs have chosen and judged.
+a selection deviations are too small by about a half (`WIDER`), for the same logs have chosen and judged. A radius
+that is wrong looks like a disturbance, and the other way round: BIC, where the radius is one unknown, tells which.
 
 Sources: Holm (1979), Scand. J. Statist. 6, 65; Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
 from identification.estimators import weak_form
 from identification.estimators.base import Options
 from identification.estimators.disturbances import (
@@ -44,6 +46,8 @@ from identification.measurement.pooling import Pool
 CHANCE = 0.01  # of any cause being taken up where there is none, by F alone
 WIDER = 1.5  # deviations after a selection
 SEARCH = 1e-5  # relative, of the fits that only select
+RADIUS = 1e-3  # relative, of a radius that is sought only to be judged
+BEYOND = 2.0  # times the logarithm by which a radius is off to first order: so far it is sought
 TRIED = 2  # causes that are fitted in each round: those that promise most to first order
 # pairs of which one does what the other does, so that the better one is taken
 EITHER = (frozenset({FORCE, FORCE_EACH}), frozenset({WEAR, DRIFT}))
@@ -167,6 +171,43 @@ def find_causes(
             chosen.remove(one)
             now = search.fit(rest, now)
     return tuple(_cause(search, now, one) for one in chosen)
+
+
+def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: Mapping[str, float]) -> bool:
+    """Whether these disturbances explain the logs of one driving disc better than a wrong radius does. radii: what the
+    logs ask for to first order, m, by name.
+
+    Raises:
+        StickslipError: the logs cannot be fitted by the weak form.
+    """
+    from scipy.optimize import minimize_scalar
+
+    plain = weak_form.estimate(ready, law, Options())
+    problem, begin = plain.problem, plain.solution.values
+    made = weak_form.estimate(ready, law, Options(disturbances=terms_found(ready, causes)))
+    assert isinstance(problem, RegressionProblem) and isinstance(made.problem, RegressionProblem)
+    with_causes = _Fit(tuple(one.name for one in causes), made.problem, made.solution)
+    sums = []
+    for place, one in enumerate(problem.held):
+        if one.name not in radii:
+            continue
+
+        def left(off: float, place: int = place, value: float = one.value) -> float:
+            held = (*problem.held[:place], replace(problem.held[place], value=value * float(np.exp(off))))
+            moved = problem.with_held((*held, *problem.held[place + 1 :]))
+            try:
+                residual = solve(moved, begin, tolerance=SEARCH).evaluation.residual
+            except StickslipError:
+                return np.inf
+            # rows that a constant makes smaller are not better explained
+            return float(residual @ residual) * (problem.regression.noise / moved.regression.noise) ** 2
+
+        ends = sorted((0.0, BEYOND * float(np.log(radii[one.name] / one.value))))
+        best = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": RADIUS})
+        sums.append(float(best.fun))  # type: ignore[reportAttributeAccessIssue]  # the stubs know an object only
+    effective = max(with_causes.effective, 1.0)
+    more = len(made.problem.terms) - 1
+    return effective * float(np.log(min(sums) / with_causes.sum)) > more * float(np.log(effective))
 
 
 def terms_found(ready: Pool, causes: Sequence[Cause]) -> tuple[Term, ...]:

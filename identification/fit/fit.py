@@ -12,7 +12,7 @@ from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
-from identification.fit.causes import WIDER, find_causes, terms_found
+from identification.fit.causes import WIDER, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.result import Cause, FrictionFit
@@ -84,7 +84,7 @@ def fit_friction(
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
-        return work.contested(made := work.searched("search"), work.concluded("end", made))
+        return work.contested(made := work.without_causes(), work.concluded("end", made))
     named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
     terms_of(ready, named)  # names are judged before the work
     return work.with_causes(named)
@@ -106,6 +106,27 @@ class _Work:
         """The solution with these terms of disturbances, and with constants adjusted to it."""
         made, options = self.estimated(stage, by=by, terms=terms)
         return adjust(self.ready, made, options)
+
+    def without_causes(self) -> Adjusted:
+        """The solution without any; with constants as stated where a disturbance takes them off.
+
+        Raises:
+            ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
+        """
+        first, options = self.estimated("search")
+        try:
+            return adjust(self.ready, first, options)
+        except ContradictedRadii as error:
+            causes = find_causes(self.ready, self.law, workers=self.options.workers) if self.ready.seen_well else ()
+            if not causes or not explain_more(self.ready, self.law, causes, error.radii):
+                raise
+            asked = " or ".join(f"{name} = {value:.4g} m" for name, value in error.radii.items())
+            said = (
+                f"The motion asks for {asked}, which is not what was measured. A disturbance of the bench explains the "
+                f"logs better ({' and '.join(cause.name for cause in causes)}): the rig constants are as stated. "
+                "Estimate it: --disturbances auto."
+            )
+            return as_stated(replace(first, warnings=(*first.warnings, said)))
 
     def estimated(
         self, stage: str, *, by: Estimator | None = None, terms: tuple[Term, ...] = ()
@@ -148,7 +169,7 @@ class _Work:
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
         """The fit with the disturbances that are named, or that its residuals ask for."""
-        failed = None
+        failed, radii = None, {}
         try:
             first, options = self.estimated("search")
             try:
@@ -157,7 +178,7 @@ class _Work:
                 if len(self.ready.contacts) > 1:
                     raise
                 # a disturbance that is left out bends the motion as a wrong lever does: it is sought before one refuses
-                failed, made = error, as_stated(first)
+                failed, made, radii = error, as_stated(first), error.radii
             plain = self.concluded("conclusion", made, DEFAULT_INFERENCE)
         except StickslipError as error:
             # without a strong disturbance the model may not follow the logs at all; the weak form runs none
@@ -177,9 +198,10 @@ class _Work:
                     causes = causes_beside_law(self.ready, self.law, workers=workers, progress=told)
             except KeyboardInterrupt:
                 return _ended(plain, "disturbances were not sought to the end", failed)
+        unlikely = radii and not named and causes and not explain_more(self.ready, self.law, causes, radii)
+        if failed is not None and (not causes or unlikely):
+            raise failed
         if not causes:
-            if failed is not None:
-                raise failed
             return self.contested(made, plain if self.inference == DEFAULT_INFERENCE else self.concluded("end", made))
         try:
             again = self.searched("search again", terms=terms_found(self.ready, causes))

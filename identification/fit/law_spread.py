@@ -63,18 +63,18 @@ def causes_beside_law(
     """
     laws = {name: one for name, one in slip_laws().items() if one.reference != law.reference} | {law.name: law}
     causes: tuple[Cause, ...] = ()
-    tried: set[tuple[str, ...]] = set()
+    tried: dict[str, tuple[Cause, ...]] = {}
     for turn in range(ROUNDS):
         weak = weak_fits(ready, laws, Options(disturbances=terms_of(ready, [one.name for one in causes])))
         near = _near(weak, law.name)
         under = law.name if near[law.name] < NEAR else min(near, key=lambda name: near[name])
-        causes = find_causes(
+        if under in tried:
+            return tried[under]
+        causes = tried[under] = find_causes(
             ready, laws[under], workers=workers, progress=lambda done, at=turn: progress((at + done) / ROUNDS)
         )
-        now = (under, *sorted(one.name for one in causes))
-        if now in tried or not causes:
+        if not causes:
             break
-        tried.add(now)
     return causes
 
 

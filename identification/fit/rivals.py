@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from identification.estimators.chart import Charted
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.shooting_problem import under
 from identification.estimators.shooting_segments import ShootingProblem, Start
-from identification.inference.problem import Solution, solve
+from identification.inference.problem import Evaluation, Solution, solve
 from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
 
@@ -58,19 +60,32 @@ class Rivals:
     nested: tuple[tuple[str, str], ...]
 
 
+_last: WeakKeyDictionary[Pool, dict[str, Rival]] = WeakKeyDictionary()
+
+
 def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) -> dict[str, Rival]:
-    """Laws by a weak form of few nodes, with the disturbances of these options: what costs next to nothing.
+    """Laws by a weak form of few nodes, with the disturbances of these options: what costs next to nothing. The last
+    fits are kept with the pool.
 
     Raises:
         StickslipError: the logs cannot be fitted by the weak form.
     """
-    found: dict[str, Rival] = {}
+    before, found = _last.get(ready, {}), dict[str, Rival]()
     rest = np.zeros(len(options.disturbances))
     for name, law in laws.items():
         problem = weak_form.of_few_nodes(ready, law, options)
+        known = before.get(name)
+        if known is not None and known.law is law and _same_terms(known.problem, problem):
+            found[name] = known
+            continue
         begin = np.concatenate([problem.start()[: len(law.parameters)], rest])
         found[name] = Rival(law, problem, solve(problem, begin, tolerance=WEAK))
+    _last[ready] = found
     return found
+
+
+def _same_terms(one: FrictionProblem, other: RegressionProblem) -> bool:
+    return isinstance(one, RegressionProblem) and one.terms == other.terms
 
 
 def fit_rivals(
@@ -119,10 +134,14 @@ class _Begin:
             return _Begin(self.problem, x)
         return _Begin(replace(self.problem, starts=tuple(replace(start) for start in self.problem.starts)), x)
 
+    @cached_property
+    def here(self) -> Evaluation:
+        return self.problem.evaluate(self.x)
+
     @property
     def sum(self) -> float:
         try:
-            residual = self.problem.evaluate(self.x).residual
+            residual = self.here.residual
         except StickslipError:
             return np.inf
         return float(residual @ residual)
@@ -130,7 +149,7 @@ class _Begin:
     @property
     def stepped(self) -> _Begin:
         """After one Gauss-Newton step, as far as the bounds allow, if that is better."""
-        here = self.problem.evaluate(self.x)
+        here = self.here
         step = np.linalg.lstsq(here.gradient, -here.residual, rcond=None)[0]
         limits = np.array([(unknown.minimum, unknown.maximum) for unknown in self.problem.unknowns])
         after = self.at(np.clip(self.x + step, *limits.T))
@@ -138,9 +157,36 @@ class _Begin:
 
     @property
     def solved(self) -> Solution:
-        """The solution found from here; steps to where the model does not follow a log are taken back."""
+        """The solution found from here, if this is none; steps to where the model does not follow a log are taken
+        back."""
+        if (at_bound := self._least()) is not None:
+            return Solution(self.x, self.here, True, "a law nested in this one fits as well", at_bound)
         careful = Charted(self.problem, ()) if isinstance(self.problem, ShootingProblem) else self.problem
         return solve(careful, self.x, tolerance=SEARCH, evaluations=MOST)
+
+    def _least(self) -> tuple[bool, ...] | None:
+        """Which unknowns lie on a bound, if no step within the bounds lowers the sum to first order."""
+        from scipy.optimize import lsq_linear
+
+        if not np.isfinite(self.sum):
+            return None
+        unknowns, here = self.problem.unknowns, self.here
+        known = [(place, one.prior) for place, one in enumerate(unknowns) if one.prior is not None]
+        rows = [np.eye(len(unknowns))[place] / prior.standard_uncertainty for place, prior in known]
+        off = [(self.x[place] - prior.value) / prior.standard_uncertainty for place, prior in known]
+        slope, residual = np.vstack([here.gradient, *rows]), np.concatenate([here.residual, off])
+        norms = np.linalg.norm(slope, axis=0)
+        if not np.all(norms > 0):
+            return None
+        basis, triangle = np.linalg.qr(slope / norms)
+        limits = np.array([(one.minimum, one.maximum) for one in unknowns])
+        if np.any((self.x < limits[:, 0]) | (self.x > limits[:, 1])):
+            return None
+        at_bound = (self.x == limits[:, 0]) | (self.x == limits[:, 1])
+        toward, reach = -basis.T @ residual, (limits - self.x[:, None]) * norms[:, None]
+        found = lsq_linear(triangle, toward, bounds=(reach[:, 0], reach[:, 1]))
+        fall = toward @ toward - np.sum((triangle @ found.x - toward) ** 2)
+        return tuple(bool(one) for one in at_bound) if fall < SEARCH * float(residual @ residual) else None
 
 
 def _fitted(own: Rival, law: FittableLaw, q: np.ndarray, simpler: Iterable[Rival]) -> Rival:
@@ -181,6 +227,6 @@ def _inside(less: Rival, more: FrictionProblem) -> _Begin | None:
 
 def _not_worse(one: Rival, less: Rival, inside: _Begin) -> Rival:
     """A law at least as good as one nested in it."""
-    if one.sum <= less.sum:
+    if one.sum <= less.sum * (1 + SEARCH):
         return one
     return min((one, Rival(one.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)

@@ -58,6 +58,22 @@ def test_a_disturbance_is_found_by_name_and_corrected(name: str) -> None:
     assert FrictionFit.from_json(fit.to_json()) == fit
 
 
+def test_wear_that_is_left_out_looks_like_a_wrong_radius_and_is_told_from_one() -> None:
+    fit = fit_friction(bench(CASES[WEAR][0]), estimator="weak-form", disturbances="none")
+    (said,) = (one for one in fit.warnings if "is not what was measured" in one)
+    assert "(wear)" in said and "--disturbances auto" in said and fit.contradictions == ()
+    assert all(one.value == one.before for one in fit.constants)
+
+
+@pytest.mark.parametrize("mode", ["none", "auto"])
+def test_a_wrong_radius_is_no_wear(mode: str) -> None:
+    logs = [emulate(one, 11, number) for number, one in enumerate(standard_set(duration=10.0))]
+    wrong = [replace(log, rig=replace(log.rig, r=replace(log.rig.r, value=0.057))) for log in logs]
+    assert find_causes(pool(wrong), CONTI)
+    with pytest.raises(StickslipError, match=r"r = 0\.0[56]\d* m instead.*--disturbances auto"):
+        fit_friction(wrong, estimator="weak-form", disturbances=mode)
+
+
 def test_a_drift_of_the_laser_is_told_by_the_encoder_and_taken_off() -> None:
     ready = bench(Disturbances(drift=3e-4), duration=20.0)
     said = [one for one in ready.sensors.warnings if "drifts slowly" in one]

@@ -159,7 +159,7 @@ def test_two_discs_that_cannot_be_fitted_are_refused(together: list[RigLog], seq
         pool([replace(log, rig=replace(log.rig, N1=None))])
     without = {name: column for name, column in log.columns.items() if name != "drive1_speed"}
     with pytest.raises(StickslipError, match="how disc 1 turned: it needs 'drive1_count'"):
-        pool([replace(log, columns=without)])
+        pool([replace(log, columns=without, experiment=replace(log.experiment, drive_speed=()))])
     turned = replace(log.experiment, materials=("liner/rubber", "paper/rubber"))
     with pytest.raises(
         StickslipError, match=r"\(paper/rubber\) and .* \(liner/rubber\) .* different materials on disc0"

@@ -4,7 +4,7 @@
     codegen/lane_tables.py            of those, which have only contacts that lanes follow; rows and sums as a header,
                                       among the sources of the FMU
     c/lane_table.*                    numbers of one motion: a LaneMode per mode of the contacts, exact steps at home
-    c/lane_code.h                     steps of all lanes, once per width of vectors; the same operations in each lane, on
+    c/lane_code.h                     steps of all lanes, once per width; the same operations in each lane, on
                                       lane_vectors.h and lane_roots.h
     c/lane_event.*                    what one lane does at an event, and what it leaves to the series
     c/targets.c                       widths by target, and the choice by CPUID; the library's one function

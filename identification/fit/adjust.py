@@ -83,7 +83,9 @@ def adjust(ready: Pool, made: Estimate, options: Options) -> Adjusted:
         ContradictedRadii: R or r contradicts the logs (R only where an encoder shows the laser's gain).
     """
     try:
-        found = _adjusted(ready, made, options, slips=made.problem.tested(made.solution))
+        # what a parameter of the law that is held misses would pass for constants that are off
+        held = set(made.law.names) & set(made.solution.fixed)
+        found = _adjusted(ready, made, options, slips=not held and made.problem.tested(made.solution))
         missed = _missed(found.estimate)
         # micro-slip too shows in slips, far less than constants that are off
         if missed > WRONG and missed > 0.5 * _missed(made):

@@ -15,8 +15,8 @@ from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.driver import simulate_any
 from fmu_models.language.contacts import Friction
-from fmu_models.language.laws import LAWS
 from fmu_models.language.law_parameter import T_0
+from fmu_models.language.laws import LAWS
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.validation.stress.cases import grid

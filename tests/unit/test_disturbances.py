@@ -68,7 +68,9 @@ def test_wear_that_is_left_out_looks_like_a_wrong_radius_and_is_told_from_one() 
 @pytest.mark.parametrize("mode", ["none", "auto"])
 def test_a_wrong_radius_is_no_wear(mode: str) -> None:
     logs = [emulate(one, 11, number) for number, one in enumerate(standard_set(duration=10.0))]
-    wrong = [replace(log, rig=replace(log.rig, r=replace(log.rig.r, value=0.057))) for log in logs]
+    radius = logs[0].rig.r
+    assert radius is not None
+    wrong = [replace(log, rig=replace(log.rig, r=replace(radius, value=0.057))) for log in logs]
     assert find_causes(pool(wrong), CONTI)
     with pytest.raises(StickslipError, match=r"r = 0\.0[56]\d* m instead.*--disturbances auto"):
         fit_friction(wrong, estimator="weak-form", disturbances=mode)

@@ -228,9 +228,8 @@ def test_what_is_drawn_of_each_disc_lies_on_its_true_law(logs: str, request: pyt
     place = {"sequential": 0.07, "overlapping": 0.15}[logs]
     fit = made_fit(discs=2, theta_s=place)
     truth = [*TRUTH.tolist(), place]
-    fit = replace(
-        fit, parameters=tuple(replace(q, value=value) for q, value in zip(fit.parameters, truth, strict=True))
-    )
+    parameters = tuple(replace(q, value=value) for q, value in zip(fit.parameters, truth, strict=True))
+    fit = replace(fit, parameters=parameters, constants=())  # those of the logs
     for number, (contact, seen) in enumerate(samples_by_disc(fit, ready).items()):
         off = seen.coefficient - find_law("Conti").value(seen.slip, TRUTH[3 * number : 3 * number + 3])
         assert len(off) > 20, contact

@@ -25,6 +25,7 @@ from fmu_models.language.law_parameter import T_0, coefficient, declared
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.quantities import InternalState, State
 
+
 @final
 @dataclass(frozen=True)
 class Ageing(DryFriction):

@@ -15,7 +15,6 @@ from fmu_models.codegen.c_expression import c_expression
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
 from fmu_models.lowering.piecewise_linear import Lifted, obstacles
 
-NAME = "model_lanes.h"
 # modes of all contacts that tables are made for
 _MOST_MODES = 32
 _KINDS = {"stop": 0, "impact": 1, "switch": 2}
@@ -51,11 +50,9 @@ def _digits(contact: ContactDynamics) -> int:
     return 2 if contact.kind == "switch" else 1
 
 
-def lane_tables(system: HybridSystem) -> dict[str, str]:
-    """The header by its name; empty for what lanes do not follow."""
-    if lane_obstacles(system):
-        return {}
-    return {NAME: _Tables(system).text()}
+def lane_tables(system: HybridSystem) -> str:
+    """The header; empty for what lanes do not follow."""
+    return "" if lane_obstacles(system) else _Tables(system).text()
 
 
 class _Tables:

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
 FMI_VERSIONS = ("2.0", "3.0")
 EXPOSED = ("states", "clocks")
+LANE_TABLES = "model_lanes.h"  # among the sources of a model that lanes follow
 
 
 @dataclass(frozen=True)
@@ -353,7 +354,9 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> dict[str, 
         raise ValueError("model_sizes.h defines no MODEL_TOKEN")
     tool = f"stickslip {version()}"
     structure = MapStructure(system) if system.rule else ModelStructure(system)
-    c_files = {**_engine(fmi_version), **generated, **lane_tables(system), "all.c": _all_c(system, fmi_version)}
+    tables = lane_tables(system)
+    lanes = {LANE_TABLES: tables} if tables else {}
+    c_files = {**_engine(fmi_version), **generated, **lanes, "all.c": _all_c(system, fmi_version)}
     files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
     if fmi_version == "3.0":
         files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)

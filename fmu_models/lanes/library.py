@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu_models.base.temporary import temporary_folder
-from fmu_models.codegen.lane_tables import NAME
+from fmu_models.codegen.package import LANE_TABLES
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import unload
 from fmu_models.toolchain.compiler import compile_shared
@@ -58,7 +58,7 @@ _TOGETHER = 16
 
 def has_lanes(fmu: Fmu) -> bool:
     """Whether an FMU of this suite carries tables for lanes."""
-    return fmu.ours and (fmu.folder / "sources" / NAME).is_file()
+    return fmu.ours and (fmu.folder / "sources" / LANE_TABLES).is_file()
 
 
 def lanes_of(fmu: Fmu) -> LaneLibrary:
@@ -80,7 +80,7 @@ _loading = threading.Lock()
 def _sources(fmu: Fmu) -> dict[str, str | bytes]:
     """Our code, and what the FMU says of its model."""
     folder, package = fmu.folder / "sources", Path(__file__).parent
-    headers = [NAME, "model_sizes.h", "ensemble/lane_stepper.h"]
+    headers = [LANE_TABLES, "model_sizes.h", "ensemble/lane_stepper.h"]
     headers += sorted(path.relative_to(folder).as_posix() for path in (folder / "model").glob("*.h"))
     found: dict[str, Any] = {f"engine/{name}": (folder / name).read_text("utf-8") for name in headers}
     code = sorted(path for path in (package / "c").iterdir() if path.suffix in (".c", ".h"))

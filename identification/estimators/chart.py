@@ -151,9 +151,9 @@ def solve_straight(
     charted = Charted(problem, bends)
     found = solve(charted, progress=progress, tolerance=tolerance)
     x = charted.back(found.values)
-    limits = np.array([(unknown.minimum, unknown.maximum) for unknown in problem.unknowns])
+    low, high = problem.limits
     edge = EDGE * np.maximum(np.abs(x), 1e-3)
-    if np.any((x < limits[:, 0] + edge) | (x > limits[:, 1] - edge)):
+    if np.any((x < low + edge) | (x > high - edge)):
         # bounds are straight in the problem's own coordinates
-        return solve(problem, np.clip(x, *limits.T), progress=progress, tolerance=tolerance)
+        return solve(problem, np.clip(x, low, high), progress=progress, tolerance=tolerance)
     return replace(found, values=x, evaluation=problem.evaluate(x))

@@ -129,7 +129,7 @@ def _adjusted(ready: Pool, made: Estimate, options: Options, slips: bool) -> Adj
             conflicts.append(found)
             readings = widened(readings, found)
             continue
-        at, x = at * np.exp(now.step), _inside(problem, x + best + slope @ now.step)
+        at, x = at * np.exp(now.step), np.clip(x + best + slope @ now.step, *problem.limits)
         problem = problem.with_held(_moved(problem.held, at))
         try:
             here = problem.evaluate(x)
@@ -163,11 +163,6 @@ def _source(stated: Prior, deviation: float) -> str:
 
 def _moved(held: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
     return tuple(replace(one, value=float(value)) for one, value in zip(held, at, strict=True))
-
-
-def _inside(problem: FrictionProblem, x: np.ndarray) -> np.ndarray:
-    """Within the bounds of the search (m,)."""
-    return np.clip(x, [one.minimum for one in problem.unknowns], [one.maximum for one in problem.unknowns])
 
 
 def _said(

@@ -44,6 +44,7 @@ from identification.laws import FittableLaw
 from identification.measurement.pooling import Pool
 
 CHANCE = 0.01  # of any cause being taken up where there is none, by F alone
+AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 WIDER = 1.5  # deviations after a selection
 SEARCH = 1e-5  # relative, of the fits that only select
 RADIUS = 1e-3  # relative, of a radius that is sought only to be judged
@@ -63,7 +64,7 @@ class _Fit:
 
     @property
     def sum(self) -> float:
-        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
+        return self.found.evaluation.sum
 
     @property
     def effective(self) -> float:
@@ -122,6 +123,13 @@ class _Search:
         fall = max(less.sum - more.sum, 0.0)
         gain = effective * float(np.log1p(fall / more.sum)) - terms * float(np.log(effective))
         return gain, float(fdtrc(terms, freedom, fall / terms / (more.sum / freedom)))
+
+
+def asked_for(disturbances: str | Sequence[str]) -> tuple[str, ...]:
+    """Names of the disturbances that are asked for; none for `AUTO` and `NONE`."""
+    if isinstance(disturbances, str):
+        return () if disturbances in (AUTO, NONE) else (disturbances,)
+    return tuple(disturbances)
 
 
 def find_causes(
@@ -196,11 +204,11 @@ def explain_more(ready: Pool, law: FittableLaw, causes: Sequence[Cause], radii: 
             held = (*problem.held[:place], replace(problem.held[place], value=value * float(np.exp(off))))
             moved = problem.with_held((*held, *problem.held[place + 1 :]))
             try:
-                residual = solve(moved, begin, tolerance=SEARCH).evaluation.residual
+                least = solve(moved, begin, tolerance=SEARCH).evaluation.sum
             except StickslipError:
                 return np.inf
             # rows that a constant makes smaller are not better explained
-            return float(residual @ residual) * (problem.regression.noise / moved.regression.noise) ** 2
+            return least * (problem.regression.noise / moved.regression.noise) ** 2
 
         ends = sorted((0.0, BEYOND * float(np.log(radii[one.name] / one.value))))
         best = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": RADIUS})

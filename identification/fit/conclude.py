@@ -262,9 +262,8 @@ def white_covariance(problem: Problem, found: Solution) -> np.ndarray:
     inverse = np.linalg.inv(information(problem, found.evaluation))
     if problem.noise_known:
         return inverse
-    residual = found.evaluation.residual
-    freedom = len(residual) - found.evaluation.eliminated - len(found.values)
-    return inverse * float(residual @ residual) / freedom
+    here = found.evaluation
+    return inverse * here.sum / (len(here.residual) - here.eliminated - len(found.values))
 
 
 def _shifts(

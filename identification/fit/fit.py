@@ -12,7 +12,7 @@ from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.disturbances import Term, terms_of
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated
-from identification.fit.causes import WIDER, explain_more, find_causes, terms_found
+from identification.fit.causes import AUTO, NONE, WIDER, asked_for, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
 from identification.fit.result import Cause, FrictionFit
@@ -33,7 +33,6 @@ DEFAULT_OPTIONS = Options()
 DEFAULT_INFERENCE = Inference()
 WEAK = "weak-form"  # the estimator that runs no model
 WORSE = 1e-3  # relative: residuals larger than those of what is nested, beyond what cutting slips anew changes
-AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none
 
 
 @one_blas_thread()
@@ -85,7 +84,7 @@ def fit_friction(
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
         return work.contested(made := work.without_causes(), work.concluded("end", made))
-    named = () if disturbances == AUTO else (disturbances,) if isinstance(disturbances, str) else tuple(disturbances)
+    named = asked_for(disturbances)
     terms_of(ready, named)  # names are judged before the work
     return work.with_causes(named)
 

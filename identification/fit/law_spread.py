@@ -26,7 +26,7 @@ from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.causes import find_causes
 from identification.fit.conclude import white_covariance
 from identification.fit.result import Cause, FrictionFit, RivalLaw
-from identification.fit.rivals import Rival, fit_rivals, weak_fits
+from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
 from identification.inference.comparison import akaike_weights, criteria
 from identification.laws import FittableLaw, slip_laws
 from identification.laws.joint_law import JointLaw
@@ -36,7 +36,6 @@ WIDER, WIDER_ELASTIC = 1.5, 2.5
 # in AIC of the weak form, which knows a tenth of what shooting does: laws that are further behind are out
 NEAR = 12.0
 ROUNDS = 3  # of law and disturbances in turn
-FAR = 3.0  # times the residuals of the best law there: no law to average over
 BETTER = 10.0  # in AIC: another law is said to fit better
 AUTO, ALL, NONE = "auto", "all", "none"
 MODES = (NONE, AUTO, ALL)
@@ -94,7 +93,7 @@ def contest(
         return None
     laws = {name: one for name, one in slip_laws().items() if one.reference != law.reference} | {law.name: law}
     weak = weak_fits(ready, laws, Options(disturbances=problem.terms))
-    near = list(_near(weak, law.name)) if mode == AUTO else _not_far(weak, law.name)
+    near = [*_near(weak, law.name)] if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
     fitted = fit_rivals(
         made, {name: laws[name] for name in near}, lambda one: weak[one.name].law_values, progress=progress
     ).fitted
@@ -108,11 +107,6 @@ def _near(weak: Mapping[str, Rival], own: str) -> dict[str, float]:
     aic = criteria({name: (one.problem, one.found) for name, one in weak.items()})
     least = min(aic.values())
     return {name: value - least for name, value in aic.items() if name == own or value < least + NEAR}
-
-
-def _not_far(weak: Mapping[str, Rival], own: str) -> list[str]:
-    least = min(one.sum for one in weak.values())
-    return [name for name, one in weak.items() if name == own or one.sum <= FAR**2 * least]
 
 
 def with_spread(fit: FrictionFit, found: Contest) -> FrictionFit:

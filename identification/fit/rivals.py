@@ -28,6 +28,7 @@ from identification.measurement.pooling import Pool
 SEARCH = 1e-7  # relative: of some 4e4 residuals of unit variance 0.004, to an AIC that is read to 0.1
 MOST = 40  # evaluations of a law, which starts near its best where the logs do not rule it out
 WEAK = 1e-5  # relative, of the weak form that only begins
+FAR = 3.0  # times the root mean square residual of the best law in the weak form: not worth more work
 SAME = 1e-6  # of the root mean square: residuals that differ less are those of one law
 
 
@@ -47,7 +48,7 @@ class Rival:
     @property
     def sum(self) -> float:
         """Of squares."""
-        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
+        return self.found.evaluation.sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +83,12 @@ def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) ->
         found[name] = Rival(law, problem, solve(problem, begin, tolerance=WEAK))
     _last[ready] = found
     return found
+
+
+def not_far(weak: Mapping[str, Rival]) -> list[str]:
+    """Laws that the weak form leaves worth more work."""
+    least = min(one.sum for one in weak.values())
+    return [name for name, one in weak.items() if one.sum <= FAR**2 * least]
 
 
 def _same_terms(one: FrictionProblem, other: RegressionProblem) -> bool:
@@ -141,19 +148,17 @@ class _Begin:
     @property
     def sum(self) -> float:
         try:
-            residual = self.here.residual
+            return self.here.sum
         except StickslipError:
             return np.inf
-        return float(residual @ residual)
 
     @property
     def stepped(self) -> _Begin:
         """After one Gauss-Newton step, as far as the bounds allow, if that is better."""
         here = self.here
         step = np.linalg.lstsq(here.gradient, -here.residual, rcond=None)[0]
-        limits = np.array([(unknown.minimum, unknown.maximum) for unknown in self.problem.unknowns])
-        after = self.at(np.clip(self.x + step, *limits.T))
-        return after if after.sum < float(here.residual @ here.residual) else self
+        after = self.at(np.clip(self.x + step, *self.problem.limits))
+        return after if after.sum < here.sum else self
 
     @property
     def solved(self) -> Solution:
@@ -179,12 +184,12 @@ class _Begin:
         if not np.all(norms > 0):
             return None
         basis, triangle = np.linalg.qr(slope / norms)
-        limits = np.array([(one.minimum, one.maximum) for one in unknowns])
-        if np.any((self.x < limits[:, 0]) | (self.x > limits[:, 1])):
+        low, high = self.problem.limits
+        if np.any((self.x < low) | (self.x > high)):
             return None
-        at_bound = (self.x == limits[:, 0]) | (self.x == limits[:, 1])
-        toward, reach = -basis.T @ residual, (limits - self.x[:, None]) * norms[:, None]
-        found = lsq_linear(triangle, toward, bounds=(reach[:, 0], reach[:, 1]))
+        at_bound = (self.x == low) | (self.x == high)
+        toward = -basis.T @ residual
+        found = lsq_linear(triangle, toward, bounds=((low - self.x) * norms, (high - self.x) * norms))
         fall = toward @ toward - np.sum((triangle @ found.x - toward) ** 2)
         return tuple(bool(one) for one in at_bound) if fall < SEARCH * float(residual @ residual) else None
 

@@ -152,7 +152,7 @@ class _Candidate:
 
     @property
     def sum(self) -> float:
-        return float(self.found.evaluation.residual @ self.found.evaluation.residual)
+        return self.found.evaluation.sum
 
     @property
     def rows(self) -> int:

@@ -74,6 +74,11 @@ class Evaluation:
     slip: np.ndarray
     eliminated: int = 0
 
+    @property
+    def sum(self) -> float:
+        """Of squares of the residuals."""
+        return float(self.residual @ self.residual)
+
 
 class Problem(ABC):
     """Logs reduced by an estimator.
@@ -84,6 +89,11 @@ class Problem(ABC):
 
     unknowns: tuple[Unknown, ...]
     noise_known: bool
+
+    @property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of the search (m,), below and above."""
+        return np.array([one.minimum for one in self.unknowns]), np.array([one.maximum for one in self.unknowns])
 
     @abstractmethod
     def start(self) -> np.ndarray:
@@ -220,7 +230,7 @@ def solve(
         found = problem.evaluate(begin)
         return Solution(begin, found, True, "nothing to be searched", (False,) * len(names), tuple(fixed))
     values, converged, message = search.run(begin, tolerance, evaluations)
-    low, high = search.bounds
+    low, high = problem.limits
     edge = 1e-6 * np.maximum(np.abs(values), 1e-3)
     at_bound = search.free & ((values - low < edge) | (high - values < edge))
     return Solution(
@@ -233,10 +243,6 @@ class Search:
 
     def __init__(self, problem: Problem, free: list[bool], progress: Progress | None) -> None:
         self.problem, self.free, self.progress = problem, np.array(free), progress
-        self.bounds = (
-            np.array([u.minimum for u in problem.unknowns]),
-            np.array([u.maximum for u in problem.unknowns]),
-        )
         self.known = [(i, u.prior) for i, u in enumerate(problem.unknowns) if u.prior is not None and free[i]]
         self.count = 0
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
@@ -244,7 +250,7 @@ class Search:
     def run(self, begin: np.ndarray, tolerance: float, evaluations: int) -> tuple[np.ndarray, bool, str]:
         from scipy.optimize import least_squares
 
-        low, high = self.bounds
+        low, high = self.problem.limits
         room = np.where(np.isfinite(high - low), INSIDE * (high - low), INSIDE)
         begin = np.where(self.free, np.clip(begin, low + room, high - room), begin)
         rows = len(self.at(begin)[0])

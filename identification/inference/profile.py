@@ -97,7 +97,7 @@ def _sum(problem: Problem, found: Solution) -> float:
         for u, value in zip(problem.unknowns, found.values, strict=True)
         if u.prior is not None
     )
-    return float(found.evaluation.residual @ found.evaluation.residual) + float(priors)
+    return found.evaluation.sum + float(priors)
 
 
 class _Profile:

@@ -14,9 +14,9 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Options
 from identification.estimators.disturbances import terms_of
-from identification.fit.causes import find_causes
-from identification.fit.fit import AUTO, DEFAULT, NONE
-from identification.fit.rivals import fit_rivals, weak_fits
+from identification.fit.causes import AUTO, asked_for, find_causes
+from identification.fit.fit import DEFAULT
+from identification.fit.rivals import fit_rivals, not_far, weak_fits
 from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
 from identification.inference.whiteness import whiteness
 from identification.laws import FittableLaw, find_law, slip_laws
@@ -25,7 +25,6 @@ from identification.measurement.presliding import presliding
 from rig_io.logs.log import RigLog
 
 RIGID, BRISTLES = "Conti, rigid", "LuGre"
-FAR = 3.0  # times the root mean square residual of the best law in the weak form: not worth more work
 CLOSE = 1.1  # times the least sum of squares of the weak form: as good, to begin with
 ROUNDS = 3  # of law and disturbances in turn
 TWO = 2  # laws, the least that are compared
@@ -63,8 +62,7 @@ def compare_laws(
     if len(sought) < TWO:
         raise StickslipError("A comparison needs two laws or more.")
     told = progress if progress is not None else lambda _: None
-    asked = disturbances not in (AUTO, NONE)
-    causes = (disturbances,) if asked and isinstance(disturbances, str) else tuple(disturbances) if asked else ()
+    causes = asked_for(disturbances)
     first = _ranking(ready, sought, estimator, causes, lambda done: told(0.4 * done))
     for turn in range(ROUNDS):
         if disturbances != AUTO or len(ready.contacts) > 1 or not first.asks:
@@ -91,7 +89,7 @@ def _ranking(
     options = Options(disturbances=terms_of(ready, causes))
     weak = weak_fits(ready, laws, options)
     least = min(one.sum for one in weak.values())
-    near = {name: laws[name] for name, one in weak.items() if one.sum <= FAR**2 * least}
+    near = {name: laws[name] for name in not_far(weak)}
     ordered = sorted(weak, key=lambda name: weak[name].sum)
     near |= {name: laws[name] for name in ordered[:TWO]}
     aside = {

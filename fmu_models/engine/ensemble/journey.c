@@ -63,6 +63,42 @@ static RunStatus journey_flow(Job *job)
     return RUN_OK;
 }
 
+void journey_differences(Job *job, double speed)
+{
+    const Ensemble *e = job->e;
+    const int n = (int)e->n_directions;
+    const int64_t row = journey_row(job);
+    double unused[EXTENDED * EXTENDED];
+    if (e->jacobians) {
+        double *jacobian = row < 0 ? unused : e->jacobians + row * EXTENDED * n;
+        for (int k = 0; k < n; k++) {
+            for (int i = 0; i < EXTENDED; i++) {
+                jacobian[i * n + k] = job->directions[k][i];
+            }
+        }
+        journey_unit(job, 0, job->directions);
+        return;
+    }
+    double *growth = row < 0 || !e->growth ? unused : e->growth + row * n;
+    growth_orthonormalize(job->directions[0], n, EXTENDED, job->walk.losing, growth);
+    if (e->flow) {
+        growth[0] -= log(speed / job->speed);
+        job->speed = speed;
+    }
+}
+
+void journey_make_tangents(const Job *job)
+{
+    const Ensemble *e = job->e;
+    if (e->n_directions == 0) {
+        return;
+    }
+    tangents_start(e->room, &job->m->core.run, (int)e->n_directions);
+    for (int k = 0; k < e->n_directions; k++) {
+        tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
+    }
+}
+
 static Outcome journey_tangents(Job *job)
 {
     Ensemble *e = job->e;
@@ -108,12 +144,7 @@ static Outcome journey_place(Job *job, int64_t i)
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
     }
-    if (e->n_directions > 0) {
-        tangents_start(e->room, r, (int)e->n_directions);
-        for (int k = 0; k < e->n_directions; k++) {
-            tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
-        }
-    }
+    journey_make_tangents(job);
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
     m->core.phase = PHASE_STEP;
     m->core.settled = 1;

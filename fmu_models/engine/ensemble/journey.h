@@ -30,6 +30,11 @@ typedef struct {
 int64_t journey_row(const Job *job);
 /* choose the contact states of run i at its start, and make the first tangents; memory: arrival_numbers */
 Outcome journey_start(Job *job, int64_t i, double *memory);
+/* room for the tangents of the run whose values the instance has */
+void journey_make_tangents(const Job *job);
+/* the run has stepped with tangents: the derivative of the step, or their growth, into its row; speed: of the motion now,
+   where the first is along it */
+void journey_differences(Job *job, double speed);
 /* the run has made one more step, over a time: rows, repetition and orbits; 1 if it is over, with its outcome */
 int journey_note(Job *job, const Place *at, double time, Outcome *outcome);
 /* it is over */

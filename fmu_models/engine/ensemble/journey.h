@@ -16,7 +16,9 @@ typedef struct {
     int64_t batched;      /* steps in the present row */
     double waited;        /* time in it */
     double directions[MODEL_ROOM(MODEL_NX + MODEL_NC + 1)][EXTENDED];
-    double speed; /* of the motion, where the first tangent began */
+    double grown[EXTENDED]; /* of each in the present row, as a factor, beyond what its row has */
+    int length;             /* numbers of a direction that are not always zero */
+    double speed;           /* of the motion, where the first tangent began */
 } Job;
 
 /* where a motion is, on the section */

@@ -160,7 +160,6 @@ static void take_tangents(Job *job, const LaneMotion *motion, const double *tang
         return;
     }
     for (int64_t k = 0; k < job->e->n_directions; k++) {
-        memset(job->directions[k], 0, sizeof job->directions[k]);
         memcpy(job->directions[k], tangents + k * MODEL_NX, MODEL_NX * sizeof *tangents);
     }
     job->walk.losing = 0;
@@ -234,6 +233,7 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
             && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
             outcome = series_run(job);
         } else if (outcome == OUTCOME_FINISHED) {
+            job->length = MODEL_NX;
             take(r, job, motion, &t->kept[slot]);
             t->series[slot] = 1;
             motion->wanted = 1;

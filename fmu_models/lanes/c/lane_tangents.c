@@ -18,9 +18,7 @@ static const double SLOW = 1e-6;
 static void bring(const double *power, double *d)
 {
     double next[MODEL_NX] = {0.0};
-    for (int e = 0; e < LANES_STEP; e++) {
-        next[lanes_step_row[e]] += power[e] * d[lanes_step_column[e]];
-    }
+    LANES_STEP_SUMS(power, d, next);
     memcpy(d, next, sizeof next);
 }
 
@@ -43,11 +41,9 @@ void tangents_bring(const Pool *pool, int64_t slot, int k)
 /* rates of the states, from their own values and a constant, and of the harmonics */
 static void rates(const LaneTable *t, const LaneMode *m, const double *z, double *f)
 {
+    LANES_FLOW(m->flow, z, f);
     for (int i = 0; i < MODEL_NX; i++) {
-        f[i] = m->constant[i] + (i < MODEL_NQ ? z[MODEL_NQ + i] : 0.0);
-    }
-    for (int e = 0; e < LANES_FLOW; e++) {
-        f[lanes_flow_row[e]] += m->flow[e] * z[lanes_flow_column[e]];
+        f[i] += m->constant[i];
     }
     for (int k = 0; k < LANES_HARMONICS; k++) {
         f[MODEL_NX + 2 * k] = -t->wave[k] * z[MODEL_NX + 2 * k + 1];
@@ -121,14 +117,16 @@ void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const doubl
         slope += m->guard[e] * before[lanes_guard_column[e]];
     }
     lane->failed |= !(-slope > SLOW * slope_size(t, m, before, g));
+    const double per_slope = 1.0 / slope;
     for (int n = 0; n < directions; n++) {
         double *d = lane->tangent[n];
         double w[LANES_Z];
         double later = 0.0;
         for (int e = lanes_guard_first[g]; e < lanes_guard_first[g + 1]; e++) {
             const int j = lanes_guard_column[e];
-            later -= j < MODEL_NX ? m->guard[e] * d[j] / slope : 0.0;
+            later -= j < MODEL_NX ? m->guard[e] * d[j] : 0.0;
         }
+        later *= per_slope;
         for (int j = 0; j < LANES_Z; j++) {
             w[j] = (j < MODEL_NX ? d[j] : 0.0) + before[j] * later;
         }

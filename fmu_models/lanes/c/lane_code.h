@@ -101,7 +101,7 @@ typedef struct {
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     V tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     M known[LANES_NG];
-    V tangent[MODEL_NX][MODEL_NX];
+    V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
     int64_t slot[LANES_W]; /* -1: empty */
     int goal[LANES_W];     /* the point of the grid to which time is left */
     int rounds[LANES_W];

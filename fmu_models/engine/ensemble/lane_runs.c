@@ -55,8 +55,7 @@ static int beside_states(const Ensemble *e)
 
 int lane_runs_possible(const Ensemble *e)
 {
-    return stepper_of(e->lanes) && e->kind == SECTION_STROBE && !beside_states(e)
-           && e->n_rows + e->transient > 0;
+    return stepper_of(e->lanes) && e->kind == SECTION_STROBE && !beside_states(e) && e->n_rows + e->transient > 0;
 }
 
 int64_t lane_runs_room(const void *stepper, int64_t longest)
@@ -253,7 +252,8 @@ Status lane_runs(Instance *m, Ensemble *e)
     const int64_t numbers = arrival_numbers(e->longest);
     const int together = e->follow ? 1 : e->n_runs < LANE_RUNS_TOGETHER ? (int)e->n_runs : LANE_RUNS_TOGETHER;
     double *memory = (double *)(void *)(base + in_lines(sizeof *t));
-    double *tangents = memory + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double)) / (int64_t)sizeof(double);
+    double *tangents = memory
+                       + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double)) / (int64_t)sizeof(double);
     void *room = (char *)tangents + in_lines(LANE_RUNS_TOGETHER * TANGENTS * (int64_t)sizeof(double));
     const int64_t each = e->n_directions * MODEL_NX;
     int going = 0;

@@ -102,8 +102,8 @@ typedef struct {
     V tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     M known[LANES_NG];
     V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
-    int64_t slot[LANES_W]; /* -1: empty */
-    int goal[LANES_W];     /* the point of the grid to which time is left */
+    int64_t slot[LANES_W];             /* -1: empty */
+    int goal[LANES_W];                 /* the point of the grid to which time is left */
     int rounds[LANES_W];
 } NAME(Bench);
 

@@ -1,4 +1,4 @@
-/* Differences of neighbours over sub-steps of the lanes that go through events; included once per target by lane_code.h. */
+/* Differences of neighbours over sub-steps of lanes that go through events; included once per target by lane_code.h. */
 
 /* into column l, and back */
 static void NAME(load_tangents)(const Pool *pool, NAME(Bench) * b, int l, int64_t slot)

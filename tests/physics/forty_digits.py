@@ -57,8 +57,12 @@ class Field:
 
 @dataclass(frozen=True)
 class Guard:
-    """``value(t, x, v, functions)`` is positive in the mode; where it falls, ``jump(t, x, v)`` gives the next mode, place
-    and speed."""
+    """How a mode ends.
+
+    Attributes:
+        value: of (t, x, v, functions), positive in the mode.
+        jump: where it falls, from (t, x, v) to the next mode, place and speed.
+    """
 
     value: Callable[[Any, Any, Any, Any], Any]
     jump: Callable[[Any, Any, Any], tuple[str, Any, Any]]

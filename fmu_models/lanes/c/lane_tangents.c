@@ -56,7 +56,9 @@ void tangents_begin(const Pool *pool, int64_t slot)
     const double *given = pool->tangents + slot * pool->directions * MODEL_NX;
     Lane *lane = &pool->lanes[slot];
     for (int n = 0; n < pool->directions; n++) {
-        memcpy(lane->tangent[n], given + n * MODEL_NX, sizeof lane->tangent[n]);
+        for (int i = 0; i < MODEL_NX; i++) {
+            lane->tangent[n][i] = pool_flushed(given[n * MODEL_NX + i]);
+        }
     }
     lane->brought = 0;
 }

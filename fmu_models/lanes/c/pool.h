@@ -26,6 +26,13 @@ typedef struct {
     double *tangents;
 } Pool;
 
+/* what decays comes to zero at a strobe: numbers near the least ones slow down some processors, and would stay there */
+static inline double pool_flushed(double a)
+{
+    const double LEAST = 1e-280;
+    return fabs(a) < LEAST ? 0.0 : a;
+}
+
 /* the offset of a part of the room */
 static inline int64_t pool_reserve(int64_t *used, int64_t bytes)
 {

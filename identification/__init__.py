@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from identification.inference.comparison import LawComparison as LawComparison
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay
-    from identification.measurement.pooling import Pool as Pool
+    from identification.measurement.pooled import Pool as Pool
     from identification.measurement.pooling import pool as pool
     from identification.measurement.recipe import read_recipe as read_recipe
     from identification.model_check.families import FamilyComparison as FamilyComparison

@@ -26,7 +26,7 @@ from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertaint
 
 if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
-    from identification.measurement.pooling import Pool
+    from identification.measurement.pooled import Pool
 
 
 def fit(

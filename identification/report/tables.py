@@ -10,7 +10,8 @@ from fmu_models.base.table import Cell, Column, Table, interval, known_to, measu
 from rig_io.packages.sidecar import file_hash
 
 if TYPE_CHECKING:
-    from identification.fit.result import Constant, FittedParameter, FrictionFit
+    from identification.fit.parts import Constant, FittedParameter
+    from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
     from identification.next_step.design import Design
     from rig_io.logs.log import RigLog

@@ -45,10 +45,12 @@ from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
-from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+
+# special points of two branches that lie no further apart are one
+SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,15 +251,18 @@ class Branches(Pictured):
         return tuple(special for one in self.branches for special in one.special)
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points that have one; see ``Special.curve``.
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
 
         Raises:
-            StickslipError: none has one, no such parameter, a range that does not hold its present value.
+            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
+                the parameter takes apart.
         """
-        found = []
+        found: list[Curve] = []
+        known: list[Special] = []
         for one in self.special:
-            if one.touch is None and one.kind not in SMOOTH:
+            if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
+            known.append(one)
             found.append(one.curve(second, between, points))
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break

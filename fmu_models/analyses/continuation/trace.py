@@ -261,6 +261,7 @@ def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None)
         np.array([one.multipliers for one in all_told]),
         tuple(told(one, node, condition.place(node)) for _, one, node in met),
         (ends[0], ends[1]),
+        problem.units,
         tuple(nodes),
         condition,
     )

@@ -77,7 +77,7 @@ def in_node(
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
     assert said.pop("imports") == 0
-    columns = 1 + len(fmu.states) + len(fmu.outputs) + len(fmu.contacts)
+    columns = 1 + len(fmu.states) + len(fmu.memories) + len(fmu.outputs) + len(fmu.contacts)
     rows, crossings = (np.fromfile(files[name]).reshape(-1, columns) for name in ("rows", "crossings"))
     return Motion(rows, crossings, np.fromfile(files["events"]).reshape(-1, 5), **said)
 

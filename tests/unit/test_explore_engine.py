@@ -39,9 +39,11 @@ def test_a_page_has_the_bits_of_its_native_twin_and_the_motion_of_the_engine(nam
     assert twin.refused is None and twin.rows.shape[0] == times.size and len(twin.events) > 3
     assert twin.period == pytest.approx(period, rel=1e-15)
     assert (len(twin.crossings) > 3) == (section is not None)
-    given = {kind: {n: v for n, v in changed.items() if n in getattr(fmu, kind)} for kind in ("parameters", "inputs")}
-    start = {n: v for n, v in changed.items() if n in fmu.states}
-    known = simulate(fmu, until, output_times=times, start=start, **given)
+    start, parameters, inputs = (
+        {name: value for name, value in changed.items() if name in names}
+        for names in (fmu.states, fmu.parameters, fmu.inputs)
+    )
+    known = simulate(fmu, until, output_times=times, start=start, parameters=parameters, inputs=inputs)
     # a last digit of a sine or a power, carried along a motion that may part from its neighbours
     for i, state in enumerate(fmu.states):
         scale = np.abs(known[state]).max()

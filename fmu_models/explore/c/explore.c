@@ -21,8 +21,8 @@ enum {
     CROSSINGS = 256,
     EVENTS = 2048,
     MOST_ITERATIONS = 1000, /* of an instant, per contact: Tolerances */
-    COLUMNS = 1 + MODEL_NX + MODEL_NY + MODEL_NC,
-    SETTABLE = MODEL_NP + 2 * MODEL_NU + MODEL_NX + MODEL_NC, /* not every contact has a memory */
+    COLUMNS = 1 + MODEL_NX + MODEL_NC + MODEL_NY + MODEL_NC, /* at most: not every contact has a memory */
+    SETTABLE = MODEL_NP + 2 * MODEL_NU + MODEL_NX + MODEL_NC, /* the same */
     FIRST_SETTABLE = 2                                        /* reference of the first parameter; time is 1 */
 };
 
@@ -37,14 +37,18 @@ static struct {
 
 static int settable_count(void) { return SETTABLE - MODEL_NC + variables_memory_contact(MODEL_NC); }
 
-/* references of the first values of their kinds, one after the other */
+static int memory_count(void) { return variables_memory_contact(MODEL_NC); }
+
+static int column_count(void) { return COLUMNS - MODEL_NC + memory_count(); }
+
+/* references of the first values of their kinds, one after the other; derivatives of the states are left out */
 static void list_columns(void)
 {
-    const uint32_t states = FIRST_SETTABLE + MODEL_NP + 2 * MODEL_NU;
-    const uint32_t outputs = FIRST_SETTABLE + (uint32_t)settable_count() + MODEL_NX;
+    const uint32_t states = FIRST_SETTABLE + MODEL_NP + 2 * MODEL_NU, kept = MODEL_NX + (uint32_t)memory_count();
+    const uint32_t outputs = states + kept + MODEL_NX;
     uint32_t *column = page.columns;
     *column++ = 1; /* the time */
-    for (uint32_t i = 0; i < MODEL_NX; i++)
+    for (uint32_t i = 0; i < kept; i++)
         *column++ = states + i;
     for (uint32_t i = 0; i < MODEL_NY + MODEL_NC; i++)
         *column++ = outputs + i;
@@ -61,7 +65,7 @@ int explore_size(int what)
     case EXPLORE_OUTPUTS: return MODEL_NY;
     case EXPLORE_CONTACTS: return MODEL_NC;
     case EXPLORE_VALUES: return settable_count();
-    case EXPLORE_COLUMNS: return COLUMNS;
+    case EXPLORE_COLUMNS: return column_count();
     case EXPLORE_ROWS: return ROWS;
     case EXPLORE_CROSSINGS: return CROSSINGS;
     case EXPLORE_EVENT_BYTES: return (int)sizeof(ContactEvent);
@@ -99,7 +103,7 @@ void explore_ask(int n_times, int crossing_state, double level, int direction)
     memset(&page.run, 0, sizeof page.run);
     page.run.n_times = n_times < 0 ? 0 : n_times < ROWS ? n_times : ROWS;
     page.run.times = page.times;
-    page.run.n_values = COLUMNS;
+    page.run.n_values = column_count();
     page.run.references = page.columns;
     page.run.values = page.rows;
     page.run.event_capacity = EVENTS + (int64_t)MOST_ITERATIONS * NC;

@@ -12,8 +12,8 @@
 #define EXPLORE_EXPORT(name) __attribute__((visibility("default")))
 #endif
 
-/* sizes, buffers and counts; a row or crossing holds the time, states, outputs and states of contacts; values are
-   parameters, inputs, rates of the inputs, states and speeds at which stops were entered */
+/* sizes, buffers and counts; values are parameters, inputs, rates of the inputs, states and memories (speeds at which
+   stops were entered); a row or crossing holds the time, states, memories, outputs and states of contacts */
 typedef enum {
     EXPLORE_PARAMETERS = 0,
     EXPLORE_INPUTS = 1,

@@ -49,7 +49,6 @@ export class Engine {
     this.events = [];
     this.crossings = [];
     this.steps = 0;
-    this.first = this.c.explore_count(COUNT.steps);
     this.status = this.refused ? 2 : MORE;
   }
 
@@ -80,7 +79,7 @@ export class Engine {
     for (let i = 0; i < crossings; i++) this.crossings.push(found.slice(i * columns, (i + 1) * columns));
   }
 
-  // rows done so far: a copy, one after the other, of the time, states, outputs and states of contacts
+  // rows done so far: a copy, one after the other, of time, states, memories, outputs and states of contacts
   get rows() {
     return this.numbers("rows", this.c.explore_count(COUNT.rows) * this.n.columns).slice();
   }

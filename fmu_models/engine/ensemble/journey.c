@@ -13,6 +13,7 @@
 #include "../events/run.h"
 #include "../fmi/variables.h"
 #include "../whole_run/restart.h"
+#include "forcing.h"
 #include "growth.h"
 
 /* growth beyond which its logarithm is taken */
@@ -172,6 +173,7 @@ static Outcome journey_place(Job *job, int64_t i)
     }
     journey_make_tangents(job);
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
+    if (e->kind == SECTION_STROBE && forcing_check(r, e->periods[i]) == RUN_ERROR) return OUTCOME_UNFIT;
     m->core.phase = PHASE_STEP;
     m->core.settled = 1;
     job->walk = (Walk){.e = e, .run = i};
@@ -275,7 +277,8 @@ int journey_note(Job *job, const Place *at, double time, Outcome *outcome)
 void journey_end(const Job *job, Outcome outcome)
 {
     Ensemble *e = job->e;
-    const char *message = outcome == OUTCOME_BROKEN ? job->m->core.run.message : "";
+    const int told = outcome == OUTCOME_BROKEN || outcome == OUTCOME_UNFIT;
+    const char *message = told ? job->m->core.run.message : "";
     e->outcomes[job->run] = outcome;
     snprintf(e->messages + job->run * ENSEMBLE_MESSAGE, ENSEMBLE_MESSAGE, "%s", message);
 }

@@ -13,7 +13,7 @@ import sympy
 
 from fmu_models.codegen.c_expression import c_expression
 from fmu_models.lowering.hybrid_system import ContactDynamics, HybridSystem
-from fmu_models.lowering.piecewise_linear import Lifted, obstacles
+from fmu_models.lowering.piecewise_linear import Lifted, obstacles, ramps
 
 # modes of all contacts that tables are made for
 _MOST_MODES = 32
@@ -24,7 +24,7 @@ Place = tuple[int, int]
 
 def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
-    found = list(obstacles(system))
+    found = list(obstacles(system)) or list(ramps(system))
     for contact in system.contacts:
         where = f"contact '{contact.name}'"
         if contact.sticks:

@@ -108,7 +108,7 @@ def test_a_sum_of_sinusoids_is_followed_and_one_without_a_period_refused(strobe)
     assert lanes.points == pytest.approx(series.points, abs=1e-9)
     for mixed in (strobe.at(w2=math.sqrt(2.0)), strobe.stepped_by("taylor").at(w2=1.5)):
         with pytest.raises(StickslipError, match=r"another 6\.28319 s later\. Strobe it with a period that all"):
-            mixed.run(Jobs(starts[:2], rows=1), GO)
+            mixed.run(Jobs(starts[:2], rows=2), GO)
     halves = Strobe(strobe.fmu, forcing="w", parameters={"w2": 1.5}, every=2)
     lanes, series = both(halves, starts[:3], 3)
     assert lanes.points == pytest.approx(series.points, abs=1e-9)

@@ -52,12 +52,15 @@ def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
         "quantiles": (QUANTILES[0], QUANTILES[-1]),
         "levels": WITHIN,
         "color": COLOUR,
+        "smooth": 1.0,
         "truths": [fitted.get(name) for name in wanted],
         "truth_color": "black",
     }
     corner.corner(np.asarray(found.samples)[:, places], fig=figure, **options)
     figure.suptitle(
-        f"{fit.law} law of {' and '.join(fit.contacts)}: posterior ({found.independent:.0f} independent samples)\n"
-        "solid: fit; dashed: 95 %; contours: 39 and 86 %"
+        f"{fit.law} law of {' and '.join(fit.contacts)}, posterior\n{found.independent:.0f} independent samples\n"
+        "solid: fit; dashed: 95 %\ncontours: 39 and 86 %",
+        x=0.98,
+        ha="right",
     )
     return figure

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from linear_problem import Curve, line, linear
+from made_fit import made_fit
 from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.report.figures import save_figure
 from identification.commands.application import app
+from identification.fit.result import FrictionFit
 from identification.inference.adjustment import Reading
-from identification.inference.posterior import sample
+from identification.inference.posterior import QUANTILES, Marginal, Posterior, sample
 from identification.inference.problem import Prior, Problem, Unknown, solve
+from identification.report.posterior_figure import posterior_figure
 
 
 def posterior(problem: Problem, **how: object) -> np.ndarray:
@@ -85,3 +92,36 @@ def test_unknowns_that_are_held_have_no_posterior():
 def test_an_estimator_without_a_likelihood_is_refused_before_the_work():
     done = CliRunner().invoke(app, ["fit", "data/rigs/paper_rubber", "--posterior", "--estimator", "weak-form"])
     assert isinstance(done.exception, StickslipError) and "shooting or whole-cycle" in str(done.exception)
+
+
+def sampled_fit() -> FrictionFit:
+    """A made fit with samples about its parameters."""
+    fit = made_fit()
+    rng = np.random.default_rng(0)
+    samples = np.stack([rng.normal(one.value, one.standard_deviation, 4000) for one in fit.parameters], axis=1)
+    marginals = tuple(
+        Marginal(one.name, one.unit, one.value, one.standard_deviation, tuple(np.quantile(column, QUANTILES)), 1.5)
+        for one, column in zip(fit.parameters, samples.T, strict=True)
+    )
+    return replace(fit, posterior=Posterior(marginals, 40, 100, 0.7, 0, samples))
+
+
+def test_a_fit_carries_its_posterior_but_for_the_samples():
+    fit = sampled_fit()
+    assert fit.posterior is not None
+    assert FrictionFit.from_json(fit.to_json()).posterior == replace(fit.posterior, samples=None)
+    assert "2667 independent samples of 4000" in fit.summary()
+
+
+def test_a_corner_plot_shows_every_pair_and_where_the_fit_is(tmp_path: Path):
+    fit = sampled_fit()
+    figure = posterior_figure(fit)
+    shown = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+    assert {axes.get_xlabel() for axes in shown} >= {"mu_s (1)", "mu_k (1)", "p (s/m)"}
+    for axes, one in zip(figure.axes[::4], fit.parameters, strict=True):
+        assert any(one.value in np.atleast_1d(line.get_xdata()) for line in axes.lines)
+    with pytest.raises(StickslipError, match="no unknown 'J'; it has mu_s, mu_k, p"):
+        posterior_figure(fit, ["J"])
+    with pytest.raises(StickslipError, match="holds no samples"):
+        posterior_figure(made_fit())
+    save_figure(figure, tmp_path / "corner.png")

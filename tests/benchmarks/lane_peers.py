@@ -1,5 +1,5 @@
-"""The support over many frequencies once more, by two peers: heyoka.py, as many motions to an instruction as it has, and
-one motion after the other by formulas of its own in numba. What is not installed says so."""
+"""The support over many frequencies once more, by two peers: heyoka.py, as many motions to an instruction as it has,
+and one after the other by formulas of its own in numba. What is not installed says so."""
 
 from __future__ import annotations
 

@@ -47,9 +47,8 @@ def branch(
     from fmu_models.analyses.continuation.curve import Curves
 
     files.check()
-    if switch not in SWITCHES:
-        raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
-    name, low, high = _range(section, over)
+    checked_switch(switch)
+    name, low, high = range_of(section, "branch", over)
     second = _one_range(curve) if curve else None
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
@@ -70,15 +69,17 @@ def content(found: Any) -> dict[str, Any]:
     return {
         "model": found.model,
         "over": found.over,
-        "branches": [
-            {
-                "every": one.every,
-                "ends": [{"kind": kind, "why": why} for kind, why in one.ends],
-                "points": len(one.values),
-                "special": [_special(special) for special in one.special],
-            }
-            for one in found.branches
-        ],
+        "branches": [branch_content(one) for one in found.branches],
+    }
+
+
+def branch_content(one: Any) -> dict[str, Any]:
+    """One branch for JSON."""
+    return {
+        "every": one.every,
+        "ends": [{"kind": kind, "why": why} for kind, why in one.ends],
+        "points": len(one.values),
+        "special": [_special(special) for special in one.special],
     }
 
 
@@ -113,10 +114,16 @@ def _curve(curve: Any) -> dict[str, Any]:
     }
 
 
-def _range(section: f.Section, over: Sequence[str] | None) -> tuple[str, float, float]:
-    """Name, least and largest value of the parameter."""
+def checked_switch(switch: str) -> None:
+    """Raises StickslipError: none of ``SWITCHES``."""
+    if switch not in SWITCHES:
+        raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
+
+
+def range_of(section: f.Section, kind: str, over: Sequence[str] | None) -> tuple[str, float, float]:
+    """Name, least and largest value of the parameter; those of a scene of this kind where none are given."""
     if not over:
-        axes = section.axes("branch", ())
+        axes = section.axes(kind, ())
         ((name, values),) = axes.items()
         return name, float(values.min()), float(values.max())
     if len(over) > 1:

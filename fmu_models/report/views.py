@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.continuation.branch import Branch, Branches
 from fmu_models.analyses.continuation.curve import Curve, Curves
+from fmu_models.analyses.continuation.equilibria import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
@@ -160,16 +162,19 @@ def _(found: Branches, axes: Axes) -> None:
     _draw_branches(found.branches, found.of, axes)
 
 
-def _draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
-    """Stable motions by thick lines, unstable ones by thin lines, what is special by marks."""
+def _draw_branches(branches: Sequence[Branch | EquilibriumBranch], of: str, axes: Axes) -> None:
+    """Stable motions by thick lines, unstable ones by thin lines, what is special by marks; cycles that leave
+    equilibria in another colour."""
     from matplotlib.collections import LineCollection
 
+    first = isinstance(branches[0], EquilibriumBranch)
     used: dict[str, tuple[list[float], list[float]]] = {}
     for branch in branches:
-        y = branch.points[:, branch.states.index(of)]
-        pieces = np.stack([np.stack([branch.values, y], 1)[:-1], np.stack([branch.values, y], 1)[1:]], 1)
+        points = np.stack([branch.values, branch.points[:, branch.states.index(of)]], 1)
         widths = np.where(branch.stable[:-1] & branch.stable[1:], 2.4, 0.7)
-        axes.add_collection(LineCollection(list(pieces), linewidths=widths, colors="black", capstyle="round"))
+        pieces = list(np.stack([points[:-1], points[1:]], 1))
+        colour = "black" if first == isinstance(branch, EquilibriumBranch) else COLOURS[0]
+        axes.add_collection(LineCollection(pieces, linewidths=widths, colors=colour, capstyle="round"))
         for special in branch.special:
             x, height = used.setdefault(special.kind, ([], []))
             x.append(special.value)
@@ -183,6 +188,66 @@ def _draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
     axes.set_title(branches[0].model, fontsize="medium")
     if used:
         axes.legend(frameon=False, fontsize="small")
+
+
+@draw.register(EquilibriumBranch)
+def _(found: EquilibriumBranch, axes: Axes) -> None:
+    if found.of == EIGENVALUES:
+        _draw_eigenvalues(found, axes)
+    else:
+        _draw_branches((found, *found.cycles), found.of, axes)
+
+
+def _draw_eigenvalues(found: EquilibriumBranch, axes: Axes) -> None:
+    """Their way in the complex plane: dots along the branch, lines where they are a set, marks where that bifurcates."""
+    finite = np.isfinite(found.eigenvalues)
+    axes.plot(
+        found.eigenvalues[finite].real,
+        found.eigenvalues[finite].imag,
+        "o",
+        color="black",
+        markersize=2.5,
+        label=f"over {found.over}",
+    )
+    said: set[str] = set()
+    for special in found.special:
+        if special.eigenvalues_after is None:
+            at = special.eigenvalues[np.isfinite(special.eigenvalues)]
+            colour = COLOURS[5] if special.kind == "Hopf" else COLOURS[1]
+            axes.plot(at.real, at.imag, MARKS.get(special.kind, "o"), color=colour, label=special.kind, zorder=3)
+            continue
+        path = _path(special)
+        lines = axes.plot(path.real, path.imag, color=COLOURS[0], linewidth=1.2)
+        lines[0].set_label(f"set at {special.parameter} = {round(special.value, 12) + 0.0:.3g}: {special.kind}")
+        for name, shares in special.crossings.items():
+            rows = special.path(shares)
+            colour = COLOURS[1 + ["imaginary axis", "zero", "double"].index(name)]
+            apart = np.abs(rows[:, :, None] - rows[:, None, :] + 1e300 * np.eye(rows.shape[1]))
+            kept = rows[(apart.min(axis=2) if name == "double" else np.abs(rows.real)) < 1e-6]
+            label = None if name in said else name
+            axes.plot(kept.real, kept.imag, "o", color=colour, markersize=5, zorder=3, label=label)
+            said.add(name)
+            for share, at in zip(shares, kept[kept.imag >= -1e-6], strict=False):
+                above = (4, -11 if name == "double" else 4)
+                where = (at.real, at.imag)
+                axes.annotate(f"$q$ = {share:.4g}", where, above, textcoords="offset points", fontsize="x-small")
+    axes.axhline(0.0, color="0.6", linewidth=0.6, zorder=0)
+    axes.axvline(0.0, color="0.6", linewidth=0.6, zorder=0)
+    axes.set_xlabel("real part (1/s)")
+    axes.set_ylabel("imaginary part (1/s)")
+    axes.set_title(found.model, fontsize="medium")
+    axes.legend(frameon=False, fontsize="small")
+
+
+def _path(special: SpecialEquilibrium) -> Any:
+    """(m, n) the set of eigenvalues as n lines."""
+    from scipy.optimize import linear_sum_assignment
+
+    met = [share for shares in special.crossings.values() for share in shares]
+    path = special.path(np.unique([*np.linspace(0.0, 1.0, 401), *met]))
+    for before, row in pairwise(path):
+        row[:] = row[linear_sum_assignment(np.abs(before[:, None] - row))[1]]
+    return path
 
 
 @draw.register(Curve)
@@ -251,6 +316,32 @@ def _told(special: Special) -> str:
     for where, shares in special.crossings.items():
         line += f"; {where} at q = {', '.join(f'{share:.8g}' for share in shares)}"
     return line
+
+
+@tell.register(EquilibriumBranch)
+def _(found: EquilibriumBranch) -> str:
+    """What is special, in the order of the branch, the ends, and the cycles that leave."""
+    (kind, why), last = found.ends
+    lines = [f"{found._heading()}: {found.stable.sum()} stable", f"  {kind}: {why}"]
+    lines += [f"  {_told_equilibrium(one)}" for one in found.special]
+    lines.append(f"  {last[0]}: {last[1]}")
+    return "\n".join([*lines, *(tell(one) for one in found.cycles)])
+
+
+def _told_equilibrium(special: SpecialEquilibrium) -> str:
+    kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
+    line = f"{kind} at {special.parameter} = {special.value:.15g}; eigenvalues {_numbers(special.eigenvalues)}"
+    if special.eigenvalues_after is not None:
+        line += f"; beyond {_numbers(special.eigenvalues_after)}"
+        line += "; two equilibria meet" if special.turns else ""
+    for where, shares in special.crossings.items():
+        each = (f"q = {q:.8g} ({_numbers(row)})" for q, row in zip(shares, special.path(shares), strict=True))
+        line += f"; {where} at {', '.join(each)}"
+    return line
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(_number(one) for one in values)
 
 
 def _number(value: complex) -> str:

@@ -62,7 +62,7 @@ class Boundary:
     @property
     def turns(self) -> bool:
         """Whether the parameter goes back beyond: two equilibria meet at the surface."""
-        return self.after is not None and self.before.tangent[-1] * self.after.tangent[-1] < 0.0
+        return self.after is not None and bool(self.before.tangent[-1] * self.after.tangent[-1] < 0.0)
 
     @cached_property
     def _sides(self) -> tuple[Vector, Vector] | None:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -42,6 +43,9 @@ from fmu_models.simulation.field import Field
 from fmu_models.simulation.run import check_names, check_value
 
 Complex = NDArray[np.complex128]
+
+# what a picture may show beside a state
+EIGENVALUES = "eigenvalues"
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +154,7 @@ class EquilibriumBranch(Pictured):
         special: what was met, in order.
         places: (len(special),) number of points before each.
         ends: kind and a sentence, of both ends.
+        cycles: those that leave at its special points, once they were followed.
         seconds: CPU time.
     """
 
@@ -165,16 +170,18 @@ class EquilibriumBranch(Pictured):
     special: tuple[SpecialEquilibrium, ...]
     places: tuple[int, ...]
     ends: tuple[tuple[str, str], tuple[str, str]]
+    cycles: tuple[Branch, ...] = ()
     seconds: float = 0.0
 
-    def showing(self, of: str) -> EquilibriumBranch:
-        """The same, its picture of a state or of the "eigenvalues".
-
-        Raises:
-            StickslipError: no such state.
-        """
-        check_names_of(self.model, of, self.states)
-        return replace(self, of=of)
+    def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
+        """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair
+        of eigenvalues jumps over the imaginary axis."""
+        found: list[Branch] = []
+        for one in self.special:
+            if np.isfinite(one.frequency):
+                with suppress(StickslipError):  # a pair that jumps need not beget a cycle
+                    found.extend(one.switch(points))  # type: ignore[arg-type]
+        return replace(self, cycles=tuple(found))
 
     @property
     def frame(self) -> Any:
@@ -197,13 +204,10 @@ class EquilibriumBranch(Pictured):
         return {self.over: self.values, "special": met, "ends": [kind for kind, _ in self.ends]}
 
 
-def check_names_of(model: str, of: str, states: Sequence[str]) -> None:
+def _check_of(model: str, of: str, states: Sequence[str]) -> None:
     """Raises StickslipError: neither a state nor "eigenvalues"."""
     if of not in (*states, EIGENVALUES):
         raise StickslipError(f"'{model}' has no state '{of}'. A picture shows one of {', '.join(states)}, or eigenvalues.")
-
-
-EIGENVALUES = "eigenvalues"
 
 
 def equilibria(
@@ -238,7 +242,7 @@ def equilibria(
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     begin = _begin(fmu, over, (low, high), dict(start or {}), dict(parameters or {}))
-    check_names_of(begin.problem.name, of or begin.problem.states[0], begin.problem.states)
+    _check_of(begin.problem.name, of or begin.problem.states[0], begin.problem.states)
 
     def tell(node: Node) -> None:
         progress((node.value - low) / (high - low))
@@ -343,7 +347,7 @@ def _made(forward: Way, backward: Way | None, between: tuple[float, float], seco
         tuple(_special(one, between, turned) for _, one, turned in found),
         tuple(place for place, *_ in found),
         ends,
-        seconds,
+        seconds=seconds,
     )
 
 

@@ -31,7 +31,7 @@ def equilibria(
 ) -> None:
     """Follow an equilibrium over a parameter, with its eigenvalues: folds, Hopf points, switching surfaces.
 
-    Example: stickslip equilibria planar_hopf --over mu=-1:1 --start x1=-1.5 --start x2=0 --of eigenvalues --figure e.png
+    Example: stickslip equilibria planar_hopf --over mu=-1:1 --start x1=-1.5 --start x2=0 --switch all --figure e.png
     """
     from fmu_models.analyses.continuation.equilibria import equilibria as follow
 

@@ -152,7 +152,9 @@ class Section:
             free = {name: value for name, value in values.items() if name not in drives}
             return Fmu.open(built_scene(scene)), constants_of(scene, arguments(scene, parameters=free, inputs=drives))
         if self.model in MAPS.members():
-            raise StickslipError(f"'{self.model}' is a map: it has no rates. Its fixed points are followed by 'branch'.")
+            raise StickslipError(
+                f"'{self.model}' is a map: it has no rates. Its fixed points are followed by 'branch'."
+            )
         return load(self.model, contacts=console.chosen(self.contacts)), values
 
     def starts(self) -> dict[str, float]:

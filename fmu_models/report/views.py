@@ -199,7 +199,7 @@ def _(found: EquilibriumBranch, axes: Axes) -> None:
 
 
 def _draw_eigenvalues(found: EquilibriumBranch, axes: Axes) -> None:
-    """Their way in the complex plane: dots along the branch, lines where they are a set, marks where that bifurcates."""
+    """Their way in the complex plane: dots along the branch, lines where they are a set, marks where it bifurcates."""
     finite = np.isfinite(found.eigenvalues)
     axes.plot(
         found.eigenvalues[finite].real,

@@ -26,11 +26,7 @@ NODES = 32  # between two events
 def keeps_volumes(fmu: Fmu) -> bool:
     """Whether no event of the model changes volumes: all contacts are stops, and none remembers anything."""
     kinds = [fmu.variables[f"{name}_state"].declaredType for name in fmu.contacts]
-    return (
-        fmu.ours
-        and not fmu.memories
-        and all(kind is not None and kind.name == "StopState" for kind in kinds)
-    )
+    return fmu.ours and not fmu.memories and all(kind is not None and kind.name == "StopState" for kind in kinds)
 
 
 def volume_change(
@@ -66,4 +62,6 @@ def _divergence(
     """(m,) sum of the derivatives of the rates of all states, each by its own state."""
     field = Field(fmu, constants)
     rows = np.array([states[name] for name in fmu.states]).T
-    return np.array([np.trace(field.slopes(row, (), time=time)) for time, row in zip(times.tolist(), rows, strict=True)])
+    return np.array(
+        [np.trace(field.slopes(row, (), time=time)) for time, row in zip(times.tolist(), rows, strict=True)]
+    )

@@ -70,7 +70,9 @@ class Field:
     def _reference(self, name: str) -> int:
         return int(self.fmu.variables[name].valueReference)
 
-    def at(self, states: Sequence[float] | Vector, given: Mapping[str, float] | None = None, time: float = 0.0) -> Rates:
+    def at(
+        self, states: Sequence[float] | Vector, given: Mapping[str, float] | None = None, time: float = 0.0
+    ) -> Rates:
         """The rates at states (n,), with other values of parameters or inputs.
 
         Raises:
@@ -103,5 +105,7 @@ class Field:
         values = {self._reference(name): float(value) for name, value in (given or {}).items()}
         there = dict(zip(self._states, np.asarray(states, dtype=float).tolist(), strict=True))
         if not np.isfinite([*values.values(), *there.values()]).all():
-            raise StickslipError(f"'{self.fmu.description.modelName}' has no rates at {states}: a number is not finite.")
+            raise StickslipError(
+                f"'{self.fmu.description.modelName}' has no rates at {states}: a number is not finite."
+            )
         self._instance.restart({**self._constants, **values, **there}, time, self.tolerance)

@@ -35,9 +35,7 @@ ASIDE, DOUBLINGS = 0.01, 9
 TURN = 5.0
 
 
-def cycles_from_hopf(
-    node: Node, frequency: float, between: tuple[float, float], points: int
-) -> tuple[Branch, ...]:
+def cycles_from_hopf(node: Node, frequency: float, between: tuple[float, float], points: int) -> tuple[Branch, ...]:
     """The branch that leaves at a Hopf point of so many rad/s."""
     n, period = len(node.problem.states), 2.0 * np.pi / frequency
     problem = _cycles(node, period)
@@ -132,7 +130,7 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
 
 
 def _plane(j: Vector, scales: Vector) -> Vector:
-    """(2, n) unit vectors of u, real and imaginary part of the eigenvector of the pair nearest to the imaginary axis."""
+    """(2, n) unit vectors of u: real and imaginary part of the eigenvector of the pair next to the imaginary axis."""
     values, vectors = np.linalg.eig(j)
     place = np.where(values.imag > 0.0, np.abs(values.real), np.inf).argmin()
     parts = np.stack([vectors[:, place].real, vectors[:, place].imag]) / scales

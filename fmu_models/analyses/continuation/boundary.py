@@ -11,8 +11,8 @@ jump there is no equilibrium beyond. The Jacobians on both sides are limits, and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem
 from fmu_models.analyses.continuation.hull import eigenvalue_crossings, hull
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, solved, tangent_of
-from fmu_models.analyses.continuation.problem import Vector
+from fmu_models.analyses.continuation.problem import Seen, Vector
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import STICK
 
 # how far apart points are, in u, whose differences are slopes of indicators
 APART = 1e-6
@@ -113,7 +114,22 @@ def ahead(node: Node, step: float, within: float) -> Boundary | None:
 
 
 def _located(node: Node, i: int, distance: float) -> Boundary:
-    """Where an indicator falls to zero, about so far along the tangent.
+    """The surface where an indicator falls to zero, about so far along the tangent.
+
+    Raises:
+        Lost: the branch does not come there.
+    """
+    found = _completed(*_place(node, i, distance), i)
+    if found.after is None or found.states[0] != STICK:
+        return found
+    # the margin of what sticks is shifted by as much as an importer may miss it; where slip begins is not
+    _, u, _ = _place(found.after.turned(), i, BEYOND[0])
+    return replace(found, z=u * node.scales)
+
+
+def _place(node: Node, i: int, distance: float) -> tuple[Node, Vector, Vector]:
+    """Where an indicator falls to zero, about so far along the tangent: the last equilibrium before, u of the
+    point, and the limit of the Jacobian.
 
     Raises:
         Lost: the branch does not come there.
@@ -151,50 +167,75 @@ def _located(node: Node, i: int, distance: float) -> Boundary:
     j = last.seen.monodromy
     if len(nodes) > 1:
         j = j + (j - nodes[-2].seen.monodromy) * left / (places[-1] - places[-2])
-    return _completed(last, u, i, j)
+    return last, u, j
 
 
-def _completed(last: Node, u: Vector, i: int, j: Vector) -> Boundary:
+def _completed(last: Node, u: Vector, j: Vector, i: int) -> Boundary:
     """With what is beyond."""
-    problem, scales = _problem(last), last.scales
-    slope = _slope(problem, last, i)
-    normal = slope / np.linalg.norm(slope)
-    for distance in BEYOND:
-        seen = look(problem, (u - distance * normal) * scales)
-        if seen is not None and seen.word != last.word:
-            break
-    else:
+    scales = last.scales
+    slope = _slope(_problem(last), last, i)
+    across = slope / np.linalg.norm(slope)
+    met = None
+    for begin, seen, problem in _beyond(_problem(last), last, u, across):
+        changed = [(a[0], a[1], b[1]) for a, b in zip(last.word, seen.word, strict=True) if a != b]
+        contact, states = changed[0][0] if len(changed) == 1 else "", changed[0][1:]
+        tangent = tangent_of(seen, scales)
+        tangent = -tangent if tangent @ slope > 0.0 else tangent
+        # what sticks stays on the surface, whichever way it goes
+        for towards in (tangent, -tangent) if STICK in states[1:] else (tangent,):
+            nodes = _along(problem, scales, begin, towards, seen)
+            if nodes:
+                after = 2.0 * nodes[0].seen.monodromy - nodes[1].seen.monodromy
+                return Boundary(last, u * scales, contact, states, j, nodes[0], after)
+        met = met or (contact, states)
+    if met is None:
         raise Lost("the contact states do not change beyond")
-    changed = [(a[0], a[1], b[1]) for a, b in zip(last.word, seen.word, strict=True) if a != b]
-    contact = changed[0][0] if len(changed) == 1 else ""
-    made = Boundary(last, u * scales, contact, changed[0][1:], j)
-    tangent = tangent_of(seen, scales)
-    tangent = tangent if tangent @ slope < 0.0 else -tangent
+    return Boundary(last, u * scales, *met, j)
+
+
+def _beyond(
+    problem: EquilibriumProblem, last: Node, u: Vector, across: Vector
+) -> Iterator[tuple[Vector, Seen, EquilibriumProblem]]:
+    """Where a branch may go on: points with other contact states, across the surface and on it."""
+    for distance in BEYOND:
+        seen = look(problem, (u - distance * across) * last.scales)
+        if seen is not None and seen.word != last.word:
+            yield u, seen, problem
+            break
+    # states that stick are exactly at rest
+    on = np.where(np.abs(u) < NEAR, 0.0, u)
+    there = replace(problem, anchor=(on * last.scales)[: len(problem.states)])
+    seen = look(there, on * last.scales)
+    if seen is not None and any(state == STICK for _, state, _ in seen.word) and seen.word != last.word:
+        yield on, seen, there
+
+
+def _along(problem: EquilibriumProblem, scales: Vector, u: Vector, tangent: Vector, seen: Seen) -> list[Node]:
+    """Two equilibria beyond, with the contact states that were seen there; none if there are none."""
     nodes: list[Node] = []
-    for distance in (1.0, 2.0):
+    for distance in (BEYOND[0], 2.0 * BEYOND[0]):
         try:
-            border = arclength(u, tangent, scales, distance * BEYOND[0])
-            guess = u + distance * BEYOND[0] * tangent
+            border = arclength(u, tangent, scales, distance)
+            guess = u + distance * tangent
             nodes.append(solved(problem, scales, guess, border, towards=tangent, word=seen.word, reach=BEYOND[-1]))
         except Lost:
-            return made
-    after = 2.0 * nodes[0].seen.monodromy - nodes[1].seen.monodromy
-    return Boundary(last, made.z, contact, made.states, j, nodes[0], after)
+            return []
+    return nodes
 
 
 def _slope(problem: EquilibriumProblem, node: Node, i: int) -> Vector:
-    """(n + 1,) derivative of an indicator by u, from the side that it is positive on."""
+    """(n + 1,) derivative of an indicator by u, from the side that it is positive on, along what does not stick."""
     here = problem.indicators(node.z)[i]
-    found = np.empty(len(node.u))
+    found = np.zeros(len(node.u))
     width = 0.1 * NEAR
-    for k in range(len(found)):
-        unit = width * np.eye(len(found))[k]
-        values = [(sign, look(problem, (node.u + sign * unit) * node.scales)) for sign in (1.0, -1.0)]
+    for k, unit in enumerate((problem.along_surfaces(node.z) * node.scales / node.scales[:, None]).T):
+        step = width * unit
+        values = [(sign, look(problem, (node.u + sign * step) * node.scales)) for sign in (1.0, -1.0)]
         inside = [sign for sign, seen in values if seen is not None and seen.word == node.word]
-        if not inside:
-            raise Lost("the indicator has no slope")
-        slopes = [(problem.indicators((node.u + sign * unit) * node.scales)[i] - here) / (sign * width) for sign in inside]
-        found[k] = float(np.mean(slopes))
+        falls = [problem.indicators((node.u + sign * step) * node.scales)[i] - here for sign in inside]
+        found[k] = np.mean([fall / (sign * width) for fall, sign in zip(falls, inside, strict=True)] or [0.0])
+    if not found.any():
+        raise Lost("the indicator has no slope")
     return found
 
 

@@ -10,8 +10,8 @@
         "boundary equilibrium"  none: the equilibrium changes sides
         "end at a surface"      the rates jump there, and no equilibrium goes on
 
-Source: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2; Kuznetsov, Elements of Applied
-Bifurcation Theory (2004), chapters 5 and 10.
+Sources: Leine and van Campen, European Journal of Mechanics A/Solids 25 (2006), section 2; Kuznetsov, Elements of
+Applied Bifurcation Theory (2004), chapters 5 and 10.
 """
 
 from __future__ import annotations
@@ -32,18 +32,21 @@ from fmu_models.analyses.continuation.branch import Branch, joined
 from fmu_models.analyses.continuation.equilibrium_problem import EquilibriumProblem, eigenvalues_of, problem_at
 from fmu_models.analyses.continuation.follow import AHEAD, Ahead, Follower, Found, Way
 from fmu_models.analyses.continuation.leaving import beside_branch_point
-from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved
+from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, scaled, solved
 from fmu_models.analyses.continuation.normal_form import criticality, lyapunov_coefficient
 from fmu_models.analyses.continuation.problem import Vector, Word
 from fmu_models.analyses.continuation.special import branch_kind
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured, Shown
+from fmu_models.codegen.contact_states import STICK
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.field import Field
 from fmu_models.simulation.run import check_names, check_value
 
 Complex = NDArray[np.complex128]
 
+# condition number beyond which an equilibrium does not stand alone
+ALONE = 1e12
 # what a picture may show beside a state
 EIGENVALUES = "eigenvalues"
 
@@ -58,9 +61,9 @@ class SpecialEquilibrium(Shown):
         state: by name.
         eigenvalues: (n,) by falling real part, before the surface; 1/s.
         eigenvalues_after: (n,) beyond the surface; None at smooth points and where nothing goes on.
-        crossings: shares q of J+ at which the set of eigenvalues is at "zero", a pair on the "imaginary axis", or a pair
-            "double" on the real line. J+ is the side on which the state of the contact is the larger number (1 above 0
-            above -1).
+        crossings: shares q of J+ at which one of the set of eigenvalues is "zero", a pair on the "imaginary axis", or
+            a pair "double" on the real line. J+ is the side on which the state of the contact is the larger number (1
+            above 0 above -1).
         contact: whose surface it is.
         turns: two equilibria meet at the surface, and there is none beyond its value.
     """
@@ -133,7 +136,11 @@ class SpecialEquilibrium(Shown):
         return found
 
     def _contents(self) -> dict[str, object]:
-        shown: dict[str, object] = {"kind": self.kind, self.parameter: self.value, "criticality": self.criticality or None}
+        shown: dict[str, object] = {
+            "kind": self.kind,
+            self.parameter: self.value,
+            "criticality": self.criticality or None,
+        }
         shown |= {"eigenvalues": self.eigenvalues, "beyond": self.eigenvalues_after}
         return shown | {"contact": self.contact or None, "crossings": dict(self.crossings) or None}
 
@@ -207,7 +214,9 @@ class EquilibriumBranch(Pictured):
 def _check_of(model: str, of: str, states: Sequence[str]) -> None:
     """Raises StickslipError: neither a state nor "eigenvalues"."""
     if of not in (*states, EIGENVALUES):
-        raise StickslipError(f"'{model}' has no state '{of}'. A picture shows one of {', '.join(states)}, or eigenvalues.")
+        raise StickslipError(
+            f"'{model}' has no state '{of}'. A picture shows one of {', '.join(states)}, or eigenvalues."
+        )
 
 
 def equilibria(
@@ -277,25 +286,29 @@ def _begin(
     z = np.append(point, value)
     scales = problem.scales(z, between)
     try:
-        return solved(problem, scales, z / scales, parameter(value), reach=np.inf, halvings=20)
+        node = solved(problem, scales, z / scales, parameter(value), reach=np.inf, halvings=20)
     except Lost:
         raise StickslipError(_why(problem, z)) from None
+    if any(state == STICK for _, state, _ in node.word) and np.linalg.cond(scaled(node)[:, :-1]) > ALONE:
+        raise StickslipError(_why(problem, node.z))
+    return node
 
 
 def _why(problem: EquilibriumProblem, z: Vector) -> str:
     """What there is instead of an equilibrium that stands alone."""
     seen, n = look(problem, z), len(problem.states)
     if seen is not None and np.abs(seen.residual / problem.scales(z, (0.0, 1.0))[:n]).max() < 1e-9:
-        held = [name for name, state, _ in seen.word if state == 0]
+        held = [name for name, state, _ in seen.word if state == STICK]
         stuck = f": {', '.join(held)} sticks, and the equilibria around are as good" if held else ""
         return (
-            f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch needs "
-            "one that does: start where it slips, or free it."
+            f"'{problem.name}' is at rest at the start, but that equilibrium does not stand alone{stuck}. A branch "
+            "needs one that does: start where it slips, or free it."
         )
-    missed = "" if seen is None else f" (rates there: {', '.join(f'{one:.3g}' for one in seen.residual / problem.share)})"
-    return (
-        f"No equilibrium of '{problem.name}' was found near that start{missed}. Start nearer, or let a run settle first."
+    missed = (
+        "" if seen is None else f" (rates there: {', '.join(f'{one:.3g}' for one in seen.residual / problem.share)})"
     )
+    name = problem.name
+    return f"No equilibrium of '{name}' was found near that start{missed}. Start nearer, or let a run settle first."
 
 
 @dataclass(frozen=True, eq=False)

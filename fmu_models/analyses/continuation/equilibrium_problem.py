@@ -87,6 +87,16 @@ class EquilibriumProblem(Problem):
         """Those of all events, positive while contacts keep their states."""
         return self.field.at(z[: len(self.states)], self.values(z)).indicators
 
+    def along_surfaces(self, z: Vector) -> Vector:
+        """(n + 1, n + 1) symmetric: from directions of z to their parts along the surfaces of what sticks."""
+        n, given = len(self.states), self.values(z)
+        found = np.eye(len(z))
+        sticks = self.field.at(z[:n], given).contacts.count(STICK)
+        if sticks:
+            normals = _normals(self.field.slopes(z[:n], (), given), sticks)
+            found[:n, :n] -= normals.T @ normals
+        return found
+
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         return np.append(np.maximum(np.abs(z[: len(self.states)]), self.sizes), abs(between[1] - between[0]))
 

@@ -1,8 +1,9 @@
 """Set-valued multipliers, where a motion is about to have an event: those of (1 - q) M- + q M+ for q from 0 to 1, M-
 without the event and M+ with it. Where one of them passes +1, -1 or the circle, the motion bifurcates there.
 
-Set-valued eigenvalues of an equilibrium at a switching surface are the same of the Jacobians on its sides, and bifurcate
-where one passes zero or a pair the imaginary axis; where a pair meets on the real line, a focus becomes a node.
+Set-valued eigenvalues of an equilibrium at a switching surface are the same of the Jacobians on its sides, and
+bifurcate where one passes zero or a pair the imaginary axis; where a pair meets on the real line, a focus becomes a
+node.
 
 After a rigid touch M+ grows as the inverse of the speed, and there is no such hull.
 

@@ -11,8 +11,8 @@ A' p = conj(mu) p, |q| = 1, <p, q> = 1, <.,.> conjugating its first argument:
 A run gives A exactly; B and C are central differences of it, of two widths, extrapolated. Of an equilibrium, with A the
 derivative of the rates, A q = i omega q:
 
-    Hopf           l1 = 1/(2 omega) Re(<p, C(q, q, q*)> - 2 <p, B(q, A^-1 B(q, q*))> + <p, B(q*, (2 i omega - A)^-1 B(q, q))>)
-                                                                                  supercritical l1 < 0
+    Hopf           l1 = 1/(2 omega) Re(<p, C(q, q, q*)> - 2 <p, B(q, A^-1 B(q, q*))>
+                        + <p, B(q*, (2 i omega - A)^-1 B(q, q))>)               supercritical l1 < 0
 
 Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 3.5, 5.4.
 """
@@ -55,9 +55,7 @@ def lyapunov_coefficient(node: Node) -> float:
     return _settled(node.problem, node.z, node.scales, _first_lyapunov)
 
 
-def _settled(
-    problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], float]
-) -> float:
+def _settled(problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], float]) -> float:
     """A function of the derivatives, of the first differences of two widths that agree."""
     n = len(problem.states)
     for width in WIDTHS:

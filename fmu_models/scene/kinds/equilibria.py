@@ -1,7 +1,7 @@
-"""The branch of the equilibrium near the start, over the range of ``values``; a row per value: how many equilibria there
-are, and how many stable ones. The first has what is special too, "Hopf_1", "fold_1": values of the parameter, and, where
-eigenvalues are a set, the shares at which it bifurcates, "q_imaginary_axis_1". ``of`` is the state that is drawn, or
-"eigenvalues"."""
+"""The branch of the equilibrium near the start, over the range of ``values``; a row per value: how many equilibria
+there are, and how many stable ones. The first has what is special too, "Hopf_1", "fold_1": values of the parameter,
+and, where eigenvalues are a set, the shares at which it bifurcates, "q_imaginary_axis_1". ``of`` is the state that is
+drawn, or "eigenvalues"."""
 
 from __future__ import annotations
 

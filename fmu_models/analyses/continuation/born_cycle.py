@@ -98,7 +98,7 @@ def _around(at: Node, boundary: Boundary, share: float, frequency: float) -> Nod
         try:
             if turn(low)[0] * turn(high)[0] >= 0.0:
                 continue
-            size: Any = brentq(lambda one: turn(one)[0], low, high, xtol=1e-9, rtol=1e-9)
+            size: Any = brentq(lambda one: turn(one)[0], low, high, xtol=1e-9)
             length = turn(size)[1]
             problem, whole = _cycles(at, length), _with_period(at.scales, length)
             z = np.concatenate([(centre + size * out) * scales, [length, at.value]])
@@ -131,7 +131,8 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
 
 def _plane(j: Vector, scales: Vector) -> Vector:
     """(2, n) unit vectors of u: real and imaginary part of the eigenvector of the pair next to the imaginary axis."""
-    values, vectors = np.linalg.eig(j)
+    eigen: Any = np.linalg.eig(j)
+    values, vectors = eigen
     place = np.where(values.imag > 0.0, np.abs(values.real), np.inf).argmin()
     parts = np.stack([vectors[:, place].real, vectors[:, place].imag]) / scales
     # the two are at right angles for one phase, and no part vanishes then

@@ -71,7 +71,7 @@ class Boundary:
         if self.jacobian_after is None:
             return None
         pair = self.jacobian, self.jacobian_after
-        return pair if self.states[0] < self.states[1] else pair[::-1]
+        return pair if self.states[0] < self.states[1] else (pair[1], pair[0])
 
     @cached_property
     def crossings(self) -> Mapping[str, list[float]]:

@@ -114,14 +114,14 @@ class EquilibriumProblem(Problem):
     def eigenvalues(self, j: Vector) -> NDArray[np.complex128]:
         """(n,) by falling real part; minus infinity across what sticks."""
         found = ordered(j)
-        found[found.real < -0.5 * AT_ONCE / self.share] = -np.inf
+        found[np.real(found) < -0.5 * AT_ONCE / self.share] = -np.inf
         return found
 
 
 def ordered(j: Vector) -> NDArray[np.complex128]:
     """(n,) eigenvalues by falling real part, of a pair the one above the axis first."""
-    found = np.linalg.eigvals(j).astype(complex)
-    return found[np.lexsort((-found.imag, -np.round(found.real, 12)))]
+    found: NDArray[np.complex128] = np.linalg.eigvals(j).astype(complex)
+    return found[np.lexsort((-np.imag(found), -np.round(np.real(found), 12)))]
 
 
 def eigenvalues_of(node: Node) -> NDArray[np.complex128]:

@@ -87,7 +87,8 @@ def _at_zero(node: Node) -> tuple[Problem, Vector]:
 
 
 def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> float:
-    values, rights = np.linalg.eig(a)
+    eigen: Any = np.linalg.eig(a)
+    values, rights = eigen
     place = np.flatnonzero(values.imag > 0.0)[np.abs(values.real[values.imag > 0.0]).argmin()]
     omega, q, p = values[place].imag, rights[:, place], np.linalg.inv(rights)[place]
     second, third = _forms(b, c)

@@ -1,23 +1,25 @@
 """Stable and unstable manifolds of saddles, as curves.
 
-    of a map or section, along one eigenvector of a periodic motion of it: the first piece lies on the eigenvector, from a
-    point to its image; all others are images of that, with points put in between where neighbours come apart. A stable
-    manifold is an unstable one of the inverse: x with P(x) = y is found by Newton's method beside a neighbour that is
-    known, so that no formula of the inverse is needed.
+    of a map or section, along one eigenvector of a periodic motion of it: the first piece lies on the eigenvector, from
+    a point to its image; all others are images of that, with points put in between where neighbours come apart. A
+    stable manifold is an unstable one of the inverse: x with P(x) = y is found by Newton's method beside a neighbour
+    that is known, so that no formula of the inverse is needed.
 
     of an equilibrium: the motion that begins beside it on the eigenvector, forward in time; backward, for the stable
     one, by the rates, in the contact states that hold at each point.
 
-Where the derivative is singular, or the motion sticks, several pasts lead to the same point, and a stable manifold ends.
+Where the derivative is singular, or the motion sticks, several pasts lead to the same point, and a stable manifold
+ends.
 
 Source: Krauskopf, Osinga, Growing 1D and quasi-2D unstable manifolds of maps, Journal of Computational Physics 146
-(1998), for the distance between neighbours; Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 2.
+(1998), for the distance between neighbours.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -41,8 +43,9 @@ BESIDE = 1e-6
 FINEST = 1e-11
 # Newton's method for the past of a point
 STEPS, ACCURATE = 30, 1e-12
-# growth of a motion beside an equilibrium, in powers of e, and its points
-GROWTH, SAMPLES = 45.0, 4001
+# growth of a motion beside an equilibrium, in powers of e, its points, and what else is tried where it is not done then
+GROWTH, SAMPLES, LONGER = 45.0, 4001, (1.0, 3.0, 10.0)
+UNFINISHED = "it goes on"
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,19 +152,23 @@ def _of_equilibrium(saddle: Saddle, length: float, spacing: float) -> Manifolds:
                 begin = saddle.point + side * BESIDE * saddle.direction(i) * sizes
                 rate = float(saddle.values[i].real)
                 follow = _forward if kind == "unstable" else _backward
-                points, end = follow(saddle, begin, GROWTH / abs(rate))
-                points, end = _cut(points, sizes, length, spacing, end)
+                points, end = np.empty((0, len(sizes))), UNFINISHED
+                for longer in LONGER:
+                    if end == UNFINISHED:
+                        duration = longer * GROWTH / abs(rate)
+                        points, end = _cut(*follow(saddle, begin, duration), sizes, length, spacing)
                 curves.append(Manifold(kind, rate, np.vstack([saddle.point, points]), end))
     return Manifolds(saddle.name, names, saddle.point[None], saddle.values, tuple(curves), ())
 
 
 def _forward(saddle: Saddle, begin: Vector, duration: float) -> tuple[Vector, str]:
     """(m, n) the motion from a point, as long as the engine can follow it."""
+    said = UNFINISHED
     for _ in range(8):
         try:
             times = np.linspace(0.0, duration, SAMPLES)
             run = simulate(saddle.fmu, duration, output_times=times, **saddle.as_run(begin))
-            return np.column_stack([run[name] for name in saddle.fmu.states]), f"{duration:.3g} s were followed"
+            return np.column_stack([run[name] for name in saddle.fmu.states]), said
         except StickslipError as error:
             said, duration = str(error), duration / 2.0
     raise StickslipError(f"The unstable manifold cannot be followed: {said}")
@@ -169,7 +176,7 @@ def _forward(saddle: Saddle, begin: Vector, duration: float) -> tuple[Vector, st
 
 def _backward(saddle: Saddle, begin: Vector, duration: float) -> tuple[Vector, str]:
     """(m, n) the motion that leads to a point, as long as there is one."""
-    why = f"{duration:.3g} s were followed"
+    why = UNFINISHED
 
     def rates(time: float, x: Vector) -> Vector:
         nonlocal why
@@ -197,13 +204,15 @@ def _backward(saddle: Saddle, begin: Vector, duration: float) -> tuple[Vector, s
     return found.sol(times).T, why
 
 
-def _cut(points: Vector, sizes: Vector, length: float, spacing: float, end: str) -> tuple[Vector, str]:
+def _cut(points: Vector, end: str, sizes: Vector, length: float, spacing: float) -> tuple[Vector, str]:
     """A curve no longer than so much, without neighbours that are nearer than a spacing by far."""
     steps = np.linalg.norm(np.diff(points, axis=0) / sizes, axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     if along[-1] > length:
         many = int(np.searchsorted(along, length))
         points, along, end = points[: many + 1], along[: many + 1], "it has the length that was asked for"
+    elif along[-1] - along[len(along) * 9 // 10] < 1e-3 * spacing:
+        end = "it comes to rest"
     _, kept = np.unique(np.floor(along / (0.2 * spacing)), return_index=True)
     return points[np.append(kept, len(points) - 1)], end
 
@@ -319,7 +328,7 @@ class _Curve:
         """A point between two neighbours, in all pieces."""
         shares.insert(i, (shares[i - 1] + shares[i]) / 2.0)
         pieces[0].insert(i, self._first(shares[i]))
-        for before, piece in zip(pieces[:-1], pieces[1:], strict=True):
+        for before, piece in pairwise(pieces):
             image = self._image(before[i], before[i - 1], piece[i - 1])
             piece.insert(i, piece[i - 1] if image is None else image)
 

@@ -1,4 +1,4 @@
-"""A saddle equilibrium of an FMU: where it is, its eigenvalues, and the directions along which motions leave and come."""
+"""A saddle equilibrium of an FMU: where it is, its eigenvalues, and the directions of motions that leave and come."""
 
 from __future__ import annotations
 
@@ -81,9 +81,9 @@ class Saddle:
         """Numbers of the real eigenvalues below zero."""
         return [i for i, value in enumerate(self.values) if value.real < 0.0 and value.imag == 0.0]
 
-    def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
+    def as_run(self, point: Vector) -> dict[str, Any]:
         """Arguments of ``simulate`` for the motion from a point (n,)."""
-        given = {
+        given: dict[str, Any] = {
             kind: {name: value for name, value in self.given.items() if name in known}
             for kind, known in (("parameters", self.fmu.parameters), ("inputs", self.fmu.inputs))
         }
@@ -114,7 +114,9 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     """
     given = dict(given or {})
     if not fmu.ours:
-        raise StickslipError(f"'{fmu.path}' is not of this suite: the derivatives of its rates are not known well enough.")
+        raise StickslipError(
+            f"'{fmu.path}' is not of this suite: the derivatives of its rates are not known well enough."
+        )
     check_names(fmu, "parameter or input", given, [*fmu.parameters, *fmu.inputs])
     check_names(fmu, "state", start, fmu.states)
     for name, value in {**given, **start}.items():

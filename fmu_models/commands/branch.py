@@ -49,7 +49,7 @@ def branch(
     files.check()
     checked_switch(switch)
     name, low, high = range_of(section, "branch", over)
-    second = _one_range(curve) if curve else None
+    second = one_range(curve) if curve else None
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
     with console.progress("following") as advance:
@@ -128,10 +128,15 @@ def range_of(section: f.Section, kind: str, over: Sequence[str] | None) -> tuple
         return name, float(values.min()), float(values.max())
     if len(over) > 1:
         raise StickslipError(f"A branch is followed over one parameter, found {len(over)} ranges.")
-    return _one_range(over[0])
+    return one_range(over[0])
 
 
-def _one_range(given: str) -> tuple[str, float, float]:
+def one_range(given: str) -> tuple[str, float, float]:
+    """Name, least and largest value of NAME=FROM:TO.
+
+    Raises:
+        StickslipError: not of that form.
+    """
     name, _, values = given.partition("=")
     try:
         low, high = (float(one) for one in values.split(":"))

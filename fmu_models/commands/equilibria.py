@@ -57,7 +57,7 @@ def _content(found: Any) -> dict[str, Any]:
         "states": list(found.states),
         "ends": [{"kind": kind, "why": why} for kind, why in found.ends],
         "points": [
-            {"value": value, "state": state, "eigenvalues": _pairs(eigenvalues), "stable": stable}
+            {"value": value, "state": state, "eigenvalues": pairs(eigenvalues), "stable": stable}
             for value, state, eigenvalues, stable in rows
         ],
         "special": [_special(one) for one in found.special],
@@ -67,7 +67,7 @@ def _content(found: Any) -> dict[str, Any]:
 
 def _cycles(one: Any) -> dict[str, Any]:
     ends = [
-        {"value": one.values[i], "period": one.periods[i], "multipliers": _pairs(one.multipliers[i])} for i in (0, -1)
+        {"value": one.values[i], "period": one.periods[i], "multipliers": pairs(one.multipliers[i])} for i in (0, -1)
     ]
     return {**branch_content(one), "first": ends[0], "last": ends[1]}
 
@@ -80,18 +80,18 @@ def _special(special: Any) -> dict[str, Any]:
         "normal_form": console.finite(special.normal_form),
         "value": special.value,
         "state": dict(special.state),
-        "eigenvalues": _pairs(special.eigenvalues),
-        "eigenvalues_after": None if after is None else _pairs(after),
+        "eigenvalues": pairs(special.eigenvalues),
+        "eigenvalues_after": None if after is None else pairs(after),
         "frequency": console.finite(special.frequency),
         "contact": special.contact,
         "turns": special.turns,
         "crossings": {
-            name: [{"q": q, "eigenvalues": _pairs(special.path([q])[0])} for q in shares]
+            name: [{"q": q, "eigenvalues": pairs(special.path([q])[0])} for q in shares]
             for name, shares in special.crossings.items()
         },
     }
 
 
-def _pairs(eigenvalues: Any) -> list[list[float | None]]:
+def pairs(eigenvalues: Any) -> list[list[float | None]]:
     """Real and imaginary parts; what comes back at once has no real part."""
     return [[console.finite(one.real), one.imag] for one in eigenvalues.tolist()]

@@ -14,7 +14,9 @@ from fmu_models.analyses.continuation.curve import Curve, Curves
 from fmu_models.analyses.continuation.equilibria import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
+from fmu_models.analyses.homoclinic import Homoclinic
 from fmu_models.analyses.lyapunov import Exponents
+from fmu_models.analyses.manifolds import Manifolds
 from fmu_models.analyses.poincare import PoincareSection
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
@@ -352,6 +354,59 @@ def _number(value: complex) -> str:
 @tell.register(Branches)
 def _(found: Branches) -> str:
     return "\n".join(tell(one) for one in found.branches)
+
+
+@draw.register(Manifolds)
+def _(found: Manifolds, axes: Axes) -> None:
+    """Unstable ones red, stable ones blue, the saddle a square."""
+    columns = [found.states.index(name) for name in found.of]
+    said: set[str] = set()
+    for one in found.curves:
+        x, y = (one.points[:, i] for i in (*columns, *columns)[:2])
+        label = None if one.kind in said else one.kind
+        axes.plot(x, y, color=COLOURS[5 if one.kind == "unstable" else 0], linewidth=0.8, label=label)
+        said.add(one.kind)
+    axes.plot(found.saddle[:, columns[0]], found.saddle[:, columns[-1]], "s", color="black", label="saddle")
+    axes.set_xlabel(found.of[0])
+    axes.set_ylabel(found.of[-1])
+    axes.set_title(found.model, fontsize="medium")
+    axes.legend(frameon=False, fontsize="small")
+
+
+@tell.register(Manifolds)
+def _(found: Manifolds) -> str:
+    """The saddle, its eigenvalues, and each curve with its end."""
+    lines = [found._heading()]
+    for point in found.saddle:
+        lines.append("  saddle " + ", ".join(f"{n} = {v:.15g}" for n, v in zip(found.states, point, strict=True)))
+    lines.append(f"  eigenvalues {_numbers(found.eigenvalues)}")
+    lines += [f"  {one.kind} along {one.eigenvalue:.8g}: {len(one.points)} points; {one.end}" for one in found.curves]
+    return "\n".join(lines)
+
+
+@draw.register(Homoclinic)
+def _(found: Homoclinic, axes: Axes) -> None:
+    """The motion in the plane of the first two states, and its saddle."""
+    y = min(1, len(found.states) - 1)
+    axes.plot(found.points[:, 0], found.points[:, y], color="black", linewidth=1.2, label="homoclinic motion")
+    axes.plot(found.saddle[0], found.saddle[y], "s", color="black", label="saddle")
+    axes.set_xlabel(found.states[0])
+    axes.set_ylabel(found.states[y])
+    axes.set_title(f"{found.model}, {found.parameter} = {found.value:.9g}", fontsize="medium")
+    axes.legend(frameon=False, fontsize="small")
+
+
+@tell.register(Homoclinic)
+def _(found: Homoclinic) -> str:
+    born = "a stable" if found.saddle_quantity < 0.0 else "an unstable"
+    at = ", ".join(f"{name} = {value:.15g}" for name, value in zip(found.states, found.saddle, strict=True))
+    return "\n".join(
+        [
+            found._heading(),
+            f"  saddle {at}; eigenvalues {_numbers(found.eigenvalues)}",
+            f"  {born} cycle is born there; known to {found.width:.2g}",
+        ]
+    )
 
 
 @draw.register(Spectrum)

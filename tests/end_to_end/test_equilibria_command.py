@@ -1,4 +1,4 @@
-"""The command that follows an equilibrium: what it writes, draws and refuses."""
+"""The commands that follow an equilibrium and grow manifolds of saddles: what they write, draw and refuse."""
 
 from __future__ import annotations
 
@@ -43,3 +43,28 @@ def test_what_cannot_be_followed_is_told(stickslip, tmp_path, arguments, said):
     answer = stickslip("equilibria", *arguments, "--figure", "e.svg")
     assert answer.code != 0 and said in " ".join(answer.err.split())
     assert not (tmp_path / "e.svg").exists()
+
+
+SADDLE = ("manifolds", "planar_multiple_crossing_smooth", "--start", "x1=0.003", "--start", "x2=-0.003")
+
+
+def test_manifolds_are_written_and_drawn(stickslip, tmp_path):
+    answer = stickslip(*SADDLE, "--set", "mu=-0.0014", "--length", "2", "--figure", "m.svg", "-o", "m.csv", "--json")
+    assert answer.code == 0
+    told = json.loads(answer.out)
+    assert [one["kind"] for one in told["curves"]] == ["unstable", "unstable", "stable", "stable"]
+    assert len((tmp_path / "m.csv").read_text("utf-8").splitlines()) == 1 + sum(
+        len(one["points"]) for one in told["curves"]
+    )
+    assert (tmp_path / "m.svg").exists()
+
+
+def test_the_homoclinic_point_is_told(stickslip, tmp_path):
+    answer = stickslip(*SADDLE, "--homoclinic", "mu=-0.003:0", "--figure", "h.svg")
+    assert answer.code == 0 and "mu = -0.00139851883427" in answer.out and "an unstable cycle" in answer.out
+    assert (tmp_path / "h.svg").exists()
+
+
+def test_a_homoclinic_point_takes_no_section(stickslip):
+    answer = stickslip(*SADDLE, "--homoclinic", "mu=-0.003:0", "--period", "1")
+    assert answer.code != 0 and "leave the section out" in " ".join(answer.err.split())

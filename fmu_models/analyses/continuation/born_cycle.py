@@ -115,7 +115,7 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
         StickslipError: it does not.
     """
     problem = _equilibrium(at)
-    fmu, given = problem.field.fmu, {**problem.constants, **problem.values(at.z)}
+    fmu, given = problem.field.fmu, {**problem.strobe.values, **problem.values(at.z)}
     sense = int(np.sign(problem.field.at(x, given).rates[i]))
     name = fmu.states[i]
     found = crossings(
@@ -145,7 +145,7 @@ def _cycles(node: Node, period: float) -> FlowProblem:
     """Cycles of the model of a branch of equilibria, of about this period."""
     problem = _equilibrium(node)
     fmu = problem.field.fmu
-    strobe = Strobe(fmu, period=period, autonomous=True, parameters={**problem.constants, problem.over: node.value})
+    strobe = Strobe(fmu, period=period, autonomous=True, parameters={**problem.strobe.values, problem.over: node.value})
     return FlowProblem(strobe, problem.over)
 
 

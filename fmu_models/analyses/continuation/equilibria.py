@@ -162,6 +162,7 @@ class EquilibriumBranch(Pictured):
         places: (len(special),) number of points before each.
         ends: kind and a sentence, of both ends.
         cycles: those that leave at its special points, once they were followed.
+        units: of states and of the parameter.
         seconds: CPU time.
     """
 
@@ -178,6 +179,7 @@ class EquilibriumBranch(Pictured):
     places: tuple[int, ...]
     ends: tuple[tuple[str, str], tuple[str, str]]
     cycles: tuple[Branch, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
     seconds: float = 0.0
 
     def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
@@ -360,6 +362,7 @@ def _made(forward: Way, backward: Way | None, between: tuple[float, float], seco
         tuple(_special(one, between, turned) for _, one, turned in found),
         tuple(place for place, *_ in found),
         ends,
+        units=problem.units,
         seconds=seconds,
     )
 

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.contact_states import STICK
 from fmu_models.simulation.field import Field
@@ -36,16 +38,16 @@ class EquilibriumProblem(Problem):
 
     Args:
         field: its rates.
+        strobe: the oscillator, with values of parameters and inputs that are not at their default.
         over: the parameter.
-        constants: values of parameters and inputs that are not at their default.
         share: s, the short time.
         anchor: (n,) a point on the surfaces of what sticks.
         sizes: (n,) of the states.
     """
 
     field: Field
+    strobe: Strobe
     over: str
-    constants: dict[str, float]
     share: float
     anchor: Vector
     sizes: Vector
@@ -56,8 +58,8 @@ class EquilibriumProblem(Problem):
         return tuple(self.field.fmu.states)
 
     @property
-    def name(self) -> str:
-        return str(self.field.fmu.description.modelName)
+    def system(self) -> SectionSystem:
+        return self.strobe
 
     def opened(self, second: str) -> Problem:
         fmu = self.field.fmu
@@ -65,7 +67,7 @@ class EquilibriumProblem(Problem):
         return replace(self, second=second)
 
     def present(self, name: str) -> float:
-        known = self.constants.get(name)
+        known = self.strobe.values.get(name)
         value = float(self.field.fmu.variables[name].start or 0.0) if known is None else known
         check_value(self.field.fmu, name, value)
         return value
@@ -160,4 +162,6 @@ def problem_at(
     sizes = np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
     eigenvalues = np.linalg.eigvals(field.slopes(point, ()))
     fastest = float(np.abs(eigenvalues).max(initial=0.0))
-    return EquilibriumProblem(field, over, constants, 1.0 / (fastest or 1.0), point, sizes)
+    share = 1.0 / (fastest or 1.0)
+    strobe = Strobe(fmu, period=share, autonomous=True, parameters=constants)
+    return EquilibriumProblem(field, strobe, over, share, point, sizes)

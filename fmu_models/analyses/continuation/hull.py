@@ -35,12 +35,7 @@ def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[s
     """Shares q at which a multiplier of (1 - q) M- + q M+ is at +1, -1, or, in a pair, on the unit circle."""
 
     def own(q: Vector) -> Complex:
-        found = hull(without, with_it, q)
-        if not problem.autonomous:
-            return found
-        kept = np.ones(found.shape, bool)
-        kept[np.arange(len(q)), np.abs(found - 1.0).argmin(axis=1)] = False
-        return found[kept].reshape(len(q), -1)
+        return problem.own(hull(without, with_it, q))
 
     tests: Tests = {
         "+1": lambda found: np.prod(found - 1.0, axis=1),

@@ -187,7 +187,7 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     lane->mode = mode;
     lane->failed = 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->x[i] = motion->x[i] - t->mode[mode].shift[i];
+        lane->z[i] = motion->x[i] - t->mode[mode].shift[i];
     }
     return 1;
 }
@@ -202,7 +202,7 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
     }
     *motion = lane->motion;
     for (int i = 0; i < MODEL_NX; i++) {
-        motion->x[i] = lane->x[i] + t->mode[lane->mode].shift[i];
+        motion->x[i] = lane->z[i] + t->mode[lane->mode].shift[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         motion->since[c] -= t->period;

@@ -5,8 +5,7 @@
 #include "pool.h"
 
 enum {
-    LANES_ORDER = 16,   /* of the series */
-    LANES_GUESS = 8,    /* of the part of it that is searched for a root first */
+    LANES_ORDER = 13,   /* of the series */
     LANES_ROUNDS = 1000 /* sub-steps of one lane in a period */
 };
 

@@ -41,6 +41,8 @@ typedef struct {
     double guard[LANES_NR], guard_constant[LANES_NG];
     /* what a guard is beyond its terms of third order is at most h^4 (tail |x| + tail_constant), over a sub-step of h */
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
+    /* away from home: states and harmonics after the longest sub-step */
+    double stride[MODEL_NX][LANES_Z + 1], turn[2 * LANES_NH];
 } LaneMode;
 
 typedef struct {

@@ -6,6 +6,16 @@ typedef int64_t NAME(M) __attribute__((vector_size(LANES_BYTES), aligned(LANES_B
 #define V NAME(V)
 #define M NAME(M)
 #define INLINE inline __attribute__((always_inline))
+/* every lane l of a vector from a value of its own */
+#define EACH(v, value)                                                                                                 \
+    for (int l = 0; l < LANES_W; l++) {                                                                                \
+        (v)[l] = (value);                                                                                              \
+    }
+/* column l of a vector array */
+#define COLUMN(values, n, l, out)                                                                                      \
+    for (int i_ = 0; i_ < (n); i_++) {                                                                                 \
+        (out)[i_] = AT((values)[i_], l);                                                                               \
+    }
 /* lane l of a vector in memory */
 #define AT(v, l) (((NAME(Number) *)(void *)&(v))[l])
 #define MARK(m, l) (((NAME(Sign) *)(void *)&(m))[l])

@@ -88,7 +88,7 @@ static int widest(void)
 }
 
 typedef struct {
-    int64_t tables, lanes, queue, columns, used;
+    int64_t tables, lanes, queue[QUEUES], columns, used;
 } Layout;
 
 static Layout layout(int64_t motions, int64_t width, int64_t group)
@@ -98,7 +98,9 @@ static Layout layout(int64_t motions, int64_t width, int64_t group)
     l.used = ((int64_t)sizeof(Pool) + 63) / 64 * 64;
     l.tables = pool_reserve(&l.used, motions * (int64_t)sizeof(LaneTable));
     l.lanes = pool_reserve(&l.used, motions * (int64_t)sizeof(Lane));
-    l.queue = pool_reserve(&l.used, groups * width * (int64_t)sizeof(int32_t));
+    for (int q = 0; q < QUEUES; q++) {
+        l.queue[q] = pool_reserve(&l.used, groups * width * (int64_t)sizeof(int32_t));
+    }
     l.columns = pool_reserve(&l.used, groups * group);
     return l;
 }
@@ -111,12 +113,14 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
     pool->motions = motions;
     pool->tables = (LaneTable *)(void *)(base + l.tables);
     pool->lanes = (Lane *)(void *)(base + l.lanes);
-    pool->queue = (int32_t *)(void *)(base + l.queue);
+    for (int q = 0; q < QUEUES; q++) {
+        pool->queue[q] = (Queue){0, (int32_t *)(void *)(base + l.queue[q])};
+    }
     pool->columns = (double *)(void *)(base + l.columns);
     for (int64_t i = 0; i < motions; i++) {
         pool->tables[i].usable = 0;
         pool->tables[i].steps = 0;
-        pool->lanes[i].started = -1;
+        pool->lanes[i].settled = 0;
     }
     memset(pool->columns, 0, (size_t)((motions + width - 1) / width * group));
 }
@@ -135,7 +139,7 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
     if (is_table_of(t, p, u, origin, period)) {
         return t->usable;
     }
-    pool->lanes[slot].started = -1;
+    pool->lanes[slot].settled = 0;
     t->steps = 0;
     if (slot > 0 && is_table_of(t - 1, p, u, origin, period)) {
         memcpy(t, t - 1, sizeof *t);

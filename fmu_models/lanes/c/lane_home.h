@@ -1,0 +1,135 @@
+/* Exact steps of motions at home, group by group; included once per target by lane_code.h. */
+/* where the motions of a group are */
+typedef struct {
+    V x[MODEL_NX];
+    M running, home[LANES_HOMES]; /* on their way in the present period; in this home mode */
+    V at, steps;                  /* point of the grid where each is; how many there are */
+} NAME(Group);
+
+/* numbers of the steps of a group in one home mode, a column per motion */
+typedef struct {
+    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[NC];
+    struct {
+        V forced[MODEL_NX], guard_constant[NC];
+    } at[LANES_GRID + 1];
+} NAME(HomeColumns);
+
+/* a group and its home modes in memory */
+typedef struct {
+    NAME(Group) group;
+    NAME(HomeColumns) columns[LANES_HOMES];
+} NAME(Home);
+
+static int64_t NAME(group_bytes)(void) { return (int64_t)sizeof(NAME(Home)); }
+
+static INLINE NAME(Home) * NAME(home)(Pool *pool, int64_t group) { return (NAME(Home) *)(void *)pool->columns + group; }
+
+static INLINE NAME(Group) * NAME(group)(Pool *pool, int64_t slot) { return &NAME(home)(pool, slot / LANES_W)->group; }
+
+/* the home step of a lane into its column */
+static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int home)
+{
+    NAME(HomeColumns) *to = &NAME(home)(pool, slot / LANES_W)->columns[home];
+    const LaneTable *t = &pool->tables[slot];
+    const HomeStep *s = &t->home[home];
+    const int l = (int)(slot % LANES_W);
+    for (int e = 0; e < LANES_STEP; e++) {
+        AT(to->step[e], l) = s->step[e];
+    }
+    for (int e = 0; e < LANES_HOME_ENTRIES; e++) {
+        AT(to->guard[e], l) = s->guard[e];
+    }
+    for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
+        AT(to->bound[e], l) = s->bound[e];
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        AT(to->bound_constant[c], l) = s->bound_constant[c];
+    }
+    for (int k = 0; k <= t->steps; k++) {
+        for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
+            AT(to->at[k].forced[i], l) = s->forced[k][i];
+        }
+        for (int c = 0; c < MODEL_NC; c++) {
+            AT(to->at[k].guard_constant[c], l) = s->guard_constant[k][c];
+        }
+    }
+}
+
+/* a lane is at point k of the grid, in the mode that it has */
+static void NAME(to_group)(Pool *pool, int64_t slot, int k)
+{
+    NAME(Group) *g = NAME(group)(pool, slot);
+    Lane *lane = &pool->lanes[slot];
+    const int l = (int)(slot % LANES_W);
+    const int home = pool->tables[slot].mode[lane->mode].home;
+    if (home >= 0 && !(lane->settled & 1u << home)) {
+        NAME(settle)(pool, slot, home);
+        lane->settled |= 1u << home;
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        AT(g->x[i], l) = lane->z[i];
+    }
+    for (int h = 0; h < LANES_HOMES; h++) {
+        MARK(g->home[h], l) = h == home ? -1 : 0;
+    }
+    AT(g->at, l) = k;
+}
+
+/* and leaves it */
+static void NAME(from_group)(Pool *pool, const NAME(Group) * g, int64_t slot, int k)
+{
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
+    const int l = (int)(slot % LANES_W);
+    const int home = t->mode[lane->mode].home;
+    for (int i = 0; i < MODEL_NX; i++) {
+        lane->z[i] = AT(g->x[i], l);
+    }
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+        lane->z[MODEL_NX + j] = t->phasor[k][j];
+    }
+    memset(lane->known, 0, sizeof lane->known);
+    lane->rounds = 0;
+    lane->goal = home >= 0 ? k + 1 : t->steps;
+    lane->left = t->h * (lane->goal - k);
+    pool_queue(pool, slot, home >= 0 ? QUEUE_EVENT : QUEUE_STRIDE);
+}
+
+/* one step of the grid of a group; the lanes that it does not make are returned */
+static INLINE M NAME(advance)(Pool *pool, int64_t group, int k)
+{
+    NAME(Home) *all = NAME(home)(pool, group);
+    NAME(Group) *g = &all->group;
+    const V now = NAME(fill)((double)k);
+    M running = g->running & (M)(g->at == now) & (M)(g->steps > now);
+    for (int home = 0; home < LANES_HOMES; home++) {
+        const NAME(HomeColumns) *s = &all->columns[home];
+        V next[MODEL_NX], g0[NC], g1[NC], bound[NC], size[MODEL_NX];
+        M clear = running & g->home[home];
+        if (LANES_HOMES > 1 && !NAME(any)(clear)) {
+            continue;
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            next[i] = s->at[k].forced[i];
+            size[i] = NAME(size)(g->x[i]);
+        }
+        LANES_STEP_SUMS(s->step, g->x, next);
+        for (int c = 0; c < MODEL_NC; c++) {
+            g0[c] = s->at[k].guard_constant[c];
+            g1[c] = s->at[k + 1].guard_constant[c];
+            bound[c] = s->bound_constant[c];
+        }
+        LANES_HOME_SUMS(s->guard, g->x, g0);
+        LANES_HOME_SUMS(s->guard, next, g1);
+        LANES_BOUND_SUMS(s->bound, size, bound);
+        for (int c = 0; c < MODEL_NC; c++) {
+            clear &= (M)(NAME(least)(g0[c], g1[c]) > bound[c]);
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            g->x[i] = NAME(pick)(clear, next[i], g->x[i]);
+        }
+        g->at = NAME(pick)(clear, NAME(fill)((double)(k + 1)), g->at);
+        running &= ~clear;
+    }
+    return running;
+}

@@ -137,6 +137,7 @@ class _Tables:
             "BOUND_ENTRIES": sum(map(len, bounds)),
             "MODES": modes,
             "HOMES": homes,
+            "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
         }
         tables = {
             "flow_row": [i for i, _ in self.places],

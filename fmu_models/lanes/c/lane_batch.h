@@ -2,10 +2,11 @@
 /* motions side by side; a place without one repeats another, and nothing comes of it */
 typedef struct {
     Lane *lane[LANES_W];
+    const LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
     int count;
-    M there;
+    M there, released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     M known[LANES_NG];
@@ -15,25 +16,31 @@ typedef struct {
 static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
 {
     Queue *q = &pool->queue[which];
-    const LaneTable *table[LANES_W];
     b->count = q->count < LANES_W ? (int)q->count : LANES_W;
     q->count -= b->count;
     for (int l = 0; l < LANES_W; l++) {
         const int64_t slot = q->slot[q->count + (l < b->count ? l : 0)];
         b->slot[l] = slot;
         b->lane[l] = &pool->lanes[slot];
-        table[l] = &pool->tables[slot];
-        b->mode[l] = &table[l]->mode[b->lane[l]->mode];
+        b->table[l] = &pool->tables[slot];
+        b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
     }
-    EACH(b->there, l < b->count ? -1 : 0)
+    for (int l = 0; l < LANES_W; l++) {
+        b->there[l] = l < b->count ? -1 : 0;
+    }
     for (int j = 0; j < LANES_Z; j++) {
         EACH(b->z[j], b->lane[l]->z[j])
     }
     EACH(b->left, b->lane[l]->left)
     for (int g = 0; g < LANES_GUARDS; g++) {
-        EACH(b->known[g], b->lane[l]->known[g])
+        V known;
+        EACH(known, b->lane[l]->known[g])
+        b->known[g] = known != NAME(fill)(0.0);
         EACH(b->guard_constant[g], b->mode[l]->guard_constant[g])
     }
+    V released;
+    EACH(released, b->mode[l]->on_grid && b->mode[l]->home < 0)
+    b->released = released != NAME(fill)(0.0);
     EACH(b->longest, b->mode[l]->longest)
     for (int e = 0; e < LANES_FLOW; e++) {
         EACH(b->flow[e], b->mode[l]->flow[e])
@@ -45,7 +52,7 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         EACH(b->guard[e], b->mode[l]->guard[e])
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
-        EACH(b->wave[j], table[l]->wave[j])
+        EACH(b->wave[j], b->table[l]->wave[j])
     }
 }
 
@@ -96,24 +103,55 @@ static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, 
     }
 }
 
+/* values of the guards of a batch, and their rates along the flow */
+static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value, V *rate)
+{
+    V along[LANES_Z];
+    LANES_FLOW(b->flow, z, along);
+    for (int i = 0; i < MODEL_NX; i++) {
+        along[i] += b->constant[i];
+    }
+    for (int j = 0; j < LANES_HARMONICS; j++) {
+        along[MODEL_NX + 2 * j] = -(b->wave[j] * z[MODEL_NX + 2 * j + 1]);
+        along[MODEL_NX + 2 * j + 1] = b->wave[j] * z[MODEL_NX + 2 * j];
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        value[g] = b->guard_constant[g];
+        rate[g] = NAME(fill)(0.0);
+    }
+    LANES_GUARD_SUMS(b->guard, z, value);
+    LANES_GUARD_SUMS(b->guard, along, rate);
+}
+
 /* guards that have been left just now are known to be zero */
 static INLINE void NAME(left_now)(NAME(Batch) * b, V (*q)[LANES_ORDER + 1])
 {
     const V zero = NAME(fill)(0.0);
     for (int g = 0; g < LANES_GUARDS; g++) {
-        b->known[g] |= (M)(q[g][0] == zero) & (M)(q[g][1] > zero);
+        b->known[g] |= (q[g][0] == zero) & (q[g][1] > zero);
     }
+}
+
+/* a stop that has let go and is left on the way: nothing changes but its guards. Lanes in which its guard g falls all the
+   way to below zero */
+static INLINE M NAME(leaves)(const NAME(Batch) * b, const V *q, V rest)
+{
+    const V slope = NAME(fill)(4.0) * rest;
+    const V e1 = q[1] + q[2];
+    const V e2 = e1 + q[2] + NAME(fill)(3.0) * q[3];
+    const V end = q[0] + q[1] + q[2] + q[3];
+    return b->released & (NAME(most)(NAME(most)(q[1], e1), e2) + slope < NAME(fill)(0.0)) & (end + rest < NAME(fill)(0.0));
 }
 
 /* lanes in which some guard may fall: what the terms up to the third order, by Bernstein's coefficients, and the bound of
    the others leave open */
-static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 1])
+static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 1], V *left)
 {
     const V zero = NAME(fill)(0.0);
     const V third = NAME(fill)(1.0 / 3.0);
     const V fourth = (h * h) * (h * h);
     V size[MODEL_NX];
-    M found = b->there & ~b->there;
+    M found = NAME(none)();
     for (int i = 0; i < MODEL_NX; i++) {
         size[i] = NAME(size)(b->z[i]);
     }
@@ -134,7 +172,13 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
         const V b2 = a0 + third * (a1 + a1 + a2);
         const V b3 = a0 + a1 + a2 + a3;
         const V low = NAME(least)(NAME(least)(a0, b1), NAME(least)(b2, b3));
-        found |= ~(M)(low > tail * fourth);
+        M falls = ~(low > tail * fourth);
+        if (lanes_digits[lanes_guard_contact[g]] == 3 && lanes_guard_slot[g] == 0) {
+            const M silent = falls & ~known & NAME(leaves)(b, q[g], tail * fourth);
+            *left = NAME(pick)(silent, NAME(fill)((double)g), *left);
+            falls &= ~silent;
+        }
+        found |= falls;
     }
     return found & b->there;
 }
@@ -154,7 +198,7 @@ static INLINE void NAME(deflate)(V *q, M known)
 /* states and time at a place u of the sub-step */
 static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
 {
-    const M whole = (M)(u == NAME(fill)(1.0)) & (M)(h == b->left);
+    const M whole = (u == NAME(fill)(1.0)) & (h == b->left);
     for (int j = 0; j < LANES_Z; j++) {
         b->z[j] = y[LANES_ORDER][j];
     }
@@ -169,35 +213,38 @@ static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
 }
 
 /* the next of a lane: at a point of the grid, at the end of the period, undecided, or its next batch */
-static INLINE void NAME(pass_on)(Pool *pool, int64_t slot)
+static void NAME(pass_on)(Pool *pool, int64_t slot)
 {
     Lane *lane = &pool->lanes[slot];
-    const LaneMode *mode = &pool->tables[slot].mode[lane->mode];
+    const LaneTable *t = &pool->tables[slot];
+    const LaneMode *mode = &t->mode[lane->mode];
     if (lane->failed) {
-        NAME(Group) *g = NAME(group)(pool, slot);
-        MARK(g->running, slot % LANES_W) = 0;
-    } else if (lane->left == 0.0) {
-        NAME(to_group)(pool, slot, lane->goal);
-    } else {
-        pool_queue(pool, slot, mode->home < 0 && lane->left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES);
+        return;
     }
+    if (lane->left == 0.0) {
+        if (mode->home >= 0 || lane->goal == t->steps) {
+            NAME(to_group)(pool, slot);
+            return;
+        }
+        lane->goal = mode->on_grid ? lane->goal + 1 : t->steps;
+        lane->left = t->h * (lane->goal - (lane->goal - 1));
+    }
+    pool_queue(pool, slot, !mode->on_grid && lane->left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES);
 }
 
 /* the event of guard g in a lane */
-static void NAME(happen)(Pool *pool, int64_t slot, int g)
+static void NAME(happen)(const LaneTable *t, Lane *lane, int g)
 {
-    signed char known[LANES_NG];
-    Lane *lane = &pool->lanes[slot];
-    const LaneTable *t = &pool->tables[slot];
+    const int was_on_grid = t->mode[lane->mode].on_grid;
     const double time = t->h * lane->goal - lane->left;
-    lane_event(t, lane, lane->z, g, time, known);
-    for (int i = 0; i < LANES_GUARDS; i++) {
-        lane->known[i] = known[i] ? -1 : 0;
-    }
+    lane_event(t, lane, lane->z, g, time);
     /* away from home nothing is to be done at the points of the grid */
-    const int next = (int)(time / t->h) + 1;
-    lane->goal = t->mode[lane->mode].home >= 0 && next < t->steps ? next : t->steps;
-    lane->left = fmax(t->h * lane->goal - time, 0.0);
+    const int on_grid = t->mode[lane->mode].on_grid;
+    if (on_grid != was_on_grid) {
+        const int next = (int)(time / t->h) + 1;
+        lane->goal = on_grid && next < t->steps ? next : t->steps;
+        lane->left = fmax(t->h * lane->goal - time, 0.0);
+    }
 }
 
 /* lanes from a batch into their records */
@@ -217,7 +264,100 @@ static INLINE void NAME(scatter)(const NAME(Batch) * b, M moved)
     }
 }
 
-/* a sub-step in which some guard may fall, of as many lanes as there are */
+/* a sub-step of some lanes in which probably no guard falls; where one may they are queued for events */
+static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
+{
+    V y[LANES_ORDER + 1][LANES_Z];
+    V q[LANES_NG][LANES_ORDER + 1];
+    const V h = NAME(least)(b->left, b->longest);
+    NAME(expand)(b, h, y);
+    NAME(guards)(b, y, 3, q);
+    NAME(left_now)(b, q);
+    V left = NAME(fill)(-1.0);
+    const M open = NAME(doubtful)(b, h, q, &left);
+    NAME(go)(b, y, h, NAME(fill)(1.0));
+    NAME(scatter)(b, wanted & ~open);
+    for (int l = 0; l < b->count; l++) {
+        if (!wanted[l]) {
+            continue;
+        }
+        if (open[l]) {
+            pool_queue(pool, b->slot[l], QUEUE_EVENT);
+            continue;
+        }
+        if (left[l] >= 0.0) {
+            NAME(happen)(&pool->tables[b->slot[l]], b->lane[l], (int)left[l]);
+        }
+        NAME(pass_on)(pool, b->slot[l]);
+    }
+}
+
+static __attribute__((noinline)) void NAME(series_batch)(Pool *pool)
+{
+    NAME(Batch) b;
+    NAME(gather)(pool, QUEUE_SERIES, &b);
+    NAME(series)(pool, &b, b.there);
+}
+
+/* impacts of a batch that are like most: fast enough to rebound, and alone. The lanes in which guards fell and that are not
+   among them are returned */
+static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
+{
+    V value[LANES_NG], rate[LANES_NG], size[LANES_NG];
+    V magnitude[LANES_Z], factor[LANES_NR];
+    if (!LANES_IMPACTS) {
+        return fell;
+    }
+    NAME(guard_line)(b, b->z, value, rate);
+    for (int j = 0; j < LANES_Z; j++) {
+        magnitude[j] = NAME(size)(b->z[j]);
+    }
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+        factor[e] = NAME(size)(b->guard[e]);
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        size[g] = NAME(size)(b->guard_constant[g]);
+    }
+    LANES_GUARD_SUMS(factor, magnitude, size);
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        const int c = lanes_guard_contact[g];
+        V e, fastest, push;
+        M hit = fell & (guard == NAME(fill)((double)g));
+        if (lanes_kind[c] != KIND_IMPACT) {
+            continue;
+        }
+        EACH(e, b->table[l]->restitution[c])
+        EACH(fastest, b->lane[l]->motion.memory[c])
+        fastest = NAME(most)(fastest, -rate[g]);
+        hit &= rate[g] < NAME(fill)(0.0);
+        hit &= -(e * rate[g]) > NAME(fill)(2.0 * LANES_CHATTER) * fastest;
+        for (int other = 0; other < LANES_GUARDS; other++) {
+            if (other != g && lanes_kind[lanes_guard_contact[other]] == KIND_IMPACT) {
+                hit &= NAME(size)(value[other]) > NAME(fill)(LANES_AT_WALL) * size[other];
+            }
+        }
+        const V impulse = rate[g] + e * rate[g];
+        for (int i = 0; i < MODEL_NX; i++) {
+            EACH(push, b->table[l]->push[c][i < MODEL_NQ ? MODEL_NQ + i : i])
+            const V moved = b->z[i] - (i < MODEL_NQ ? value[g] : impulse) * push;
+            b->z[i] = NAME(pick)(hit, moved, b->z[i]);
+        }
+        for (int l = 0; l < LANES_W; l++) {
+            if (hit[l]) {
+                LaneMotion *motion = &b->lane[l]->motion;
+                motion->memory[c] = fastest[l];
+                motion->began[c]++;
+            }
+        }
+        for (int other = 0; other < LANES_GUARDS; other++) {
+            b->known[other] = hit ? (M)(int64_t)(other == g ? -1 : 0) : b->known[other];
+        }
+        fell &= ~hit;
+    }
+    return fell;
+}
+
+/* a sub-step in which some guard may fall */
 static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
 {
     NAME(Batch) b;
@@ -232,39 +372,28 @@ static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
     NAME(left_now)(&b, q);
     for (int g = 0; g < LANES_GUARDS; g++) {
         NAME(deflate)(q[g], b.known[g]);
+        b.known[g] = NAME(none)();
     }
     const V u = NAME(search)(q, b.there, &guard, &undecided);
     NAME(go)(&b, y, h, u);
+    const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
+    const M special = NAME(impacts)(&b, fell, guard);
     NAME(scatter)(&b, b.there);
+    /* motions that keep their mode go on at once */
+    const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
     for (int l = 0; l < b.count; l++) {
-        const int g = (int)guard[l];
         b.lane[l]->failed |= undecided[l] != 0;
-        if (!b.lane[l]->failed && g >= 0) {
-            NAME(happen)(pool, b.slot[l], g);
+        if (special[l]) {
+            NAME(happen)(b.table[l], b.lane[l], (int)guard[l]);
         }
-        NAME(pass_on)(pool, b.slot[l]);
-    }
-}
-
-/* a sub-step in which probably none falls */
-static __attribute__((noinline)) void NAME(series_batch)(Pool *pool)
-{
-    NAME(Batch) b;
-    V y[LANES_ORDER + 1][LANES_Z];
-    V q[LANES_NG][LANES_ORDER + 1];
-    NAME(gather)(pool, QUEUE_SERIES, &b);
-    const V h = NAME(least)(b.left, b.longest);
-    NAME(expand)(&b, h, y);
-    NAME(guards)(&b, y, 3, q);
-    NAME(left_now)(&b, q);
-    const M open = NAME(doubtful)(&b, h, q);
-    NAME(go)(&b, y, h, NAME(fill)(1.0));
-    NAME(scatter)(&b, b.there & ~open);
-    for (int l = 0; l < b.count; l++) {
-        if (open[l]) {
-            pool_queue(pool, b.slot[l], QUEUE_EVENT);
-        } else {
+        if (!on[l]) {
             NAME(pass_on)(pool, b.slot[l]);
         }
+        for (int g = 0; g < LANES_GUARDS && on[l]; g++) {
+            b.lane[l]->known[g] = b.known[g][l];
+        }
+    }
+    if (NAME(any)(on)) {
+        NAME(series)(pool, &b, on);
     }
 }

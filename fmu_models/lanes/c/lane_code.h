@@ -45,43 +45,42 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
 {
     const int64_t groups = (pool->motions + LANES_W - 1) / LANES_W;
     int most = 0;
-    for (int64_t slot = 0; slot < groups * LANES_W; slot++) {
+    for (int64_t slot = 0; slot < pool->motions; slot++) {
         NAME(Group) *g = NAME(group)(pool, slot);
-        const int l = (int)(slot % LANES_W);
-        MARK(g->running, l) = 0;
-        if (slot >= pool->motions || !lane_begin(pool, slot, &motions[slot])) {
+        const int steps = pool->tables[slot].steps;
+        Lane *lane = &pool->lanes[slot];
+        for (int h = 0; h < LANES_HOMES; h++) {
+            AT(g->at[h], slot % LANES_W) = -1.0;
+        }
+        if (!lane_begin(pool, slot, &motions[slot])) {
+            lane->failed = 1;
             continue;
         }
-        const LaneTable *t = &pool->tables[slot];
-        AT(g->steps, l) = t->steps;
-        MARK(g->running, l) = -1;
-        NAME(to_group)(pool, slot, 0);
-        most = t->steps > most ? t->steps : most;
+        lane->goal = lane->rounds = 0;
+        if (pool->tables[slot].mode[lane->mode].home >= 0) {
+            NAME(to_group)(pool, slot);
+        } else {
+            NAME(go_alone)(pool, slot, 0);
+        }
+        most = steps > most ? steps : most;
     }
-    for (int k = 0; k < most; k++) {
-        for (int64_t n = 0; n < groups; n++) {
-            NAME(Group) *g = NAME(group)(pool, n * LANES_W);
-            const M left = NAME(advance)(pool, n, k);
-            if (!NAME(any)(left)) {
-                continue;
-            }
-            for (int l = 0; l < LANES_W; l++) {
-                if (MARK(left, l)) {
-                    NAME(from_group)(pool, g, n * LANES_W + l, k);
-                }
-            }
+    NAME(events)(pool);
+    for (int at = LANES_GRID - most; at < LANES_GRID; at++) {
+        for (int64_t group = 0; group < groups; group++) {
+            NAME(advance)(pool, group, at);
         }
         NAME(events)(pool);
     }
     for (int64_t slot = 0; slot < pool->motions; slot++) {
         const NAME(Group) *g = NAME(group)(pool, slot);
-        const int l = (int)(slot % LANES_W);
-        if (MARK(g->running, l)) {
-            COLUMN(g->x, MODEL_NX, l, pool->lanes[slot].z)
+        Lane *lane = &pool->lanes[slot];
+        if (!motions[slot].wanted) {
+            continue;
         }
-        if (motions[slot].wanted) {
-            lane_end(pool, slot, &motions[slot], MARK(g->running, l) != 0);
+        for (int i = 0; i < MODEL_NX; i++) {
+            lane->z[i] = AT(g->x[i], slot % LANES_W);
         }
+        lane_end(pool, slot, &motions[slot], !lane->failed);
     }
 }
 
@@ -89,7 +88,4 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
 #undef M
 #undef INLINE
 #undef AT
-#undef MARK
 #undef EACH
-#undef COLUMN
-#undef LANES_BYTES

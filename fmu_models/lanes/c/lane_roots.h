@@ -29,7 +29,7 @@ static INLINE V NAME(guess)(V low, V f_low, V d_low, V high, V f_high, V d_high)
     const V m1 = -fall / d_high;
     const V rest = NAME(fill)(1.0) - s;
     const V least = NAME(least)(m0, m1);
-    const M rises = (M)(least > zero) & (M)(NAME(most)(m0, m1) < three * width);
+    const M rises = (least > zero) & (NAME(most)(m0, m1) < three * width);
     const V cubic = width * (s * s * (three - s - s)) + s * rest * (m0 * rest - m1 * s);
     return low + NAME(pick)(rises, cubic, width * s);
 }
@@ -46,19 +46,19 @@ static INLINE V NAME(root)(const V *q, V u, V low, V high, M wanted, M *undecide
     for (int i = 0; i < MOST && NAME(any)(~frozen); i++) {
         V f, d, dd;
         NAME(horner)(q, LANES_ORDER, u, &f, &d, &dd);
-        const M below = (M)(f <= zero);
+        const M below = (f <= zero);
         high = NAME(pick)(below & ~frozen, u, high);
         low = NAME(pick)(~below & ~frozen, u, low);
         const V newton = f / d;
         const V curved = newton * (dd / d);
         const V bend = one - half * curved;
-        V next = u - newton / NAME(pick)((M)(bend > half), bend, one);
-        const M inside = (M)(next >= low) & (M)(next <= high);
+        V next = u - newton / NAME(pick)((bend > half), bend, one);
+        const M inside = (next >= low) & (next <= high);
         next = NAME(pick)(inside, next, half * (low + high));
         const V step = NAME(size)(next - u);
-        const M close = inside & (M)(step * curved * curved <= NAME(fill)(1e-17)) & (M)(step <= NAME(fill)(2e-6));
-        const M there = (M)(f == zero) | (M)(high - low <= NAME(fill)(2e-16) * high);
-        u = NAME(pick)(frozen | (M)(f == zero), u, next);
+        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17)) & (step <= NAME(fill)(2e-6));
+        const M there = (f == zero) | (high - low <= NAME(fill)(2e-16) * high);
+        u = NAME(pick)(frozen | (f == zero), u, next);
         frozen |= close | there;
     }
     *undecided |= ~frozen;
@@ -96,7 +96,7 @@ static INLINE M NAME(may_fall)(const V *q, V rest2)
     const V b2 = q[0] + third * (q[1] + q[1] + q[2]);
     const V b3 = q[0] + q[1] + q[2] + q[3];
     const V low = NAME(least)(NAME(least)(q[0], q[0] + third * q[1]), NAME(least)(b2, b3));
-    return ~(M)(low > NAME(fill)(1.0 / 12.0) * rest2);
+    return ~(low > NAME(fill)(1.0 / 12.0) * rest2);
 }
 
 /*
@@ -120,24 +120,24 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
     const V twice = q[2] + q[2];
     const V e2 = q[1] + twice + NAME(fill)(3.0) * q[3];
     const V e1 = q[1] + q[2];
-    const M falls = (M)(NAME(most)(NAME(most)(q[1], e1), e2) + rest1 < zero);
-    const M rises = (M)(NAME(least)(NAME(least)(q[1], e1), e2) > rest1);
+    const M falls = (NAME(most)(NAME(most)(q[1], e1), e2) + rest1 < zero);
+    const M rises = (NAME(least)(NAME(least)(q[1], e1), e2) > rest1);
     const V bend_end = twice + NAME(fill)(6.0) * q[3];
-    const M upward = (M)(NAME(least)(twice, bend_end) > rest2);
-    const M downward = (M)(NAME(most)(twice, bend_end) + rest2 < zero);
-    const M above = (M)(q[0] > zero);
-    const M at_start = open & ~above & (M)(q[1] < zero);
+    const M upward = (NAME(least)(twice, bend_end) > rest2);
+    const M downward = (NAME(most)(twice, bend_end) + rest2 < zero);
+    const M above = (q[0] > zero);
+    const M at_start = open & ~above & (q[1] < zero);
     M undecided = open & ~above & ~at_start;
     open &= above;
-    const M ends_below = (M)(end <= zero);
+    const M ends_below = (end <= zero);
     /* rises; falls or bends one way, and stays above at the end where that says enough */
-    M clear = rises | (falls & ~ends_below) | (downward & ~ends_below) | (upward & (M)(q[1] >= zero))
-              | (upward & ~ends_below & (M)(slope_end <= zero));
+    M clear = rises | (falls & ~ends_below) | (downward & ~ends_below) | (upward & (q[1] >= zero))
+              | (upward & ~ends_below & (slope_end <= zero));
     M single = (falls | downward | upward) & ends_below & ~clear;
     M dips = open & upward & ~clear & ~single;
     /* what bends upward lies above the tangents at both ends */
     const V meet = q[0] + q[1] * ((end - slope_end - q[0]) / (q[1] - slope_end));
-    clear |= dips & (M)(meet > zero);
+    clear |= dips & (meet > zero);
     dips &= ~clear;
     V high = one;
     V first = NAME(guess)(zero, q[0], q[1], one, end, slope_end);
@@ -145,8 +145,8 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
         V f, d, dd;
         const V lowest = NAME(lowest)(q, q[1], slope_end, dips, &undecided);
         NAME(horner)(q, LANES_ORDER, lowest, &f, &d, &dd);
-        clear |= dips & (M)(f > zero);
-        single |= dips & (M)(f <= zero);
+        clear |= dips & (f > zero);
+        single |= dips & (f <= zero);
         high = NAME(pick)(dips, lowest, high);
         first = NAME(pick)(dips, lowest * (q[0] / (q[0] - f)), first);
     }
@@ -191,11 +191,11 @@ static INLINE V NAME(first_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *l
             break;
         }
         const V at = NAME(guard_falls)(one, bend, any, longer);
-        const M sooner = (M)(at < first);
+        const M sooner = (at < first);
         *which = NAME(pick)(sooner, guard, *which);
         first = NAME(pick)(sooner, at, first);
         for (int g = 0; g < LANES_GUARDS; g++) {
-            open[g] &= (M)(guard != NAME(fill)((double)g));
+            open[g] &= (guard != NAME(fill)((double)g));
         }
     }
     return first;
@@ -210,11 +210,11 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
     M left = busy;
     *which = NAME(fill)(-1.0);
     for (int n = 0; n < HALVINGS; n++) {
-        M longer = left & ~left;
+        M longer = NAME(none)();
         V guard;
         const V first = NAME(first_fall)(q, left, &guard, &longer);
         const M done = left & ~longer;
-        const M falls = done & (M)(first < NAME(fill)(1.5));
+        const M falls = done & (first < NAME(fill)(1.5));
         place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));
         *which = NAME(pick)(falls, guard, *which);
         left &= longer;

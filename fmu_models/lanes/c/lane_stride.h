@@ -1,24 +1,4 @@
 /* Exact steps of one length away from home; included once per target by lane_code.h. */
-/* values of the guards of a batch, and their rates along the flow */
-static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value, V *rate)
-{
-    V along[LANES_Z];
-    LANES_FLOW(b->flow, z, along);
-    for (int i = 0; i < MODEL_NX; i++) {
-        along[i] += b->constant[i];
-    }
-    for (int j = 0; j < LANES_HARMONICS; j++) {
-        along[MODEL_NX + 2 * j] = -(b->wave[j] * z[MODEL_NX + 2 * j + 1]);
-        along[MODEL_NX + 2 * j + 1] = b->wave[j] * z[MODEL_NX + 2 * j];
-    }
-    for (int g = 0; g < LANES_GUARDS; g++) {
-        value[g] = b->guard_constant[g];
-        rate[g] = NAME(fill)(0.0);
-    }
-    LANES_GUARD_SUMS(b->guard, z, value);
-    LANES_GUARD_SUMS(b->guard, along, rate);
-}
-
 /* lanes in which no guard falls on a step of length h: the cubic through values and rates at both ends stays above what it
    leaves of the guard, h^4/384 max|g''''|; of one that is zero at the start both are taken over the time since then */
 static INLINE M NAME(stays)(const NAME(Batch) * b, V h, const V *f0, const V *d0, const V *f1, const V *d1,
@@ -38,14 +18,14 @@ static INLINE M NAME(stays)(const NAME(Batch) * b, V h, const V *f0, const V *d0
             rest += tail[g][i] * size[i];
         }
         rest *= fourth;
-        const M known = b->known[g] | ((M)(f0[g] == zero) & (M)(d0[g] > zero));
+        const M known = b->known[g] | ((f0[g] == zero) & (d0[g] > zero));
         const V b1 = f0[g] + third * d0[g];
         const V b2 = f1[g] - third * d1[g];
         const V free = NAME(least)(NAME(least)(f0[g], b1), NAME(least)(b2, f1[g]));
         const V start = third * d0[g];
         const V since = NAME(least)(NAME(least)(start + start + start, NAME(fill)(1.5) * b2), f1[g]);
         const V low = NAME(pick)(known, since, free);
-        found &= (M)(low > rest * NAME(pick)(known, NAME(fill)(4.0 / 27.0), NAME(fill)(1.0 / 16.0)));
+        found &= (low > rest * NAME(pick)(known, NAME(fill)(4.0 / 27.0), NAME(fill)(1.0 / 16.0)));
     }
     return found;
 }
@@ -76,8 +56,8 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
     }
     NAME(guard_line)(&b, b.z, f0, d0);
     const V most = NAME(fill)((double)LANES_ROUNDS);
-    M going = b.there & (M)(b.left >= h);
-    M open = b.there & ~b.there;
+    M going = b.there & (b.left >= h);
+    M open = NAME(none)();
     while (NAME(any)(going)) {
         V next[LANES_Z];
         for (int i = 0; i < MODEL_NX; i++) {
@@ -106,7 +86,7 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
         }
         b.left = NAME(pick)(going, b.left - h, b.left);
         steps = NAME(pick)(going, steps + NAME(fill)(1.0), steps);
-        going &= (M)(b.left >= h) & (M)(steps < most);
+        going &= (b.left >= h) & (steps < most);
     }
     for (int l = 0; l < b.count; l++) {
         Lane *lane = b.lane[l];

@@ -395,6 +395,14 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
         mode->home = mode->home >= 0 && mode->rate <= AS_SLOW * slowest ? mode->home : -1;
         fastest = mode->home >= 0 ? fmax(fastest, mode->rate) : fastest;
     }
+    for (int m = 0; m < LANES_MODES; m++) {
+        signed char free[NC];
+        for (int c = 0; c < MODEL_NC; c++) {
+            const int state = t->mode[m].state[c];
+            free[c] = (signed char)(state == CONTACT_RELEASED ? CONTACT_AWAY : state);
+        }
+        t->mode[m].on_grid = t->mode[table_mode(free)].home >= 0;
+    }
     const double steps = ceil(period * fastest / REACH);
     if (!(period > 0.0) || !(steps <= LANES_GRID)) {
         return 0;

@@ -8,7 +8,7 @@
 typedef struct {
     double z[LANES_Z]; /* states, from the origin of its mode, and harmonics, away from the groups */
     double left;       /* time to the point of the grid that it goes to */
-    int64_t known[LANES_NG]; /* -1: of guards that are zero now without falling */
+    int64_t known[LANES_NG]; /* not 0: of guards that are zero now without falling */
     int goal, rounds;        /* that point; sub-steps in this period */
     int mode;
     unsigned settled; /* a bit for each home mode whose numbers its group has */

@@ -11,17 +11,7 @@
 #define LANES_X86 0
 #endif
 
-#if defined(__clang__) && defined(__has_builtin)
-#define LANES_REDUCE __has_builtin(__builtin_reduce_or)
-#else
-#define LANES_REDUCE 0
-#endif
-
-#if defined(__clang__)
 #define LANES_UNROLL _Pragma("unroll")
-#else
-#define LANES_UNROLL _Pragma("GCC unroll 16")
-#endif
 
 #define LANES_W 1
 #define NAME(x) x##_1
@@ -36,35 +26,20 @@
 #undef NAME
 
 #if LANES_X86
-#if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#endif
 #define LANES_W 4
 #define NAME(x) x##_4
 #include "lane_code.h"
 #undef LANES_W
 #undef NAME
-#if defined(__clang__)
 #pragma clang attribute pop
 #pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), apply_to = function)
-#else
-#pragma GCC pop_options
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512vl")
-#endif
 #define LANES_W 8
 #define NAME(x) x##_8
 #include "lane_code.h"
 #undef LANES_W
 #undef NAME
-#if defined(__clang__)
 #pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
 #endif
 
 /* lanes of the widest vectors that processor and system have */

@@ -11,9 +11,6 @@
  */
 #include "lane_event.h"
 
-/* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
-static const double ALONG = 1e-9;
-
 static double row_value(const double *row, const double *z)
 {
     double sum = row[LANES_Z];
@@ -162,7 +159,7 @@ void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time)
         }
         rate += m->guard[e] * flow;
     }
-    if (!(-rate > ALONG * size)) {
+    if (!(-rate > LANES_ALONG * size)) {
         lane->failed = 1;
         return;
     }

@@ -6,6 +6,7 @@
 
 enum {
     LANES_ORDER = 13,   /* of the series */
+    LANES_GUESS = 7,    /* of the part of it that is searched for a root first */
     LANES_ROUNDS = 1000 /* sub-steps of one lane in a period */
 };
 
@@ -13,6 +14,8 @@ enum {
 #define LANES_CHATTER 1e-8
 /* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
 #define LANES_AT_WALL 1e-12
+/* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
+#define LANES_ALONG 1e-9
 
 /* guard g has fallen at z = (states from the origin of the mode, harmonics), `time` after the strobe: change the mode and
    the states, and mark guards that are zero from now on without falling */

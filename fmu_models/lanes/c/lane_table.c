@@ -177,7 +177,7 @@ static double flow_rate(const Full *f)
    magnitudes are at most 1, as the sum that is returned */
 static double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound)
 {
-    enum { TERMS = 24 };
+    enum { TERMS = 14 };
     double now[LANES_Z + 1], next[LANES_Z + 1], sum[LANES_Z + 1];
     for (int j = 0; j <= LANES_Z; j++) {
         now[j] = fabs(row[j]);
@@ -204,7 +204,7 @@ static double row_bound(const LaneTable *t, const Full *f, const double *row, in
     }
     double constant = 0.0;
     for (int j = 0; j <= LANES_Z; j++) {
-        const double safe = sum[j] * (1.0 + 1e-9);
+        const double safe = sum[j] * (1.0 + 1e-6);
         if (j < MODEL_NX) {
             bound[j] = safe;
         } else {
@@ -260,7 +260,7 @@ static void flow_over(const LaneTable *t, const Full *f, double h, double (*whol
         double now[LANES_Z + 1] = {0.0}, next[LANES_Z + 1];
         double sum[MODEL_NX] = {0.0};
         now[column] = 1.0;
-        for (int n = 0; n < 18; n++) {
+        for (int n = 0; n < 15; n++) {
             const double factor = h / (n + 1);
             for (int i = 0; i < MODEL_NX; i++) {
                 sum[i] += now[i];
@@ -402,6 +402,12 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
             free[c] = (signed char)(state == CONTACT_RELEASED ? CONTACT_AWAY : state);
         }
         t->mode[m].on_grid = t->mode[table_mode(free)].home >= 0;
+        for (int c = 0; c < MODEL_NC; c++) {
+            signed char other[NC];
+            memcpy(other, t->mode[m].state, sizeof other);
+            other[c] = (signed char)(lanes_kind[c] == KIND_SWITCH ? -other[c] : other[c]);
+            t->mode[m].crossed[c] = table_mode(other);
+        }
     }
     const double steps = ceil(period * fastest / REACH);
     if (!(period > 0.0) || !(steps <= LANES_GRID)) {
@@ -413,7 +419,7 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
     for (int m = 0; m < LANES_MODES; m++) {
         if (t->mode[m].home >= 0) {
             home_make(t, &full[m], &t->home[t->mode[m].home]);
-        } else {
+        } else if (!t->mode[m].on_grid) {
             stride_make(t, &full[m], &t->mode[m]);
         }
     }

@@ -36,6 +36,7 @@ typedef struct {
     signed char state[NC];
     int home;    /* which home step is its own; -1: none */
     int on_grid; /* its flow is that of a home mode */
+    int crossed[NC]; /* the mode on the other side of a switch */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];

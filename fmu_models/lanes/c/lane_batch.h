@@ -66,37 +66,52 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
    endless states have terms */
 static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
 {
-    static const double part[] = {1.0,     1.0 / 2, 1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6, 1.0 / 7,
-                                  1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13};
-    V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH];
+    /* 1/k! */
+    static const double part[] = {1.0,
+                                  1.0,
+                                  1.0 / 2,
+                                  1.0 / 6,
+                                  1.0 / 24,
+                                  1.0 / 120,
+                                  1.0 / 720,
+                                  1.0 / 5040,
+                                  1.0 / 40320,
+                                  1.0 / 362880,
+                                  1.0 / 3628800,
+                                  1.0 / 39916800,
+                                  1.0 / 479001600,
+                                  1.0 / 6227020800};
+    V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH], flow[LANES_NF];
     for (int j = 0; j < LANES_Z; j++) {
         y[0][j] = now[j] = b->z[j];
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
         turn[j] = h * b->wave[j];
     }
+    for (int e = 0; e < LANES_FLOW; e++) {
+        flow[e] = h * b->flow[e];
+    }
     LANES_UNROLL
-    for (int k = 0; k < LANES_ORDER; k++) {
-        const V f = h * NAME(fill)(part[k]);
-        if (k < LANES_LOW) {
-            LANES_FLOW(b->flow, now, rates);
+    for (int k = 1; k <= LANES_ORDER; k++) {
+        if (k <= LANES_LOW) {
+            LANES_FLOW(flow, now, rates);
         } else {
-            LANES_FLOW_HIGH(b->flow, now, rates);
+            LANES_FLOW_HIGH(flow, now, rates);
         }
         for (int j = 0; j < LANES_HARMONICS; j++) {
-            const V by = turn[j] * NAME(fill)(part[k]);
             const V c = now[MODEL_NX + 2 * j];
-            now[MODEL_NX + 2 * j] = -(by * now[MODEL_NX + 2 * j + 1]);
-            now[MODEL_NX + 2 * j + 1] = by * c;
+            now[MODEL_NX + 2 * j] = -(turn[j] * now[MODEL_NX + 2 * j + 1]);
+            now[MODEL_NX + 2 * j + 1] = turn[j] * c;
         }
         for (int i = 0; i < MODEL_NX; i++) {
-            if (k < LANES_LOW || lanes_endless[i]) {
-                now[i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+            if (k <= LANES_LOW || lanes_endless[i]) {
+                now[i] = i < MODEL_NQ ? h * rates[i] : rates[i];
+                now[i] = k == 1 ? now[i] + h * b->constant[i] : now[i];
             }
         }
         for (int j = 0; j < LANES_Z; j++) {
-            if (k < LANES_LOW || lanes_endless[j]) {
-                y[k + 1][j] = now[j];
+            if (k <= LANES_LOW || lanes_endless[j]) {
+                y[k][j] = now[j] * NAME(fill)(part[k]);
             }
         }
     }
@@ -218,14 +233,18 @@ static INLINE void NAME(deflate)(V *q, M known)
 static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
 {
     const M whole = (u == NAME(fill)(1.0)) & (h == b->left);
-    LANES_UNROLL
-    for (int n = LANES_ORDER; n >= 0; n--) {
-        for (int j = 0; j < LANES_Z; j++) {
-            const int first = lanes_endless[j] ? LANES_ORDER : LANES_LOW;
+    /* even and odd orders apart: two short chains */
+    const V square = u * u;
+    for (int j = 0; j < LANES_Z; j++) {
+        const int first = lanes_endless[j] ? LANES_ORDER : LANES_LOW;
+        V part[2] = {y[0][j], NAME(fill)(0.0)};
+        LANES_UNROLL
+        for (int n = LANES_ORDER; n >= 0; n--) {
             if (n <= first) {
-                b->z[j] = n == first ? y[n][j] : b->z[j] * u + y[n][j];
+                part[n % 2] = n >= first - 1 ? y[n][j] : part[n % 2] * square + y[n][j];
             }
         }
+        b->z[j] = first > 0 ? part[0] + u * part[1] : part[0];
     }
     b->left = NAME(pick)(whole, NAME(fill)(0.0), b->left - h * u);
     b->left = NAME(most)(b->left, NAME(fill)(0.0));

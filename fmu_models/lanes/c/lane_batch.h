@@ -5,12 +5,15 @@ typedef struct {
     const LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
-    int count;
+    int count, before[LANES_W]; /* how many; the mode at the beginning of the batch */
     M there, released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     M known[LANES_NG];
+    V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
 } NAME(Batch);
+
+#include "lane_variation.h"
 
 /* the numbers of the modes that motions are in */
 static INLINE void NAME(gather_mode)(NAME(Batch) * b)
@@ -45,6 +48,7 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->lane[l] = &pool->lanes[slot];
         b->table[l] = &pool->tables[slot];
         b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
+        b->before[l] = b->lane[l]->mode;
         b->there[l] = l < b->count ? -1 : 0;
     }
     for (int j = 0; j < LANES_Z; j++) {
@@ -60,6 +64,7 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         EACH(b->wave[j], b->table[l]->wave[j])
     }
     NAME(gather_mode)(b);
+    NAME(load_tangents)(pool, b);
 }
 
 /* the series of the states over a sub-step of length h: its variable runs from 0 to 1. From order LANES_LOW on only the
@@ -271,11 +276,17 @@ static void NAME(pass_on)(Pool *pool, int64_t slot)
 }
 
 /* the event of guard g in a lane */
-static void NAME(happen)(const LaneTable *t, Lane *lane, int g)
+static void NAME(happen)(const LaneTable *t, Lane *lane, int g, int64_t directions)
 {
+    Fall fall;
     const int was_on_grid = t->mode[lane->mode].on_grid;
     const double time = t->h * lane->goal - lane->left;
+    fall.mode = lane->mode;
+    memcpy(fall.z, lane->z, sizeof fall.z);
     lane_event(t, lane, lane->z, g, time);
+    if (directions > 0) {
+        tangents_jump(t, lane, &fall, lane->z, g, directions);
+    }
     /* away from home nothing is to be done at the points of the grid */
     const int on_grid = t->mode[lane->mode].on_grid;
     if (on_grid != was_on_grid) {
@@ -286,7 +297,7 @@ static void NAME(happen)(const LaneTable *t, Lane *lane, int g)
 }
 
 /* lane l of a batch into its record */
-static INLINE void NAME(keep)(const NAME(Batch) * b, int l)
+static INLINE void NAME(keep)(const Pool *pool, const NAME(Batch) * b, int l)
 {
     Lane *lane = b->lane[l];
     for (int j = 0; j < LANES_Z; j++) {
@@ -296,6 +307,7 @@ static INLINE void NAME(keep)(const NAME(Batch) * b, int l)
     for (int g = 0; g < LANES_GUARDS; g++) {
         lane->known[g] = b->known[g][l];
     }
+    NAME(save_tangents)(pool, b, l);
     lane->failed |= ++lane->rounds > LANES_ROUNDS;
 }
 
@@ -312,6 +324,7 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
     const V left = b->left;
     const M open = NAME(doubtful)(b, h, q, &gone);
     NAME(go)(b, y, h, NAME(fill)(1.0));
+    NAME(vary)(b, NAME(pick)(open, NAME(fill)(0.0), h), pool->directions);
     b->left = NAME(pick)(open, left, b->left);
     for (int j = 0; j < LANES_Z; j++) {
         b->z[j] = NAME(pick)(open, y[0][j], b->z[j]);
@@ -323,13 +336,13 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
         if (!wanted[l]) {
             continue;
         }
-        NAME(keep)(b, l);
+        NAME(keep)(pool, b, l);
         if (open[l]) {
             pool_queue(pool, b->slot[l], QUEUE_EVENT);
             continue;
         }
         if (gone[l] >= 0.0) {
-            NAME(happen)(&pool->tables[b->slot[l]], b->lane[l], (int)gone[l]);
+            NAME(happen)(&pool->tables[b->slot[l]], b->lane[l], (int)gone[l], 0);
         }
         NAME(pass_on)(pool, b->slot[l]);
     }
@@ -451,13 +464,38 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     return fell;
 }
 
+/* differences of neighbours through the events of some lanes, whose states were others before */
+static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) * b, const V *before, M fell, V guard)
+{
+    for (int l = 0; l < b->count; l++) {
+        Lane *lane = b->lane[l];
+        double z[LANES_Z];
+        Fall fall;
+        if (!fell[l]) {
+            continue;
+        }
+        fall.mode = b->before[l];
+        for (int j = 0; j < LANES_Z; j++) {
+            fall.z[j] = before[j][l];
+            z[j] = b->z[j][l];
+        }
+        NAME(save_tangents)(pool, b, l);
+        tangents_jump(b->table[l], lane, &fall, z, (int)guard[l], pool->directions);
+        for (int n = 0; n < pool->directions; n++) {
+            for (int i = 0; i < MODEL_NX; i++) {
+                AT(b->tangent[n][i], l) = lane->tangent[n][i];
+            }
+        }
+    }
+}
+
 /* a sub-step in which some guard may fall */
 static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
 {
     NAME(Batch) b;
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
-    V guard;
+    V guard, before[LANES_Z];
     M undecided;
     NAME(gather)(pool, QUEUE_EVENT, &b);
     const V h = NAME(least)(b.left, b.longest);
@@ -470,18 +508,25 @@ static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
     }
     const V u = NAME(search)(q, b.there, &guard, &undecided);
     NAME(go)(&b, y, h, u);
+    NAME(vary)(&b, h * u, pool->directions);
     const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
+    if (pool->directions > 0) {
+        memcpy(before, b.z, sizeof before);
+    }
     const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard), guard);
+    if (pool->directions > 0) {
+        NAME(jump)(pool, &b, before, fell & ~special, guard);
+    }
     /* motions whose states are known here go on at once */
     const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
     for (int l = 0; l < b.count; l++) {
         if (on[l]) {
             continue;
         }
-        NAME(keep)(&b, l);
+        NAME(keep)(pool, &b, l);
         b.lane[l]->failed |= undecided[l] != 0;
         if (special[l]) {
-            NAME(happen)(b.table[l], b.lane[l], (int)guard[l]);
+            NAME(happen)(b.table[l], b.lane[l], (int)guard[l], pool->directions);
         }
         NAME(pass_on)(pool, b.slot[l]);
     }

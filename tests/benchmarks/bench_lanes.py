@@ -5,7 +5,7 @@
 Per model 256 motions over a range of a parameter, 100 periods; ns per motion and period, and how many times the series
 take, for every number of lanes that this processor has; what the derivative of each step and all exponents take,
 in parts of that; share of the steps that lanes left to the series; median and largest difference after 10 periods, in
-parts of the largest point. Then the support by peers: as lane_peers.py has them.
+parts of the largest point.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from lane_peers import peers
 
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.jobs import Jobs
@@ -76,28 +75,6 @@ def main(repetitions: int) -> None:
         left = 1.0 - system.run(jobs, GO).in_lanes.sum() / work
         print(f"{name:24} series {base:5.0f}   {'   '.join(cells)}   left {100.0 * left:.2f} %", end="   ")
         print(f"difference {np.median(errors):.1e}, {errors.max():.1e}", flush=True)
-    versus_peers(repetitions)
-
-
-def versus_peers(repetitions: int) -> None:
-    """The support by heyoka.py and by numba."""
-    forcing, values, varied, (low, high) = FAMILIES["discontinuous_support"]
-    fmu = load("discontinuous_support")
-    system = Strobe(fmu, forcing=forcing, parameters=values)
-    starts, over = np.zeros((MOTIONS, 2)), np.linspace(low, high, MOTIONS)
-    jobs = Jobs(starts, {varied: over}, transient=9, rows=1)
-    long = dataclasses.replace(jobs, transient=PERIODS - 1)
-    ours = seconds(lambda: system.run(long, GO), repetitions)
-    given = {name: float(fmu.variables[name].start or 0.0) for name in fmu.parameters} | values
-    for name, follow in peers(given).items():
-        if isinstance(follow, str):
-            print(f"{name:24} skipped: {follow}")
-            continue
-        follow(starts, over, 1)
-        taken = seconds(lambda follow=follow: follow(starts, over, PERIODS), repetitions)
-        errors = np.abs(follow(starts, over, 10) - system.run(jobs, GO).points[:, 0]).max(axis=1)
-        print(f"{name:24} {1e9 * taken / MOTIONS / PERIODS:5.0f} ns, {taken / ours:.1f} times lanes", end="   ")
-        print(f"difference {np.median(errors):.1e}, {errors.max():.1e}")
 
 
 if __name__ == "__main__":

@@ -1,15 +1,27 @@
-"""The support over many frequencies once more, by two peers: heyoka.py, as many motions to an instruction as it has,
-and one after the other by formulas of its own in numba. What is not installed says so."""
+"""The support over many frequencies by the exact flow in lanes, by heyoka.py, as many motions to an instruction as it
+has, and by formulas of its own in numba, one motion after the other: the same motions, CPU time, in turn.
+
+    python tests/benchmarks/bench_lane_peers.py [repetitions]
+
+ns per motion and period of 256 motions over 100 periods; how many times that of lanes; median and largest difference
+after 10 periods. What is not installed says so (extra `bench`).
+"""
 
 from __future__ import annotations
 
 import importlib
 import math
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from bench_lanes import FAMILIES, GO, MOTIONS, PERIODS, seconds
 from numpy.typing import NDArray
+
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.fmu.load import load
 
 Vector = NDArray[np.float64]
 # s, in which an event that has just been met is not met again
@@ -77,3 +89,31 @@ def _heyoka(values: Mapping[str, float]) -> Follow:
         return ends
 
     return follow
+
+
+def main(repetitions: int) -> None:
+    forcing, values, varied, (low, high) = FAMILIES["discontinuous_support"]
+    fmu = load("discontinuous_support")
+    system = Strobe(fmu, forcing=forcing, parameters=values)
+    starts, over = np.zeros((MOTIONS, 2)), np.linspace(low, high, MOTIONS)
+
+    def lanes(starts: Vector, frequencies: Vector, periods: int) -> Vector:
+        jobs = Jobs(starts, {varied: frequencies}, transient=periods - 1, rows=1)
+        return system.run(jobs, GO).points[:, 0]
+
+    given = {name: float(fmu.variables[name].start or 0.0) for name in fmu.parameters} | values
+    known, ours = lanes(starts, over, 10), 0.0
+    for name, follow in {"exact flow in lanes": lanes, **peers(given)}.items():
+        if isinstance(follow, str):
+            print(f"{name:24} skipped: {follow}")
+            continue
+        follow(starts, over, 1)
+        taken = seconds(lambda follow=follow: follow(starts, over, PERIODS), repetitions)
+        ours = ours or taken
+        errors = np.abs(follow(starts, over, 10) - known).max(axis=1)
+        print(f"{name:24} {1e9 * taken / MOTIONS / PERIODS:6.0f} ns {taken / ours:6.1f}", end="   ")
+        print(f"difference {np.median(errors):.1e}, {errors.max():.1e}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)

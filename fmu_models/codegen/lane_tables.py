@@ -138,6 +138,7 @@ class _Tables:
             "BOUND_ENTRIES": sum(map(len, bounds)),
             "MODES": modes,
             "HOMES": homes,
+            "VARIED": self._varied(),
             "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
             "SWITCHES": sum(contact.kind == "switch" for contact in contacts),
             "LOW": max((degree for degree in degrees if degree is not None), default=0),
@@ -194,11 +195,12 @@ class _Tables:
     def _guard_states(self, c: int) -> list[int]:
         return [j for j in self._guard_columns(c) if j < self.n]
 
-    def _degrees(self) -> list[int | None]:
-        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end."""
+    def _degrees(self, forced: bool = True) -> list[int | None]:
+        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end. Not
+        forced: of differences of states, one more than it is."""
         nq, nz = len(self.system.coordinates), self.n + len(self.lifted.phasors)
         reads = {i: {nq + i} for i in range(nq)}
-        reads |= {i: {j for row, j in self.places if row == i} for i in self.flow}
+        reads |= {i: {j for row, j in self.places if row == i and (forced or j < self.n)} for i in self.flow}
         degrees: list[int | None] = [None] * nz
         while True:
             found = [
@@ -210,6 +212,11 @@ class _Tables:
             if found == degrees:
                 return degrees
             degrees = found
+
+    def _varied(self) -> int:
+        """Terms of the series of a difference beyond itself; 0: they have no end."""
+        degrees = self._degrees(forced=False)[: self.n]
+        return 0 if None in degrees else max(one for one in degrees if one is not None) - 1
 
     def _flow_sums(self, only: Collection[int] | None = None) -> list[str]:
         """Rates of the states; of these alone, from these alone."""

@@ -12,6 +12,8 @@
 static const double NOTHING_LEFT = 1e-13;
 /* and of one that a closed or sticking contact, which takes differences away, may have taken */
 static const double TAKEN = 1e-11;
+/* once is enough for what keeps this share */
+static const double MUCH_LEFT = 0.7;
 static double growth_product(const double *a, const double *b, int length)
 {
     double sum = 0.0;
@@ -33,7 +35,7 @@ static void growth_beside(double *v, const double *before, int k, int apart, int
     }
 }
 
-void growth_orthonormalize(double *vectors, int n, int apart, int length, int losing, double *growth)
+void growth_orthonormalize(double *vectors, int n, int apart, int length, int always_twice, int losing, double *growth)
 {
     const double least = losing ? TAKEN : NOTHING_LEFT;
     double largest = 1.0; /* they came in as unit vectors */
@@ -41,9 +43,15 @@ void growth_orthonormalize(double *vectors, int n, int apart, int length, int lo
         double *v = vectors + (long)k * apart;
         const double whole = sqrt(growth_product(v, v, length));
         largest = fmax(largest, whole);
-        growth_beside(v, vectors, k, apart, length);
-        growth_beside(v, vectors, k, apart, length);
-        const double size = sqrt(growth_product(v, v, length));
+        double size = whole;
+        if (k > 0) {
+            growth_beside(v, vectors, k, apart, length);
+            size = sqrt(growth_product(v, v, length));
+        }
+        if (k > 0 && (always_twice || size < MUCH_LEFT * whole)) {
+            growth_beside(v, vectors, k, apart, length);
+            size = sqrt(growth_product(v, v, length));
+        }
         const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
         growth[k] *= lost ? 0.0 : size;
         for (int i = 0; i < length; i++) {

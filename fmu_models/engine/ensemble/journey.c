@@ -62,7 +62,7 @@ static RunStatus journey_flow(Job *job)
     }
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
-    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 0, growth);
+    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 1, 0, growth);
     job->speed = journey_norm(rates, MODEL_NX);
     return RUN_OK;
 }
@@ -96,7 +96,9 @@ void journey_differences(Job *job, double speed)
         journey_unit(job, 0, job->directions);
         return;
     }
-    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->walk.losing, job->grown);
+    /* steps by series, and so motions to their last digits, depend on tangents; steps in lanes do not */
+    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->length == EXTENDED, job->walk.losing,
+                          job->grown);
     if (e->flow) {
         job->grown[0] /= speed / job->speed;
         job->speed = speed;

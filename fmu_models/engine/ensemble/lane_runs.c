@@ -271,6 +271,7 @@ Status lane_runs(Instance *m, Ensemble *e)
             break;
         }
         for (int slot = 0; slot < together && each > 0; slot++) {
+            t->motion[slot].speed = (double)e->flow;
             give_tangents(&t->job[slot], tangents + slot * each);
         }
         s->step(room, t->motion, e->n_directions, tangents);

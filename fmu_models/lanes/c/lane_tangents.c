@@ -77,6 +77,9 @@ void tangents_end(const Pool *pool, int64_t slot)
     for (int n = 0; n < pool->directions; n++) {
         memcpy(wanted + n * MODEL_NX, lane->tangent[n], sizeof lane->tangent[n]);
     }
+    if (lane->motion.speed == 0.0) {
+        return;
+    }
     memcpy(z, lane->z, MODEL_NX * sizeof *z);
     memcpy(z + MODEL_NX, t->phasor[t->steps], 2 * LANES_HARMONICS * sizeof *z);
     rates(t, &t->mode[lane->mode], z, f);

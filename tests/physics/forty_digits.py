@@ -12,7 +12,7 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from scipy.optimize import brentq
+from closed_form import root
 
 # points of a period that a guard is looked at
 POINTS = 600
@@ -99,7 +99,7 @@ def _fall(guard: Guard, flow: Callable[[Any], tuple[Any, Any]], times: Any) -> f
 
     values = np.broadcast_to(value(times), times.shape)
     down = np.flatnonzero((values[1:] <= 0.0) & (values[:-1] > AT_ZERO))
-    return float(brentq(value, times[down[0]], times[down[0] + 1], xtol=1e-15)) if down.size else None
+    return root(value, times[down[0]], times[down[0] + 1]) if down.size else None
 
 
 def follow(
@@ -120,7 +120,7 @@ def follow(
             near = rough[name].field.flow(float(t), float(place), float(speed), _Numpy)
             times = np.linspace(float(t), float(end), max(3, int(POINTS * float(end - t) / period)))
             falls = [(_fall(guard, near, times), i) for i, guard in enumerate(rough[name].guards)]
-            met = [one for one in falls if one[0] is not None]
+            met = [(at, i) for at, i in falls if at is not None]
             if not met:
                 return tuple(map(float, exact(end)))  # type: ignore[return-value]
             at, i = min(met)

@@ -36,7 +36,7 @@ FLOORS = (
     ("rig_io.commands",),
     ("identification.inference",),
     ("identification.laws", "identification.measurement"),
-    ("identification.estimators", "identification.slips"),
+    ("identification.estimators", "identification.machines", "identification.slips"),
     ("identification.fit",),
     ("identification.fitted_model",),
     ("identification.model_check", "identification.next_step", "identification.transfer"),

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.codegen.c_structures import declarations
-from fmu_models.explore.module import COMPILED, module_sources, wasm
+from fmu_models.explorer.module import COMPILED, module_sources, wasm
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.engine import EVENT
 from fmu_models.toolchain.compiler import FLAGS, compile_shared
 from fmu_models.toolchain.platforms import this_platform
 
-WEB = Path(__file__).parents[2] / "fmu_models/explore/web"
+WEB = Path(__file__).parents[2] / "fmu_models/explorer/web"
 NODE = shutil.which("node")
-WHAT = declarations("explore/c/explore.h").constants("Explored", "EXPLORE_")
+WHAT = declarations("explorer/c/explore.h").constants("Explored", "EXPLORE_")
 # what the page leaves out of the engine is referred to from code that nothing calls
 _UNUSED_LEFT_OUT = ("-ffunction-sections", "-Wl,--gc-sections", "-rtlib=none")
 _SCRIPT = """

@@ -13,7 +13,7 @@ import pytest
 from explored import NODE, Twin, in_node, values_of
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.explore.module import module_sources
+from fmu_models.explorer.module import module_sources
 from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.toolchain.compiler import compile_shared
@@ -86,7 +86,7 @@ LAST_PLACES = {"tan": 2.5, "sinh": 3.5, "cosh": 3.5, "tanh": 3.0, "atan": 2.0}
 
 
 def test_functions_with_the_same_bits_everywhere_are_right_to_the_last_digits(tmp_path: Path):
-    code = Path(__file__).parents[2] / "fmu_models/explore/c"
+    code = Path(__file__).parents[2] / "fmu_models/explorer/c"
     sources: dict[str, str | bytes] = {name: (code / name).read_text() for name in ("mathematics.c", "mathematics.h")}
     shown = "#pragma GCC visibility push(default)\n"
     made = compile_shared(

@@ -6,7 +6,8 @@ import { Picture, brief } from "./plot.mjs";
 
 const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
-const PERIODS = 60, SECONDS = 20, COARSE = 700, FINE = 1100;
+const PERIODS = 60, SHOWN = 12, SECONDS = 20; // of a run and of its settled part, where nothing else is asked for
+const COARSE = 400, FINE = 1100; // samples before that and in it
 const STOPS = 1000; // of a slider
 const element = (id) => document.getElementById(id);
 const make = (name, attributes = {}, ...children) => {
@@ -47,6 +48,7 @@ export class Page {
 
   reset() {
     this.state = { values: Float64Array.from(this.settable, (q) => q.value), until: this.model.until, plane: 0, series: 0, section: null };
+    this.pace = null; // s, between crossings of the section
   }
 
   // state and its texts -----------------------------------------------------------------------------------------------
@@ -61,7 +63,7 @@ export class Page {
   }
 
   json() {
-    const { until, plane, series, section } = this.state;
+    const { plane, series, section } = this.state, until = this.until;
     const set = this.changed(this.settable, "value");
     return JSON.stringify({ model: this.model.name, version: this.model.version, set, until, plane, series, section });
   }
@@ -245,28 +247,36 @@ export class Page {
     clearTimeout(this.later);
     this.note("");
     this.run(begin);
-    if (!(this.period > 0) && this.motion.complete && this.motion.refused === null) {
-      const from = this.motion.from, preferred = this.model.planes[this.state.plane][1];
-      const known = this.state.section;
-      const found = findSection(this.motion.rows, this.at, from, this.model, preferred);
-      const meets = known && this.motion.points.length > 2;
-      if (found && !meets && JSON.stringify(found) !== JSON.stringify(known)) {
-        this.state.section = found;
-        this.run(begin);
-      }
-    }
+    for (let k = 0; k < 3 && this.adapted(); k++) this.run(begin);
     this.draw();
     this.took = performance.now() - begin;
     if (!this.motion.complete) this.later = setTimeout(() => this.goOn(), 0);
     this.share();
   }
 
+  // whether the motion, once it is known to its end, asks to be looked at otherwise: at another section, or so long as
+  // sixty of its steps take
+  adapted() {
+    if (this.period > 0 || !this.motion.complete || this.motion.refused !== null) return false;
+    const { points } = this.motion, known = this.state.section, half = points.length >> 1;
+    if (!known || points.length < 3) {
+      const found = findSection(this.motion.rows, this.at, this.motion.from, this.model, this.model.planes[this.state.plane][1]);
+      const other = found && JSON.stringify(found) !== JSON.stringify(known);
+      if (other) this.state.section = found;
+      return Boolean(other);
+    }
+    if (this.state.until !== null || this.pace !== null || points.length < 4) return false;
+    this.pace = (points.at(-1)[0] - points[half][0]) / (points.length - 1 - half);
+    return true;
+  }
+
   run(begin) {
     const { engine, state } = this;
     const refused = engine.start(state.values);
     this.period = refused === null ? engine.period : 0;
-    this.until = state.until ?? (this.period > 0 ? Number((PERIODS * this.period).toPrecision(6)) : SECONDS);
-    const settled = this.period > 0 ? Math.max(this.until / 2, this.until - 12 * this.period) : 0.7 * this.until;
+    const turn = this.period > 0 ? this.period : this.pace;
+    this.until = state.until ?? (turn ? Number((PERIODS * turn).toPrecision(3)) : SECONDS);
+    const settled = turn ? Math.max(this.until / 2, this.until - SHOWN * turn) : 0.7 * this.until;
     this.plan = { settled, ...sampling(this.until, settled, this.period, COARSE, FINE) };
     engine.ask(this.plan.times, this.period > 0 ? null : state.section);
     engine.go(() => performance.now() - begin > FRAME);
@@ -279,7 +289,7 @@ export class Page {
     this.collect();
     if (!this.motion.complete && this.engine.steps < MOST_STEPS) this.later = setTimeout(() => this.goOn(), 0);
     else if (!this.motion.complete) this.note(`Stopped at t = ${brief(this.motion.rows.at(-1)?.[0] ?? 0)} s after ${this.engine.steps} steps: ask for a shorter run.`);
-    else if (!(this.period > 0) && !this.state.section) return this.simulate();
+    else if (this.adapted()) return this.simulate();
     this.draw();
   }
 

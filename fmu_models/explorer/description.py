@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.version import version
 from fmu_models.codegen import contact_states
-from fmu_models.explore.subject import Subject
+from fmu_models.explorer.subject import Subject
 from fmu_models.fmu.fmu import Fmu
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ export class Page {
     this.rows = {};
     this.reset();
     this.build();
-    this.restore(linked(), false);
+    this.restore(linked());
     this.refresh();
     this.simulate();
     if (!linked()) this.leaveDrift();
@@ -69,8 +69,9 @@ export class Page {
   }
 
   // take a state from its JSON; a wrong one changes nothing and is told
-  restore(text, tell = true) {
+  restore(text) {
     if (!text) return;
+    const before = this.state, pace = this.pace;
     try {
       const given = JSON.parse(text);
       if (given.model !== this.model.name) throw new Error(`it is of the model '${given.model}', this page is of '${this.model.name}'`);
@@ -86,9 +87,8 @@ export class Page {
       if (given.section) this.state.section = given.section;
       if (given.version !== this.model.version) this.note(`The state was saved by version ${given.version}; this page is of ${this.model.version}.`);
     } catch (error) {
-      this.reset();
+      [this.state, this.pace] = [before, pace];
       this.note(`The state is not taken: ${error.message}.`);
-      if (tell) this.refresh();
     }
   }
 
@@ -201,7 +201,6 @@ export class Page {
       this.note(`'${row.entry.value}' is not a number; ${row.q.name} stays as it is.`);
       return this.show(row);
     }
-    this.note("");
     this.change(row.index, value);
   }
 
@@ -221,12 +220,14 @@ export class Page {
   }
 
   change(index, value) {
+    this.note("");
     this.state.values[index] = value;
     this.show(this.rows[index]);
     this.simulate();
   }
 
   set(name, value) {
+    this.note("");
     this.state[name] = value;
     if (name === "plane") this.state.section = null;
     this.simulate();
@@ -245,7 +246,6 @@ export class Page {
   simulate() {
     const begin = performance.now();
     clearTimeout(this.later);
-    this.note("");
     this.run(begin);
     for (let k = 0; k < 3 && this.adapted(); k++) this.run(begin);
     this.draw();
@@ -415,7 +415,7 @@ export class Page {
 
   tell() {
     const { read, motion, model } = this, list = element("readout");
-    const rows = [["period", read.period ? `${read.period} × section, ${brief(read.seconds, 9)} s` : motion.complete ? "none found" : "…"],
+    const rows = [["period", read.period ? `${read.period} ${this.period > 0 ? "strobe" : "crossing"}${read.period > 1 ? "s" : ""}, ${brief(read.seconds, 9)} s` : motion.complete ? "none found" : "…"],
       ["n-p-q word", read.word || "–"],
       ...model.contacts.map((c, i) => [c.kind === "stop" || c.kind === "impact" ? `${c.name} in contact` : `${c.name} sticks`, `${brief(100 * read.held[i], 4)} %`]),
       ...model.states.map((q, i) => [q.name, `${read.extremes[i].map((x) => brief(x, 6)).join(" to ")} ${q.unit === "1" ? "" : q.unit}`])];

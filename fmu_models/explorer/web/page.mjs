@@ -249,7 +249,7 @@ export class Page {
     this.run(begin);
     for (let k = 0; k < 3 && this.adapted(); k++) this.run(begin);
     this.draw();
-    this.took = performance.now() - begin;
+    this.first ??= performance.now() - begin; // ms, of the first picture
     if (!this.motion.complete) this.later = setTimeout(() => this.goOn(), 0);
     this.share();
   }

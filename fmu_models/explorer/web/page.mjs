@@ -144,7 +144,7 @@ export class Page {
     options(element("over"), [...model.parameters, ...model.inputs].map((q) => q.name), 0);
     element("plane").onchange = (e) => this.set("plane", Number(e.target.value));
     element("series-of").onchange = (e) => this.set("series", Number(e.target.value));
-    element("over").onchange = () => this.rangeOf();
+    element("over").onchange = () => (this.rangeOf(), this.diagram());
     element("until").onchange = (e) => this.set("until", Number(e.target.value) > 0 ? Number(e.target.value) : null);
     element("keep").onclick = () => this.keep();
     element("clear").onclick = () => ((this.kept = []), this.draw());
@@ -330,6 +330,20 @@ export class Page {
     return made;
   }
 
+  // the same as a line that is broken where bodies meet, since velocities jump there
+  curve(rows, i, j) {
+    const { contacts } = this.model, meetings = this.motion.events.filter((e) => contacts[e.contact].kind === "impact");
+    const made = [];
+    let k = 0, since = -Infinity;
+    for (const row of rows) {
+      while (k < meetings.length && meetings[k].time <= (since)) k++;
+      if (k < meetings.length && meetings[k].time <= row[0] && made.length) made.push(NaN, NaN);
+      made.push(row[i], row[j]);
+      since = row[0];
+    }
+    return made;
+  }
+
   // stretches [from, to, ...] in which a contact is in a state that the test likes
   stretches(contact, likes) {
     const { rows, events, from } = this.motion, found = [];
@@ -351,10 +365,10 @@ export class Page {
     const [ci, cj] = [this.at.states + i, this.at.states + j], picture = this.pictures.portrait;
     const around = [...rows, ...this.kept.filter((one) => one.plane === this.state.plane).flatMap((one) => one.rows)];
     picture.begin({ x: [...extremes(around, ci), this.axis(this.model.states[i])], y: [...extremes(around, cj), this.axis(this.model.states[j])] }, colours);
-    picture.line(this.pairs(rows.slice(0, from + 1), ci, cj), colours.faint, 1);
+    picture.line(this.curve(rows.slice(0, from + 1), ci, cj), colours.faint, 1);
     this.kept.forEach((one, k) => one.plane === this.state.plane && picture.line(this.pairs(one.rows, ci, cj), colours[`k${k % 4}`], 1.2));
-    const tail = rows.slice(from), line = this.pairs(tail, ci, cj), held = line.slice();
-    picture.line(line, colours.line, 1.4);
+    const tail = rows.slice(from), held = this.pairs(tail, ci, cj);
+    picture.line(this.curve(tail, ci, cj), colours.line, 1.4);
     tail.forEach((row, k) => {
       const any = this.model.contacts.some((c, n) => c.kind !== "switch" && holds(c.kind, row[this.at.contacts + n]));
       if (!any) held[2 * k] = NaN;
@@ -415,7 +429,7 @@ export class Page {
 
   tell() {
     const { read, motion, model } = this, list = element("readout");
-    const rows = [["period", read.period ? `${read.period} ${this.period > 0 ? "strobe" : "crossing"}${read.period > 1 ? "s" : ""}, ${brief(read.seconds, 9)} s` : motion.complete ? "none found" : "…"],
+    const rows = [["period", read.period ? `${read.period} ${this.period > 0 ? "strobe" : "crossing"}${read.period > 1 ? "s" : ""}, ${brief(read.seconds, 9)} s` : read.rest ? "at rest" : motion.complete ? "none found" : "…"],
       ["n-p-q word", read.word || "–"],
       ...model.contacts.map((c, i) => [c.kind === "stop" || c.kind === "impact" ? `${c.name} in contact` : `${c.name} sticks`, `${brief(100 * read.held[i], 4)} %`]),
       ...model.states.map((q, i) => [q.name, `${read.extremes[i].map((x) => brief(x, 6)).join(" to ")} ${q.unit === "1" ? "" : q.unit}`])];
@@ -423,7 +437,7 @@ export class Page {
     const why = element("refusal");
     why.hidden = motion.refused === null;
     why.textContent = motion.refused ?? "";
-    const [i, j] = model.planes[this.state.plane], said = read.period ? `period ${read.period}, word ${read.word}` : "no period found";
+    const [i, j] = model.planes[this.state.plane], said = read.period ? `period ${read.period}, word ${read.word}` : read.rest ? "at rest" : "no period found";
     element("portrait").setAttribute("aria-label", `Phase portrait: ${model.states[j].name} over ${model.states[i].name}; ${said}. A click starts the motion there.`);
     element("series").setAttribute("aria-label", `${this.drawable()[this.state.series].name} over time, with the states of contacts shaded`);
     element("section").setAttribute("aria-label", `${element("section-of").textContent}; ${motion.points.length} points, ${said}`);

@@ -19,12 +19,11 @@ from fmu_models.simulation.run import simulate
 from fmu_models.toolchain.compiler import compile_shared
 from fmu_models.toolchain.platforms import this_platform
 
-# model, changed values, end of the run, section, period of its forcing: friction, stops of Hertz, an accumulation of
-# impacts, impacts with friction, two frequencies in one angle, a law of a power and a tanh
+# model, changed values, end of the run, section, period of its forcing: friction, stops of Hertz, impacts with friction, two
+# contacts at once
 MOTIONS = {
     "forced_stick_slip": ({}, 40.0, None, 2.0 * math.pi / 1.6),
     "hinge_clearance": ({}, 30.0, {"state": 1, "level": 0.0, "direction": -1}, 1.0 / 0.429),
-    "bouncing_ball": ({"A": 0.5, "omega": 1.0, "g": 1.0, "e": 0.5, "x": 0.0, "v": 1.0}, 10.0, None, 2.0 * math.pi),
     "woodpecker": ({}, 0.5, {"state": 1, "level": 0.0, "direction": 0}, 0.0),
     "disc_rig": ({"w0": 0.41, "theta": 0.1}, 20.0, {"state": 1, "level": 0.0, "direction": -1}, 0.0),
 }

@@ -6,8 +6,9 @@ import { Picture, brief } from "./plot.mjs";
 
 const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
-const PERIODS = 60, SHOWN = 12, SECONDS = 20; // of a run and of its settled part, where nothing else is asked for
-const COARSE = 400, FINE = 1100; // samples before that and in it
+const PERIODS = 60, OPENING = 8, SHOWN = 12; // of a run, of what is drawn of its beginning, and of its settled part
+const SECONDS = 20; // of a run whose period is not known
+const COARSE = 400, FINE = 1100; // samples of the beginning and of the settled part
 const STOPS = 1000; // of a slider
 const element = (id) => document.getElementById(id);
 const make = (name, attributes = {}, ...children) => {
@@ -81,10 +82,12 @@ export class Page {
         if (i < 0 || !Number.isFinite(value)) throw new Error(`'${name}' = ${value} is no value of this model`);
         this.state.values[i] = value;
       }
-      if (given.until > 0) this.state.until = given.until;
-      if (this.model.planes[given.plane]) this.state.plane = given.plane;
-      if (given.series < this.drawable().length) this.state.series = given.series;
-      if (given.section) this.state.section = given.section;
+      const index = (value, list) => (Number.isInteger(value) && value >= 0 && value < list.length ? value : 0);
+      if (Number.isFinite(given.until) && given.until > 0) this.state.until = given.until;
+      this.state.plane = index(given.plane, this.model.planes);
+      this.state.series = index(given.series, this.drawable());
+      const { state, level, direction } = given.section ?? {};
+      if (index(state, this.model.states) === state && Number.isFinite(level)) this.state.section = { state, level, direction: direction < 0 ? -1 : 1 };
       if (given.version !== this.model.version) this.note(`The state was saved by version ${given.version}; this page is of ${this.model.version}.`);
     } catch (error) {
       [this.state, this.pace] = [before, pace];
@@ -277,7 +280,8 @@ export class Page {
     const turn = this.period > 0 ? this.period : this.pace;
     this.until = state.until ?? (turn ? Number((PERIODS * turn).toPrecision(3)) : SECONDS);
     const settled = turn ? Math.max(this.until / 2, this.until - SHOWN * turn) : 0.7 * this.until;
-    this.plan = { settled, ...sampling(this.until, settled, this.period, COARSE, FINE) };
+    const spans = { until: this.until, opening: turn ? Math.min(settled, OPENING * turn) : settled, settled, period: this.period };
+    this.plan = { ...spans, ...sampling(spans, COARSE, FINE) };
     engine.ask(this.plan.times, this.period > 0 ? null : state.section);
     engine.go(() => performance.now() - begin > FRAME);
     this.collect();
@@ -365,7 +369,8 @@ export class Page {
     const [ci, cj] = [this.at.states + i, this.at.states + j], picture = this.pictures.portrait;
     const around = [...rows, ...this.kept.filter((one) => one.plane === this.state.plane).flatMap((one) => one.rows)];
     picture.begin({ x: [...extremes(around, ci), this.axis(this.model.states[i])], y: [...extremes(around, cj), this.axis(this.model.states[j])] }, colours);
-    picture.line(this.curve(rows.slice(0, from + 1), ci, cj), colours.faint, 1);
+    const opening = rows.slice(0, from).filter((row) => row[0] < this.plan.opening);
+    picture.line(this.curve(opening, ci, cj), colours.faint, 1);
     this.kept.forEach((one, k) => one.plane === this.state.plane && picture.line(this.pairs(one.rows, ci, cj), colours[`k${k % 4}`], 1.2));
     const tail = rows.slice(from), held = this.pairs(tail, ci, cj);
     picture.line(this.curve(tail, ci, cj), colours.line, 1.4);

@@ -21,10 +21,11 @@ export function columns(model) {
   return { time: 0, states, memories, outputs, contacts: outputs + model.outputs.length, count: outputs + model.outputs.length + model.contacts.length };
 }
 
-// ascending times: coarse up to where the motion is taken to be settled, fine from there; with the strobes of a period
-export function sampling(until, settled, period, coarse, fine) {
+// ascending times: coarse ones in the opening of a motion, fine ones from where it is taken to be settled; with the strobes
+// of a period
+export function sampling({ until, opening, settled, period }, coarse, fine) {
   const times = [];
-  for (let i = 0; i < coarse; i++) times.push((settled * i) / coarse);
+  for (let i = 0; i < coarse; i++) times.push((opening * i) / coarse);
   for (let i = 0; i <= fine; i++) times.push(settled + ((until - settled) * i) / fine);
   const last = period > 0 ? Math.floor(until / period * (1 + 1e-12)) : -1;
   const strobes = new Set();

@@ -6,9 +6,10 @@ import { Picture, brief } from "./plot.mjs";
 
 const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
-const PERIODS = 60, OPENING = 8, SHOWN = 12; // of a run, of what is drawn of its beginning, and of its settled part
+// steps of the section: of a run, of what is drawn of its beginning, of its settled part, and of its finest
+const PERIODS = 60, OPENING = 6, SHOWN = 12, LAST = 2;
 const SECONDS = 20; // of a run whose period is not known
-const COARSE = 400, FINE = 1100; // samples of the beginning and of the settled part
+const COARSE = 400, FINE = 600; // samples of the beginning, and of the settled part and the finest each
 const STOPS = 1000; // of a slider
 const element = (id) => document.getElementById(id);
 const make = (name, attributes = {}, ...children) => {
@@ -280,7 +281,9 @@ export class Page {
     const turn = this.period > 0 ? this.period : this.pace;
     this.until = state.until ?? (turn ? Number((PERIODS * turn).toPrecision(3)) : SECONDS);
     const settled = turn ? Math.max(this.until / 2, this.until - SHOWN * turn) : 0.7 * this.until;
-    const spans = { until: this.until, opening: turn ? Math.min(settled, OPENING * turn) : settled, settled, period: this.period };
+    const opening = turn ? Math.min(settled, OPENING * turn) : settled;
+    const last = turn ? Math.max(settled, this.until - LAST * turn) : settled;
+    const spans = { until: this.until, opening, settled, last, period: this.period };
     this.plan = { ...spans, ...sampling(spans, COARSE, FINE) };
     engine.ask(this.plan.times, this.period > 0 ? null : state.section);
     engine.go(() => performance.now() - begin > FRAME);
@@ -372,7 +375,9 @@ export class Page {
     const opening = rows.slice(0, from).filter((row) => row[0] < this.plan.opening);
     picture.line(this.curve(opening, ci, cj), colours.faint, 1);
     this.kept.forEach((one, k) => one.plane === this.state.plane && picture.line(this.pairs(one.rows, ci, cj), colours[`k${k % 4}`], 1.2));
-    const tail = rows.slice(from), held = this.pairs(tail, ci, cj);
+    // a motion that repeats itself in its last turns is drawn by these, which are the finest
+    const few = this.read.period > 0 && this.read.period <= LAST;
+    const tail = few ? rows.filter((row) => row[0] >= this.plan.last) : rows.slice(from), held = this.pairs(tail, ci, cj);
     picture.line(this.curve(tail, ci, cj), colours.line, 1.4);
     tail.forEach((row, k) => {
       const any = this.model.contacts.some((c, n) => c.kind !== "switch" && holds(c.kind, row[this.at.contacts + n]));

@@ -21,10 +21,11 @@ export function columns(model) {
   return { time: 0, states, memories, outputs, contacts: outputs + model.outputs.length, count: outputs + model.outputs.length + model.contacts.length };
 }
 
-// ascending times: coarse ones in the opening of a motion, fine ones from where it is taken to be settled; with the strobes
-// of a period
-export function sampling({ until, opening, settled, period }, coarse, fine) {
+// ascending times: in the opening of a motion, from where it is taken to be settled, and in its last turns; with the
+// strobes of a period
+export function sampling({ until, opening, settled, last: ending, period }, coarse, fine) {
   const times = [];
+  for (let i = 0; i < fine; i++) times.push(ending + ((until - ending) * i) / fine);
   for (let i = 0; i < coarse; i++) times.push((opening * i) / coarse);
   for (let i = 0; i <= fine; i++) times.push(settled + ((until - settled) * i) / fine);
   const last = period > 0 ? Math.floor(until / period * (1 + 1e-12)) : -1;

@@ -22,10 +22,10 @@ _NUMBER = re.compile(r"[pd]\[\d+\]|[0-9.]+(?:e[+-]?\d+)?")
 
 
 def wasm(fmu: Fmu) -> bytes:
-    """The module of an FMU; it imports nothing.
+    """The module of an FMU that passes ``check``; it imports nothing.
 
     Raises:
-        StickslipError: as ``module_sources``, or the compiler fails.
+        StickslipError: the compiler fails.
     """
     options = [flag for flag in FLAGS if flag not in ("-shared", "-fPIC", "-s")]
     with temporary_folder("explore") as folder:
@@ -35,13 +35,9 @@ def wasm(fmu: Fmu) -> bytes:
         return file.read_bytes()
 
 
-def module_sources(fmu: Fmu) -> dict[str, str | bytes]:
-    """C files and headers by name, of which ``COMPILED`` are compiled.
-
-    Raises:
-        StickslipError: an FMU of somebody else, one without its sources, or a map.
-    """
-    name, folder = fmu.path.name, fmu.folder / "sources"
+def check(fmu: Fmu) -> None:
+    """Raises StickslipError: an FMU of somebody else, one without its sources, or a map."""
+    name = fmu.path.name
     if fmu.is_map:
         raise StickslipError(
             f"'{name}' is a map, which has no motion between its steps: stickslip map diagram draws it."
@@ -51,8 +47,13 @@ def module_sources(fmu: Fmu) -> dict[str, str | bytes]:
             f"'{name}' was not exported by stickslip: the engine of a page is built from the equations, which it does "
             "not carry. Run it with: stickslip simulate"
         )
-    if not (folder / "model.c").is_file():
+    if not (fmu.folder / "sources/model.c").is_file():
         raise StickslipError(f"'{name}' carries no sources, from which a page is built. Export it again.")
+
+
+def module_sources(fmu: Fmu) -> dict[str, str | bytes]:
+    """C files and headers by name, of which ``COMPILED`` are compiled; of an FMU that passes ``check``."""
+    folder = fmu.folder / "sources"
     found: dict[str, str | bytes] = {
         f"engine/{path.relative_to(folder).as_posix()}": path.read_text("utf-8")
         for path in sorted(folder.rglob("*"))

@@ -99,8 +99,11 @@ def test_its_curve_goes_through_the_points_that_the_suite_computes(browser: Any,
             for (let i = 0; i < data.length; i += 4) if (data.slice(i, i + 4).join() !== ground) return true;
             return false;
           };
-          const middle = drawn(picture.px(1.1), picture.py(0.2));
-          return [xs.map((x, i) => drawn(picture.px(x), picture.py(vs[i]))), middle];
+          const { left, right, top, bottom } = picture.plane, [x0, x1] = picture.x, [v0, v1] = picture.y;
+          const place = (part, from, to) => from + part * (to - from);
+          const there = (x, v) =>
+            drawn(place((x - x0) / (x1 - x0), left, right), place((v - v0) / (v1 - v0), bottom, top));
+          return [xs.map((x, i) => there(x, vs[i])), there(1.1, 0.2)];
         }""",
         [known["x"][::20].tolist(), known["v"][::20].tolist()],
     )
@@ -165,7 +168,9 @@ def test_its_command_and_its_scene_give_the_same_motion(opened: Opened, tmp_path
     opened.sets("f0", "0.2")
     opened.sets("v_dr", "0.9")
     line = shlex.split(tab.input_value("#command"))
-    assert line[:3] == ["stickslip", "simulate", MODEL] and "f0=0.2" in line and "v_dr=0.9" in line
+    assert (
+        line[:3] == ["stickslip", "simulate", MODEL] and "f0=0.2" in line and "v_dr=0.9" in line and "m=1" not in line
+    )
     code = "from identification.cli import main; main()"
     run = subprocess.run([sys.executable, "-c", code, *line[1:], "--json"], capture_output=True, text=True, check=True)
     ranges = json.loads(run.stdout)["ranges"]

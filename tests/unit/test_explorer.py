@@ -7,6 +7,7 @@ import gzip
 import hashlib
 import json
 import re
+import zipfile
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,10 +17,8 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import export, export_map
 from fmu_models.explorer.description import describe
-from fmu_models.explorer.module import module_sources
 from fmu_models.explorer.page import Explorer, checked_page, explore
 from fmu_models.explorer.subject import subject_of
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
@@ -94,9 +93,18 @@ def test_a_scene_starts_at_its_values_and_all_of_them_can_be_moved(tmp_path: Pat
 def test_an_fmu_of_ours_is_explored_and_a_map_is_not(tmp_path: Path):
     fmu = export("planar_hopf", tmp_path / "hopf.fmu", fmi_version="2.0")
     assert describe(subject_of(fmu))["planes"] == [[0, 1]]
-    henon = Fmu.open(export_map(MAPS.load("henon"), tmp_path / "henon.fmu"))
     with pytest.raises(StickslipError, match="no motion between its steps"):
-        module_sources(henon)
+        subject_of(export_map(MAPS.load("henon"), tmp_path / "henon.fmu"))
+
+
+def test_an_fmu_of_others_is_refused(tmp_path: Path):
+    others = tmp_path / "others.fmu"
+    with zipfile.ZipFile(export("planar_hopf", tmp_path / "ours.fmu")) as ours, zipfile.ZipFile(others, "w") as made:
+        for name in ours.namelist():
+            if not name.startswith("sources/"):
+                made.writestr(name, ours.read(name).replace(b'generationTool="stickslip', b'generationTool="Somebody'))
+    with pytest.raises(StickslipError, match=r"'others.fmu' was not exported by stickslip.*stickslip simulate"):
+        subject_of(others)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,8 @@ Semantics.
                  "flip"        a motion of twice the period has come to the flip of its parent
                  "parent"      the same, where the word changes
                  "start"       where it branched off another one
-                 "jump"        the motion touches something, and what then happens does not go on from it
+                 "jump"        the motion touches something, and what then happens does not go on from it; or it depends
+                               on which of two events that come at once is the first
                  "chatter"     impacts are added without end
                  "equilibrium" a cycle has shrunk to nothing
                  "points"      as many as were asked for

@@ -4,8 +4,8 @@ repeat  step    predict along the tangent, correct at right angles to it; longer
         smooth  what lies between the last two motions (smooth.py)
         word    where the step leads into another word, or to no motion at all: which event is lost or comes first, by
                 the speeds of events and the least values of misses along the tangent; locate that point
-                (discontinuous.py), scan the way back to it once more, since folds and flips hide beside it, and go on
-                in the other word, with steps that grow from nothing
+                (discontinuous.py, lost_event.py, detachment.py), scan the way back to it once more, since folds and
+                flips hide beside it, and go on in the other word, with steps that grow from nothing
 until   the parameter leaves its range, the branch is back at its begin, or there is no way on: says why
 """
 
@@ -58,8 +58,8 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Ahead:
-    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a state
-    or a "tie" of two events."""
+    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a
+    state or a "tie" of two events."""
 
     kind: str
     touch: Touch

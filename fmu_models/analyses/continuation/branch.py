@@ -33,6 +33,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -46,10 +48,14 @@ from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
-from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+
+# special points of two branches that lie no further apart are one
+SAME = 1e-9
+# what a picture shows in place of a state
+MULTIPLIER = "multiplier"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +77,7 @@ class Branch(Pictured):
         ends: kind and a sentence, of both ends.
         every: periods of the forcing in one of the motion.
         seconds: CPU time.
+        units: of states and of the parameter.
     """
 
     model: str
@@ -87,6 +94,7 @@ class Branch(Pictured):
     ends: tuple[tuple[str, str], tuple[str, str]]
     every: int = 1
     seconds: float = 0.0
+    units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
 
@@ -103,6 +111,14 @@ class Branch(Pictured):
             columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
         columns["word"] = [word_text(word) for word in self.words]
         return pandas.DataFrame(columns)
+
+    @cached_property
+    def images(self) -> Vector:
+        """(every, m, n) points at phases 0, 1, ... of the forcing."""
+        if self.every == 1 or not self.nodes:
+            return self.points[None]
+        others = [[state_at(node, float(turn)) for node in self.nodes] for turn in range(1, self.every)]
+        return np.stack([self.points, *np.array(others)])
 
     def passes(self, other: Branch) -> bool:
         """Whether this branch runs through the middle of another one."""
@@ -193,6 +209,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         (ends[0], ends[1]),
         problem.turns,
         seconds,
+        problem.units,
         tuple(nodes),
         between,
     )
@@ -218,7 +235,7 @@ class Branches(Pictured):
     """A branch and those that leave it.
 
     Attributes:
-        of: the state that a picture shows.
+        of: the state that a picture shows, or "multiplier": the real part of the largest one.
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
     """
@@ -250,15 +267,18 @@ class Branches(Pictured):
         return tuple(special for one in self.branches for special in one.special)
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points that have one; see ``Special.curve``.
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
 
         Raises:
-            StickslipError: none has one, no such parameter, a range that does not hold its present value.
+            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
+                the parameter takes apart.
         """
-        found = []
+        found: list[Curve] = []
+        known: list[Special] = []
         for one in self.special:
-            if one.touch is None and one.kind not in SMOOTH:
+            if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
+            known.append(one)
             found.append(one.curve(second, between, points))
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
@@ -281,26 +301,33 @@ def branches(
     Args:
         longest: period of a motion, in periods of the forcing.
         points: of each, at most.
-        of: the state that a picture shows; the first if left out.
+        of: the state that a picture shows; the first if left out. "multiplier": the real part of the largest one.
         switch: without, the branch alone.
 
     Raises:
         StickslipError: no such state.
     """
-    if of is not None and of not in first.states:
-        raise StickslipError(f"'{first.model}' has no state '{of}'.{nearest(of, first.states)}")
+    if of not in (None, MULTIPLIER, *first.states):
+        raise StickslipError(
+            f"'{first.model}' has no state '{of}'.{nearest(str(of), first.states)} '{MULTIPLIER}' is drawn, too."
+        )
     known = [first]
-    interrupted = _interrupted(first)
-    if switch and not interrupted:
-        try:
-            for one in _switched_at(known, longest, points):
-                known.append(one)
-                interrupted = _interrupted(one)
-                if interrupted:
-                    break
-        except KeyboardInterrupt:
-            interrupted = True
+    interrupted = spread(known, longest, points) if switch else _interrupted(first)
     return Branches(of or first.states[0], tuple(known), interrupted)
+
+
+def spread(known: list[Branch], longest: int, points: int = 2000) -> bool:
+    """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
+    if _interrupted(known[-1]):
+        return True
+    try:
+        for one in _switched_at(known, longest, points):
+            known.append(one)
+            if _interrupted(one):
+                return True
+    except KeyboardInterrupt:
+        return True
+    return False
 
 
 def _interrupted(one: Branch) -> bool:
@@ -308,8 +335,8 @@ def _interrupted(one: Branch) -> bool:
 
 
 def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Branch]:
-    """What leaves the branches that are known, and is not; the list may grow meanwhile."""
-    for one in known:
+    """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
+    for one in islice(known, len(known) - 1, None):
         for special in one.special:
             doubles = special.kind == "flip" or special.touch is not None
             if one.every * (2 if doubles else 1) > longest:

@@ -94,8 +94,8 @@ class FlowProblem(Problem):
         return self.autonomous + len(self.cyclic)
 
     @property
-    def name(self) -> str:
-        return self.strobe.name
+    def system(self) -> Strobe:
+        return self.strobe
 
     def opened(self, second: str) -> Problem:
         self.strobe.check(second, np.array([self.present(second)]) if second in self.strobe.parameters else np.zeros(1))
@@ -194,16 +194,7 @@ class FlowProblem(Problem):
 
     def folded(self, times: int) -> Problem:
         """So many periods of this one."""
-        strobe = Strobe(
-            self.strobe.fmu,
-            every=self.strobe.every * times,
-            forcing=self.strobe.forcing,
-            period=self.strobe.period,
-            autonomous=self.autonomous,
-            parameters=self.strobe.values,
-            tolerance=self.strobe.tolerance,
-        )
-        return replace(self, strobe=strobe, kept=self.kept)
+        return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         return self._after(z, seen.length / 2)

@@ -137,7 +137,7 @@ def solved(
     word: Word | None = None,
     halvings: int = 4,
 ) -> Node:
-    """The motion at a guess of u that has the border at zero.
+    """The motion at a guess of u that has the border at zero, of more equations than one too, if they go together.
 
     Args:
         towards: the sense of its tangent.
@@ -170,7 +170,8 @@ def solved(
             break
         last = size
         try:
-            step = np.linalg.solve(matrix, residual)
+            square = matrix.shape[0] == matrix.shape[1]
+            step = np.linalg.solve(matrix, residual) if square else np.linalg.lstsq(matrix, residual)[0]
         except np.linalg.LinAlgError:
             break
         previous, u = u, u - step

@@ -25,6 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.analyses.section_system import SectionSystem
+
 Vector = NDArray[np.float64]
 Word = tuple[tuple[str, int, int], ...]
 
@@ -130,8 +132,18 @@ class Problem(ABC):
 
     @property
     @abstractmethod
+    def system(self) -> SectionSystem:
+        """Whose motions they are."""
+
+    @property
     def name(self) -> str:
         """Of the model."""
+        return self.system.name
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Of states and parameters."""
+        return {name: self.system.unit_of(name) for name in (*self.states, *self.parameters)}
 
     @abstractmethod
     def opened(self, second: str) -> Problem:

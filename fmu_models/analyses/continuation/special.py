@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.discontinuous import Touch, repeats
-from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.discontinuous import Touch, event_kind, is_rigid, repeats
 from fmu_models.analyses.continuation.follow import Found
 from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.lost_event import with_event
@@ -22,7 +21,6 @@ from fmu_models.analyses.continuation.problem import TIE, Vector, Word
 from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.codegen.contact_states import AWAY, STICK
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
 ASIDE = 1e-3
@@ -160,7 +158,7 @@ def special_of(
             kind, more = _discontinuous(found, touch)
             common |= more
         else:
-            kind, words = "grazing, rigid" if _is_rigid(touch) else "jump", (node.word, ())
+            kind, words = "grazing, rigid" if is_rigid(problem, touch.miss.contact) else "jump", (node.word, ())
         common["contact"] = touch.miss.contact
     state = dict(zip(problem.states, state_at(node, 0.0).tolist(), strict=True))
     common = {"multipliers": node.multipliers, **common}
@@ -203,18 +201,7 @@ def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
 
 def kind_of(touch: Touch, first: Node) -> str:
     """By the event that is there on one side."""
-    event = newest(touch, first)
-    if _is_rigid(touch):
-        return "grazing, rigid"
-    if event.before == AWAY:
-        return "grazing, compliant"
-    return "grazing-sliding corner" if event.after == STICK else "touch"
-
-
-def _is_rigid(touch: Touch) -> bool:
-    """Whether what touches is a rigid contact at its wall."""
-    problem = touch.node.problem
-    return isinstance(problem, FlowProblem) and touch.miss.contact in problem.strobe.fmu.impacts
+    return event_kind(touch.node.problem, newest(touch, first))
 
 
 def newest(touch: Touch, first: Node) -> Any:

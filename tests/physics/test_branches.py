@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 
+import hinge_flows
 import numpy as np
 import pytest
 
@@ -254,4 +255,11 @@ def test_the_hinge_breaks_its_symmetry():
     # called a fold there: the parameter turns, where the motion becomes its own mirror twin
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
     assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10)
+    # of the symmetric motion itself, by 24 digits: its half map has a derivative with the eigenvalue 1 there, where the
+    # listed value, of the motion without symmetry, misses that by 4e-9
+    x, v, f = 0.0066220869368431714785, 0.016372785895150997606, 0.3638571561798623223915
+    begin = 0.4597949357630635 / f
+    entries = [(1, begin + 0.13376678), (-1, begin + 0.54680646)]
+    assert np.abs(hinge_flows.broken(x, v, 2 * math.pi * f, begin, entries)).max() < 1e-11
+    assert pitchfork.value == pytest.approx(f, abs=1e-12)
     assert near(counted(pitchfork, pitchfork.multipliers), as_complex(turn["multipliers"]), 1e-7)

@@ -1,7 +1,7 @@
 """The disc rig of class a over the speed of its disc: the cycle between its Hopf point and where it loses its stick.
 
-    Hopf         c = R^2 N (mu_s - mu_k) p / (1 + p r w0)^2: friction falls with the slip speed as fast as damping rises
-    stick lost   the cycle that slips all along, but at the point of release, where slip and its rate are zero
+Hopf         c = R^2 N (mu_s - mu_k) p / (1 + p r w0)^2: friction falls with the slip speed as fast as damping rises
+stick lost   the cycle that slips all along, but at the point of release, where slip and its rate are zero
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from closed_form import root
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from fmu_models import Strobe, branch, load
 
@@ -41,7 +41,7 @@ def stick_lost(mu_s, mu_k, p):
         release = [(R * N * mu_s - C * RADIUS * w / R) / K, RADIUS * w / R]
         lowest = []
         for sense in (1, -1):
-            turns.terminal, turns.direction = True, sense
+            turns.terminal, turns.direction = True, sense  # type: ignore[attr-defined]
             run = solve_ivp(
                 lambda t, x, sense=sense: [sense * one for one in rates(t, x)],
                 (0.0, 3.0), release, "DOP853", rtol=1e-13, atol=1e-15, events=turns,
@@ -50,7 +50,7 @@ def stick_lost(mu_s, mu_k, p):
         return lowest[0] - lowest[1]
 
     at_hopf = hopf(mu_s, mu_k, p)
-    return float(brentq(apart, 1.1 * at_hopf, 1.8 * at_hopf, xtol=1e-14))
+    return root(apart, 1.1 * at_hopf, 1.8 * at_hopf)
 
 
 @pytest.mark.parametrize("name", MATERIALS)

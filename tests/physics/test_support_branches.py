@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from closed_form import root
 from scipy.linalg import expm
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import fsolve
 
 from fmu_models import Strobe, branch, load
 from fmu_models.codegen.contact_states import RELEASED, TOUCHING
@@ -40,12 +41,13 @@ def period(x, omega, start, events, turns):
         ends = (lambda y: KS * (y[0] - G) + CS * y[1]) if contact else (lambda y: y[0] - G)
         near = 0.2 * min([1.0, *(abs(guess - other) for other, _ in events if other != guess)])
         from_x, from_t = x, t
-        found = brentq(
+        length = root(
             lambda s, x=from_x, t=from_t, c=contact, e=ends: e(flow(x, t, s, omega, c)[0]),
-            start + guess - near - t, start + guess + near - t, xtol=1e-15, rtol=1e-15,
-        )  # fmt: skip
-        x, step = flow(x, t, float(np.asarray(found)), omega, contact)
-        t, matrix = t + float(np.asarray(found)), step @ matrix
+            start + guess - near - t,
+            start + guess + near - t,
+        )
+        x, step = flow(x, t, length, omega, contact)
+        t, matrix = t + length, step @ matrix
         matrix = matrix if contact else ENTRY @ matrix
     x, step = flow(x, t, end - t, omega, False)
     return x, step @ matrix

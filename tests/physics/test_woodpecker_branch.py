@@ -104,6 +104,17 @@ def test_a_flip_hides_beside_a_landing_without_speed(found, toy):
     assert returns(toy, flip.value).slope(lowest(toy, flip.node.z)) == pytest.approx(-1.0, abs=1e-6)
 
 
+def test_twice_the_period_leaves_at_the_flip(found, toy):
+    (flip,) = [one for one in found.special if one.kind == "flip"]
+    (doubled,) = flip.switch(points=70)
+    assert doubled.ends[0][0] == "start" and doubled.periods[0] == pytest.approx(2 * flip.period, rel=1e-6)
+    node = doubled.nodes[-1]
+    at, angle = returns(toy, node.value), lowest(toy, node.z)
+    assert at(at(angle)) == pytest.approx(angle, abs=1e-11) and abs(at(angle) - angle) > 1e-4
+    slope = at.slope(angle) * at.slope(at(angle))
+    assert slope == pytest.approx(node.problem.own(node.multipliers)[0].real, rel=1e-6)
+
+
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.7])
 def test_it_is_the_motion_of_the_return_map(found, toy, share):
     node = found.nodes[int(share * len(found.nodes))]

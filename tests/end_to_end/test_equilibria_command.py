@@ -30,6 +30,17 @@ def test_a_scene_says_the_range_and_the_picture(stickslip, tmp_path):
     assert "multiple crossing" in (tmp_path / "figure_3.svg").read_text("utf-8")
 
 
+def test_special_equilibria_are_curves_in_two_parameters(stickslip, tmp_path):
+    """Of the smoothed system mu eps alone matters."""
+    smooth = ("planar_multiple_crossing_smooth", "--over", "mu=-0.01:0.02", "--start", "x1=-0.05")
+    answer = stickslip("equilibria", *smooth, "--curve", "eps=10:40", "--figure", "curves.svg", "--json")
+    assert answer.code == 0
+    hopf, fold = json.loads(answer.out)["curves"]
+    for one, known in ((hopf, 0.0025561976547262552), (fold, 0.0051946258921224642)):
+        assert [eps * mu for eps, mu in one["points"]] == pytest.approx([20.0 * known] * len(one["points"]), rel=1e-8)
+    assert (tmp_path / "curves.svg").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

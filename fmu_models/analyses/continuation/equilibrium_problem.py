@@ -52,6 +52,7 @@ class EquilibriumProblem(Problem):
     anchor: Vector
     sizes: Vector
     second: str = ""
+    still = True
 
     @property
     def states(self) -> tuple[str, ...]:  # type: ignore[override] # a field of others

@@ -4,6 +4,7 @@ multipliers are exponentials of eigenvalues."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ def still(curve: Curve) -> Curve:
 
 def _told(one: CurvePoint, curve: Curve) -> CurvePoint:
     with np.errstate(divide="ignore"):
-        eigenvalues = np.log(one.multipliers.astype(complex)) / one.period
+        eigenvalues: Any = np.log(one.multipliers) / one.period
     period = _period(eigenvalues) if curve.kind == "Hopf" else np.nan
     return replace(one, kind=NAMES.get(one.kind, one.kind), multipliers=eigenvalues, period=period)
 

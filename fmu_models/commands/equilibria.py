@@ -50,13 +50,15 @@ def equilibria(
         found = follow(
             fmu, name, (low, high), start=section.starts(), parameters=values, of=of, points=points, progress=advance
         )
-        if switch == SWITCHES[-1]:
+        if switch == SWITCHES[-1] and not found.interrupted:
             found = found.with_cycles(points)
-        curves = found.curves(second[0], second[1:]) if second else ()
+        curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
     told = _content(found)
     if second:
         told["curves"] = [curve_content(one) for one in curves]
     files.tell(Curves(curves) if curves else found, told)
+    if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
+        raise typer.Exit(130)
 
 
 def _content(found: Any) -> dict[str, Any]:

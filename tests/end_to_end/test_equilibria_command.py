@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import signal
+from contextlib import contextmanager
 
 import pytest
+
+from fmu_models.base import console
 
 HOPF = ("equilibria", "planar_hopf", "--over", "mu=-1:1", "--start", "x1=-1.5", "--start", "x2=0")
 
@@ -79,3 +83,25 @@ def test_the_homoclinic_point_is_told(stickslip, tmp_path):
 def test_a_homoclinic_point_takes_no_section(stickslip):
     answer = stickslip(*SADDLE, "--homoclinic", "mu=-0.003:0", "--period", "1")
     assert answer.code != 0 and "leave the section out" in " ".join(answer.err.split())
+
+
+def test_an_interrupt_keeps_the_equilibria_so_far(stickslip, monkeypatch):
+    """A real signal, raised as the tenth is told of; no cycle is begun after it."""
+
+    @contextmanager
+    def progress(doing):
+        told = []
+
+        def advance(fraction):
+            told.append(fraction)
+            if len(told) == 10:
+                signal.raise_signal(signal.SIGINT)
+
+        yield advance
+
+    monkeypatch.setattr(console, "progress", progress)
+    answer = stickslip(*HOPF, "--set", "mu=-0.5", "--switch", "all", "--json")
+    assert answer.code == 130
+    told = json.loads(answer.out)
+    assert len(told["points"]) == 10 and not told["cycles"]
+    assert {one["kind"] for one in told["ends"]} == {"interrupted"}

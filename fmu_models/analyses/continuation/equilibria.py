@@ -197,6 +197,11 @@ class EquilibriumBranch(Pictured):
     units: Mapping[str, str] = field(default_factory=dict)
     seconds: float = 0.0
 
+    @property
+    def interrupted(self) -> bool:
+        """By the keyboard."""
+        return any(kind == "interrupted" for one in (self, *self.cycles) for kind, _ in one.ends)
+
     def with_cycles(self, points: int = 2000) -> EquilibriumBranch:
         """The same with the branches of cycles, of so many points at most, that leave at Hopf points and where a pair
         of eigenvalues jumps over the imaginary axis."""
@@ -298,7 +303,9 @@ def _begin(
     """The equilibrium near the start."""
     name = fmu.description.modelName
     if not fmu.ours:
-        raise StickslipError(f"'{name}' is not of this suite: the derivatives of its rates are not known well enough.")
+        raise StickslipError(
+            f"'{name}' is not of this suite, whose rates have exact derivatives; export it with stickslip."
+        )
     check_names(fmu, "parameter or input", constants, [*fmu.parameters, *fmu.inputs])
     check_names(fmu, "state", start, fmu.states)
     for one, value in {**constants, **start}.items():

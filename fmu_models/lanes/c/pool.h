@@ -2,8 +2,6 @@
 #ifndef STICKSLIP_POOL_H
 #define STICKSLIP_POOL_H
 
-#include <stddef.h>
-
 #include "lane_table.h"
 
 /* what one motion has on its way over a period */
@@ -43,10 +41,6 @@ typedef struct {
 static inline void pool_queue(Pool *pool, int64_t slot, int which)
 {
     Queue *q = &pool->queue[which];
-    const char *mode = (const char *)&pool->tables[slot].mode[pool->lanes[slot].mode];
-    for (size_t line = 0; line < offsetof(LaneMode, stride); line += 64) {
-        __builtin_prefetch(mode + line);
-    }
     q->slot[q->count++] = (int32_t)slot;
 }
 

@@ -35,8 +35,8 @@ enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2 };
 
 typedef struct {
     signed char state[NC];
-    int home;    /* which home step is its own; -1: none */
-    int on_grid; /* its flow is that of a home mode */
+    int home;        /* which home step is its own; -1: none */
+    int on_grid;     /* its flow is that of a home mode */
     int crossed[NC]; /* the mode on the other side of a switch */
     double rate, longest;
     double shift[MODEL_NX];

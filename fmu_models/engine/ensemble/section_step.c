@@ -22,7 +22,7 @@ static int walk_holds(int c, int state)
                                       : state == CONTACT_STICK;
 }
 
-static void walk_note(void *context, const ContactEvent *event)
+void section_step_note(void *context, const ContactEvent *event)
 {
     Walk *w = context;
     const int c = event->contact;
@@ -125,7 +125,7 @@ Outcome section_step(Run *r, Walk *w)
     }
     r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
     while (1) {
-        const RunStatus status = run_advance(r, end, by_event, walk_note, w);
+        const RunStatus status = run_advance(r, end, by_event, section_step_note, w);
         if (status == RUN_ERROR) {
             return OUTCOME_BROKEN;
         }
@@ -214,7 +214,7 @@ Outcome section_step_tangents(Run *r, Walk *w, Tangents *tangents, int n, double
             r->section.searched = 0.0;
         }
         const double crossing = walk_crossing(r, w, until);
-        if (tangents_move(r, tangents, fmin(end, crossing), walk_note, w) == RUN_ERROR) {
+        if (tangents_move(r, tangents, fmin(end, crossing), section_step_note, w) == RUN_ERROR) {
             return OUTCOME_BROKEN;
         }
         w->crossed = crossing < INFINITY;

@@ -24,8 +24,8 @@ typedef struct {
     V x[MODEL_NX];
     M home, running; /* at home in the present period; on their way in it */
     V at, steps;     /* point of the grid where each is; how many there are */
-    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[NC];
-    V forced[LANES_GRID][MODEL_NX], guard_constant[LANES_GRID + 1][NC];
+    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[LANES_NHG];
+    V forced[LANES_POINTS][MODEL_NX], guard_constant[LANES_POINTS][LANES_NHG];
 } NAME(Group);
 
 static int64_t NAME(group_bytes)(void) { return (int64_t)sizeof(NAME(Group)); }
@@ -52,14 +52,14 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
     for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
         AT(g->bound[e], l) = s->bound[e];
     }
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
         AT(g->bound_constant[c], l) = s->bound_constant[c];
     }
-    for (int k = 0; k <= t->steps; k++) {
+    for (int k = 0; k <= lane_point(t->steps); k++) {
         for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
             AT(g->forced[k][i], l) = s->forced[k][i];
         }
-        for (int c = 0; c < MODEL_NC; c++) {
+        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
             AT(g->guard_constant[k][c], l) = s->guard_constant[k][c];
         }
     }
@@ -68,23 +68,23 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
 /* one step of the grid of a group; the lanes that it does not make are returned */
 static INLINE M NAME(advance)(NAME(Group) * g, int k)
 {
-    V next[MODEL_NX], g0[NC], g1[NC], bound[NC], size[MODEL_NX];
+    V next[MODEL_NX], g0[LANES_NHG], g1[LANES_NHG], bound[LANES_NHG], size[MODEL_NX];
     const M running = g->running & (M)(g->at == NAME(fill)((double)k)) & (M)(g->steps > NAME(fill)((double)k));
     M clear = g->home;
     for (int i = 0; i < MODEL_NX; i++) {
-        next[i] = g->forced[k][i];
+        next[i] = g->forced[lane_point(k)][i];
         size[i] = NAME(size)(g->x[i]);
     }
     LANES_STEP_SUMS(g->step, g->x, next);
-    for (int c = 0; c < MODEL_NC; c++) {
-        g0[c] = g->guard_constant[k][c];
-        g1[c] = g->guard_constant[k + 1][c];
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+        g0[c] = g->guard_constant[lane_point(k)][c];
+        g1[c] = g->guard_constant[lane_point(k + 1)][c];
         bound[c] = g->bound_constant[c];
     }
     LANES_HOME_SUMS(g->guard, g->x, g0);
     LANES_HOME_SUMS(g->guard, next, g1);
     LANES_BOUND_SUMS(g->bound, size, bound);
-    for (int c = 0; c < MODEL_NC; c++) {
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
         clear &= (M)(NAME(least)(g0[c], g1[c]) > bound[c]);
     }
     for (int i = 0; i < MODEL_NX; i++) {
@@ -99,7 +99,7 @@ typedef struct {
     V y[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     V tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
-    M known[LANES_NG];
+    M known[LANES_NG];     /* how many times over a guard is zero at the start */
     int64_t slot[LANES_W]; /* -1: empty */
     int goal[LANES_W];     /* the point of the grid to which time is left */
     int rounds[LANES_W];
@@ -138,7 +138,7 @@ static void NAME(enter)(Pool *pool, NAME(Bench) * b, int l, int64_t slot, int k)
         AT(b->y[i], l) = home ? AT(group->x[i], column) : lane->x[i];
     }
     for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
-        AT(b->y[MODEL_NX + j], l) = t->phasor[k][j];
+        AT(b->y[MODEL_NX + j], l) = t->phasor[lane_point(k)][j];
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
         AT(b->wave[j], l) = t->wave[j];
@@ -186,21 +186,28 @@ static void NAME(leave)(Pool *pool, NAME(Bench) * b, int l)
         (out)[i_] = AT((values)[i_], l);                                                                               \
     }
 
-/* the event of guard g in lane l */
-static void NAME(happen)(Pool *pool, NAME(Bench) * b, int l, int g)
+/* the event of guard g in lane l, and of those that fall with it */
+static void NAME(happen)(Pool *pool, NAME(Bench) * b, int l, int g, const M *fell)
 {
     double z[LANES_Z];
+    signed char falls[LANES_NG];
     signed char known[LANES_NG];
     Lane *lane = &pool->lanes[b->slot[l]];
     const LaneTable *t = &pool->tables[b->slot[l]];
-    const double time = t->h * b->goal[l] - AT(b->left, l);
+    double time = t->h * b->goal[l] - AT(b->left, l);
     COLUMN(b->y, LANES_Z, l, z)
-    lane_event(t, lane, z, g, time, known);
-    for (int i = 0; i < MODEL_NX; i++) {
-        AT(b->y[i], l) = z[i];
+    for (int i = 0; i < LANES_GUARDS; i++) {
+        falls[i] = MARK(fell[i], l) != 0;
+    }
+    lane_event(pool, b->slot[l], z, g, falls, &time, known);
+    if (lane->failed) {
+        return;
+    }
+    for (int j = 0; j < LANES_Z; j++) {
+        AT(b->y[j], l) = z[j];
     }
     for (int i = 0; i < LANES_GUARDS; i++) {
-        MARK(b->known[i], l) = known[i] ? -1 : 0;
+        MARK(b->known[i], l) = known[i];
     }
     /* away from home nothing is to be done at the points of the grid */
     const int next = (int)(time / t->h) + 1;
@@ -260,7 +267,9 @@ static INLINE M NAME(doubtful)(NAME(Bench) * b, V h, V (*q)[LANES_ORDER + 1], M 
     const V third = NAME(fill)(1.0 / 3.0);
     const V fourth = (h * h) * (h * h);
     V size[MODEL_NX];
-    M found = there & ~there;
+    const M none = there & ~there;
+    const M one = none + 1;
+    M found = none;
     for (int i = 0; i < MODEL_NX; i++) {
         size[i] = NAME(size)(b->y[i]);
     }
@@ -269,8 +278,10 @@ static INLINE M NAME(doubtful)(NAME(Bench) * b, V h, V (*q)[LANES_ORDER + 1], M 
         for (int i = 0; i < MODEL_NX; i++) {
             tail += b->tail[g][i] * size[i];
         }
-        b->known[g] |= (M)(q[g][0] == zero) & (M)(q[g][1] > zero);
-        const M known = b->known[g];
+        const M left_now = ~(M)(b->known[g] > none) & (M)(q[g][0] == zero) & (M)(q[g][1] > zero);
+        b->known[g] += left_now & one;
+        const M known = (M)(b->known[g] > none);
+        found |= (M)(b->known[g] > one);
         const V a0 = NAME(pick)(known, q[g][1], q[g][0]);
         const V a1 = NAME(pick)(known, q[g][2], q[g][1]);
         const V a2 = NAME(pick)(known, q[g][3], q[g][2]);
@@ -284,22 +295,33 @@ static INLINE M NAME(doubtful)(NAME(Bench) * b, V h, V (*q)[LANES_ORDER + 1], M 
     return found & there;
 }
 
-/* without the root at the start, where one is known */
+/* without the roots at the start that are known; what stays at zero falls nowhere */
 static INLINE void NAME(deflate)(V *q, M known)
 {
-    if (!NAME(any)(known)) {
-        return;
+    const M none = known & ~known;
+    const M always = (M)(known >= none + LANES_ZERO);
+    M count = known & ~always;
+    while (NAME(any)(count)) {
+        const M more = (M)(count > none);
+        for (int k = 0; k < LANES_ORDER; k++) {
+            q[k] = NAME(pick)(more, q[k + 1], q[k]);
+        }
+        q[LANES_ORDER] = NAME(pick)(more, NAME(fill)(0.0), q[LANES_ORDER]);
+        count += more;
     }
-    for (int k = 0; k < LANES_ORDER; k++) {
-        q[k] = NAME(pick)(known, q[k + 1], q[k]);
+    if (NAME(any)(always)) {
+        for (int k = 0; k <= LANES_ORDER; k++) {
+            q[k] = NAME(pick)(always, NAME(fill)(k == 0 ? 1.0 : 0.0), q[k]);
+        }
     }
-    q[LANES_ORDER] = NAME(pick)(known, NAME(fill)(0.0), q[LANES_ORDER]);
 }
 
 /* the earliest fall of all guards; how far the sub-step goes where there is none; lanes that are not decided */
-static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undecided)
+static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *fell, M *undecided)
 {
     enum { HALVINGS = 12 };
+    const V together = NAME(fill)(1.0 + 4.0 * DBL_EPSILON);
+    V at[LANES_NG];
     V reach = NAME(fill)(1.0);
     V place = NAME(fill)(2.0);
     M left = busy;
@@ -309,12 +331,15 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
         V first = NAME(fill)(2.0);
         V guard = NAME(fill)(-1.0);
         for (int g = 0; g < LANES_GUARDS; g++) {
-            const V at = NAME(guard_falls)(q[g], left, &longer);
-            guard = NAME(pick)((M)(at < first), NAME(fill)((double)g), guard);
-            first = NAME(least)(at, first);
+            at[g] = NAME(guard_falls)(q[g], left, &longer);
+            guard = NAME(pick)((M)(at[g] < first), NAME(fill)((double)g), guard);
+            first = NAME(least)(at[g], first);
         }
         const M done = left & ~longer;
         const M falls = done & (M)(first < NAME(fill)(1.5));
+        for (int g = 0; g < LANES_GUARDS; g++) {
+            fell[g] = (fell[g] & ~left) | (falls & (M)(at[g] <= first * together));
+        }
         place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));
         *which = NAME(pick)(falls, guard, *which);
         left &= longer;
@@ -342,6 +367,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool, int k, int64_t qu
     NAME(Bench) b;
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
+    M fell[LANES_NG];
     int64_t next = 0;
     memset(&b, 0, sizeof b);
     for (int l = 0; l < LANES_W; l++) {
@@ -372,7 +398,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool, int k, int64_t qu
             for (int g = 0; g < LANES_GUARDS; g++) {
                 NAME(deflate)(q[g], b.known[g]);
             }
-            u = NAME(pick)(open, NAME(search)(q, open, &which, &undecided), u);
+            u = NAME(pick)(open, NAME(search)(q, open, &which, fell, &undecided), u);
         }
         for (int g = 0; g < LANES_GUARDS; g++) {
             b.known[g] = there & ~there;
@@ -399,7 +425,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool, int k, int64_t qu
             Lane *lane = &pool->lanes[b.slot[l]];
             lane->failed |= MARK(undecided, l) != 0 || ++b.rounds[l] > LANES_ROUNDS;
             if (!lane->failed && AT(which, l) >= 0.0) {
-                NAME(happen)(pool, &b, l, (int)AT(which, l));
+                NAME(happen)(pool, &b, l, (int)AT(which, l), fell);
             }
             if (lane->failed || AT(b.left, l) == 0.0) {
                 NAME(leave)(pool, &b, l);

@@ -6,10 +6,13 @@
  *     impact   y -> -e y by an impulse; onto the wall, from which it leaves at once
  *     switch   the other side
  *
- * Left to the series of the engine: an impact whose rebound may be the last of a chatter, or that another contact may
- * take part in; a switch that is met along its surface.
+ * All else the engine decides, from the same point: what makes a contact stick or let go, friction in an impact, an
+ * impact whose rebound may be the last of a chatter or that another contact may take part in, a switch that is met along
+ * its surface, whatever happens while a force holds a contact.
  */
 #include "lane_event.h"
+
+#include "lane_held.h"
 
 /* of the fastest impact: the engine completes a chatter from here on (Tolerances.chatter) */
 static const double CHATTER = 1e-8;
@@ -17,15 +20,6 @@ static const double CHATTER = 1e-8;
 static const double AT_WALL = 1e-12;
 /* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
 static const double ALONG = 1e-9;
-
-static double row_value(const double *row, const double *z)
-{
-    double sum = row[LANES_Z];
-    for (int j = 0; j < LANES_Z; j++) {
-        sum += row[j] * z[j];
-    }
-    return sum;
-}
 
 static double row_size(const double *row, const double *z)
 {
@@ -48,17 +42,31 @@ static int is_shared(const LaneTable *t, const Lane *lane, const double *z, int 
     return 0;
 }
 
-static void impact(const LaneTable *t, Lane *lane, double *z, int c)
+/* whether an impact changes what other contacts do */
+static int is_felt(const Lane *lane, int c)
+{
+    for (int e = 0; e < MODEL_NC; e++) {
+        const int state = lane->motion.state[e];
+        const int released = lanes_kind[e] == KIND_STOP && lanes_digits[e] == 3 && state != CONTACT_AWAY;
+        if (e != c && (released || (lanes_kind[e] == KIND_FRICTION && state != CONTACT_AWAY))) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* 0: not decided */
+static int impact(const LaneTable *t, Lane *lane, double *z, int c)
 {
     const double y = row_value(t->approach[c], z);
     const double depth = row_value(t->depth[c], z);
     const double e = t->restitution[c];
-    double *fastest = &lane->motion.memory[c];
-    *fastest = fmax(*fastest, -y);
-    if (!(y < 0.0) || !(-e * y > 2.0 * CHATTER * *fastest) || is_shared(t, lane, z, c)) {
-        lane->failed = 1;
-        return;
+    const double fastest = fmax(lane->motion.memory[c], -y);
+    if (lanes_partner[c] || lanes_poisson[c] || !(y < 0.0) || !(-e * y > 2.0 * CHATTER * fastest) || is_felt(lane, c)
+        || is_shared(t, lane, z, c)) {
+        return 0;
     }
+    lane->motion.memory[c] = fastest;
     for (int i = 0; i < MODEL_NQ; i++) {
         z[i] += depth * t->push[c][MODEL_NQ + i];
     }
@@ -66,27 +74,17 @@ static void impact(const LaneTable *t, Lane *lane, double *z, int c)
         z[i] -= (1.0 + e) * y * t->push[c][i];
     }
     lane->motion.began[c]++;
+    return 1;
 }
 
-/* from the origin of one mode to that of another */
-static void change_mode(const LaneTable *t, Lane *lane, double *z, int c)
+/* a stop that has just been entered is at its bound exactly, where the origin of the mode lies there */
+static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int c)
 {
-    const LaneMode *from = &t->mode[lane->mode];
-    const int mode = table_mode(lane->motion.state);
-    const LaneMode *to = &t->mode[mode];
-    for (int i = 0; i < MODEL_NX; i++) {
-        z[i] = (z[i] + from->shift[i]) - to->shift[i];
-    }
-    lane->mode = mode;
-    if (lane->motion.state[c] != CONTACT_TOUCHING) {
-        return;
-    }
-    /* it is at the bound exactly */
     double size = 0.0;
     double depth = 0.0;
     int on_wall = 0;
     for (int i = 0; i < MODEL_NQ; i++) {
-        on_wall |= to->shift[i] != 0.0;
+        on_wall |= m->shift[i] != 0.0;
         size += t->depth[c][i] * t->depth[c][i];
         depth += t->depth[c][i] * z[i];
     }
@@ -95,7 +93,19 @@ static void change_mode(const LaneTable *t, Lane *lane, double *z, int c)
     }
 }
 
-static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+/* from the origin of one mode to that of another */
+static void change_mode(LaneTable *t, Lane *lane, double *z)
+{
+    const LaneMode *from = &t->mode[lane->mode];
+    lane->mode = table_mode(lane->motion.state);
+    const LaneMode *to = table_at(t, lane->mode);
+    for (int i = 0; i < MODEL_NX; i++) {
+        z[i] = (z[i] + from->shift[i]) - to->shift[i];
+    }
+    lane->failed |= !to->usable;
+}
+
+static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
 {
     const int c = lanes_guard_contact[g];
     LaneMotion *m = &lane->motion;
@@ -106,7 +116,7 @@ static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time, 
         plain[i] += t->mode[lane->mode].shift[i];
     }
     const double rate = row_value(t->approach[c], plain);
-    if (lanes_guard_slot[g] == 1) {
+    if (lanes_guard_slot[g] == GUARD_TANGENTIAL) {
         const int inside = row_value(t->depth[c], plain) > 0.0;
         m->state[c] = before == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
         known[m->state[c] == CONTACT_AWAY ? g - 1 : g] = 1;
@@ -127,23 +137,16 @@ static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time, 
         m->since[c] = t->origin + time;
         m->began[c]++;
     }
-    const int entered = before == CONTACT_AWAY;
-    change_mode(t, lane, z, entered ? c : 0);
+    change_mode(t, lane, z);
+    if (before == CONTACT_AWAY) {
+        place_on_bound(t, &t->mode[lane->mode], z, c);
+    }
 }
 
-void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+/* 0: it is met along its surface, or the motion may slide there */
+static int cross(LaneTable *t, Lane *lane, double *z, int g)
 {
     const int c = lanes_guard_contact[g];
-    memset(known, 0, LANES_NG);
-    if (lanes_kind[c] == KIND_STOP) {
-        stop(t, lane, z, g, time, known);
-        return;
-    }
-    known[g] = 1;
-    if (lanes_kind[c] == KIND_IMPACT) {
-        impact(t, lane, z, c);
-        return;
-    }
     double rate = 0.0;
     double size = 0.0;
     const LaneMode *m = &t->mode[lane->mode];
@@ -164,23 +167,105 @@ void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time, s
         }
         rate += m->guard[e] * flow;
     }
-    if (!(-rate > ALONG * size)) {
+    if (lanes_sticks[c] || !(-rate > ALONG * size)) {
+        return 0;
+    }
+    lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+    change_mode(t, lane, z);
+    return 1;
+}
+
+/* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
+static signed char zeros(const LaneMode *m, const LaneEvent *e, const double *z, int g)
+{
+    const int c = lanes_guard_contact[g];
+    const int slot = lanes_guard_slot[g];
+    const int count = e->known[c][slot == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL];
+    const int normal = lanes_kind[c] == KIND_RUB ? lanes_partner[c] - 1 : -1;
+    if (slot != GUARD_NORMAL && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK))) {
+        return 0; /* it watches nothing */
+    }
+    const int unloaded = normal >= 0 && e->known[normal][SLOT_NORMAL] > 0;
+    if (slot != GUARD_NORMAL && m->state[c] == CONTACT_STICK && !unloaded) {
+        const int other = slot == GUARD_TANGENTIAL ? g + 1 : g - 1;
+        if (row_value(m->full.guard[g], z) > row_value(m->full.guard[other], z)) {
+            return 0;
+        }
+    }
+    return (signed char)(count < LANES_ZERO ? count : LANES_ZERO);
+}
+
+/* the engine decides */
+static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, double *time, signed char *known)
+{
+    Lane *lane = &pool->lanes[slot];
+    LaneTable *t = &pool->tables[slot];
+    LaneEvent e = {.time = *time};
+    signed char before[NC];
+    memcpy(before, lane->motion.state, sizeof before);
+    for (int i = 0; i < MODEL_NX; i++) {
+        lane->motion.x[i] = z[i] + t->mode[lane->mode].shift[i];
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        e.falls[lanes_guard_contact[g]][lanes_guard_slot[g] == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL] |= falls[g];
+    }
+    const int mode = pool->resolve(pool->context, slot, &lane->motion, &e) ? table_mode(lane->motion.state) : -1;
+    if (mode < 0 || !table_at(t, mode)->usable) {
         lane->failed = 1;
         return;
     }
-    lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-    change_mode(t, lane, z, c);
+    const LaneMode *m = &t->mode[mode];
+    lane->mode = mode;
+    for (int i = 0; i < MODEL_NX; i++) {
+        z[i] = lane->motion.x[i] - m->shift[i];
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (lanes_kind[c] == KIND_STOP && before[c] == CONTACT_AWAY && m->state[c] == CONTACT_TOUCHING) {
+            place_on_bound(t, m, z, c);
+        }
+    }
+    for (int k = 0; e.time != *time && k < LANES_HARMONICS; k++) {
+        const double angle = t->wave[k] * (t->origin + e.time) + t->phase[k];
+        z[MODEL_NX + 2 * k] = cos(angle);
+        z[MODEL_NX + 2 * k + 1] = sin(angle);
+    }
+    *time = e.time;
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        known[g] = zeros(m, &e, z, g);
+    }
+}
+
+void lane_event(Pool *pool, int64_t slot, double *z, int g, const signed char *falls, double *time, signed char *known)
+{
+    Lane *lane = &pool->lanes[slot];
+    LaneTable *t = &pool->tables[slot];
+    const int c = lanes_guard_contact[g];
+    int decided = 0;
+    memset(known, 0, LANES_NG);
+    if (t->mode[lane->mode].held_count == 0) {
+        if (lanes_kind[c] == KIND_STOP) {
+            stop(t, lane, z, g, *time, known);
+            return;
+        }
+        known[g] = 1;
+        decided = lanes_kind[c] == KIND_IMPACT   ? impact(t, lane, z, c)
+                  : lanes_kind[c] == KIND_SWITCH ? cross(t, lane, z, g)
+                                                 : 0;
+    }
+    if (!decided) {
+        ask(pool, slot, z, falls, time, known);
+    }
 }
 
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
 {
     Lane *lane = &pool->lanes[slot];
-    const LaneTable *t = &pool->tables[slot];
+    LaneTable *t = &pool->tables[slot];
     if (!motion->wanted || !t->usable) {
         return 0;
     }
     const int mode = table_mode(motion->state);
-    if (mode < 0) {
+    if (mode < 0 || !table_at(t, mode)->usable) {
         return 0;
     }
     lane->motion = *motion;
@@ -200,9 +285,13 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
         motion->decided = 0;
         return;
     }
+    double z[LANES_Z];
+    memcpy(z, lane->x, sizeof lane->x);
+    memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
+    held_settle(t, &t->mode[lane->mode], z);
     *motion = lane->motion;
     for (int i = 0; i < MODEL_NX; i++) {
-        motion->x[i] = lane->x[i] + t->mode[lane->mode].shift[i];
+        motion->x[i] = z[i] + t->mode[lane->mode].shift[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         motion->since[c] -= t->period;

@@ -13,6 +13,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "../../engine/ensemble/lane_stepper.h"
@@ -26,14 +27,30 @@ enum {
     LANES_NR = MODEL_ROOM(LANES_GUARD_ENTRIES),
     LANES_NHOME = MODEL_ROOM(LANES_HOME_ENTRIES),
     LANES_NBOUND = MODEL_ROOM(LANES_BOUND_ENTRIES),
-    /* steps of the grid, at most */
-    LANES_GRID = 128
+    LANES_NHG = MODEL_ROOM(LANES_HOME_GUARDS),
+    /* steps of the grid, at most, and of how many there are numbers: those of what nothing forces are all alike */
+    LANES_GRID = LANES_HARMONICS > 0 ? 128 : 4096,
+    LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1
 };
 
-enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2 };
+/* which numbers those of point k of the grid are */
+static inline int lane_point(int k) { return LANES_HARMONICS > 0 ? k : 0; }
+
+
+/* KIND_RUB: the friction of a rigid contact */
+enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2, KIND_FRICTION = 3, KIND_RUB = 4 };
+/* what a guard watches: depth, gap or the force of a closed contact; release, slip, function or the margin of stick on
+   its plus side; on its other side */
+enum { GUARD_NORMAL = 0, GUARD_TANGENTIAL = 1, GUARD_MARGIN = 2 };
+
+/* the rows of a mode in full: flow, and guards */
+typedef struct {
+    double flow[MODEL_NX][LANES_Z + 1], guard[LANES_NG][LANES_Z + 1];
+} Full;
 
 typedef struct {
     signed char state[NC];
+    int usable; /* its held contacts have forces, which the motion says */
     int home; /* which home step is its own; -1: none */
     double rate, longest;
     double shift[MODEL_NX];
@@ -41,12 +58,17 @@ typedef struct {
     double guard[LANES_NR], guard_constant[LANES_NG];
     /* what a guard is beyond its terms of third order is at most h^4 (tail |x| + tail_constant), over a sub-step of h */
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
+    /* contacts that forces hold, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
+       none */
+    int held_count, held[NC];
+    double no_slip[NC][MODEL_NX], on_wall[NC][MODEL_NX];
+    Full full;
 } LaneMode;
 
 typedef struct {
-    double step[LANES_STEP], forced[LANES_GRID][MODEL_NX];
-    double guard[LANES_NHOME], guard_constant[LANES_GRID + 1][NC];
-    double bound[LANES_NBOUND], bound_constant[NC];
+    double step[LANES_STEP], forced[LANES_POINTS][MODEL_NX];
+    double guard[LANES_NHOME], guard_constant[LANES_POINTS][LANES_NHG];
+    double bound[LANES_NBOUND], bound_constant[LANES_NHG];
 } HomeStep;
 
 typedef struct {
@@ -54,11 +76,12 @@ typedef struct {
     double p[MODEL_ROOM(MODEL_NP)], u[MODEL_ROOM(MODEL_NU)], origin, period;
     int steps; /* of the grid */
     double h;
-    double wave[LANES_NH], phasor[LANES_GRID + 1][2 * LANES_NH];
+    double wave[LANES_NH], phase[LANES_NH], phasor[LANES_POINTS][2 * LANES_NH];
     /* of rigid contacts: y of their impulse by row, and what a unit of it does */
     double approach[NC][LANES_Z + 1], push[NC][MODEL_NX], restitution[NC];
     double depth[NC][LANES_Z + 1];
     double entry_release[NC][2]; /* of stops: factor of the rate, and the rest, in the force that lets go */
+    signed char made[LANES_MODES]; /* modes that are, the others when a motion comes to them */
     LaneMode mode[LANES_MODES];
     HomeStep home[LANES_HOMES];
 } LaneTable;
@@ -67,5 +90,18 @@ typedef struct {
 int table_make(LaneTable *t, const double *p, const double *u, double origin, double period);
 /* the mode of contact states; -1 if lanes have none for it */
 int table_mode(const signed char *state);
+/* the numbers of a mode */
+LaneMode *table_at(LaneTable *t, int mode);
+/* whether no stop touches in a mode, and no force holds a contact */
+int mode_is_away(int mode);
+/* |row| |A|^n exp(|A| h) over z and 1: what bounds the n-th derivative of a guard over a step; of harmonics and 1, whose
+   magnitudes are at most 1, as the sum that is returned */
+double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound);
+
+/* whether a force holds contact c: it sticks, slides or is closed */
+static inline int lane_holds(const signed char *state, int c)
+{
+    return lanes_kind[c] == KIND_IMPACT ? state[c] == CONTACT_TOUCHING : state[c] == CONTACT_STICK;
+}
 
 #endif

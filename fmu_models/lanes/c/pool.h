@@ -17,6 +17,8 @@ typedef struct {
     LaneTable *tables;
     Lane *lanes;
     int32_t *queue;
+    LaneResolve resolve; /* what decides events that lanes leave, and whom it asks for */
+    void *context;
     double *columns; /* of the home steps, group by group (lane_code.h) */
 } Pool;
 

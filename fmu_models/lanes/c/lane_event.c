@@ -3,79 +3,19 @@
  *
  *     stop     away -> touching from its depth on; touching -> released where its force falls to zero, or away; released
  *              -> touching where it would push again, or away
- *     impact   y -> -e y by an impulse; onto the wall, from which it leaves at once
  *     switch   the other side
+ *     held, rubbing and rigid contacts: lane_transition.c
  *
- * All else the engine decides, from the same point: what makes a contact stick or let go, friction in an impact, an
- * impact whose rebound may be the last of a chatter or that another contact may take part in, a switch that is met along
- * its surface, whatever happens while a force holds a contact.
+ * All else the engine decides, from the same point: an impact whose rebound may be the last of a chatter or that another
+ * contact may take part in, the end of a region, a switch that is met along its surface, several contacts at once, ties.
  */
 #include "lane_event.h"
 
 #include "lane_held.h"
+#include "lane_transition.h"
 
-/* of the fastest impact: the engine completes a chatter from here on (Tolerances.chatter) */
-static const double CHATTER = 1e-8;
-/* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
-static const double AT_WALL = 1e-12;
 /* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
 static const double ALONG = 1e-9;
-
-static double row_size(const double *row, const double *z)
-{
-    double sum = fabs(row[LANES_Z]);
-    for (int j = 0; j < LANES_Z; j++) {
-        sum += fabs(row[j] * z[j]);
-    }
-    return sum;
-}
-
-/* whether another rigid contact is at its wall as well */
-static int is_shared(const LaneTable *t, const Lane *lane, const double *z, int c)
-{
-    for (int e = 0; e < MODEL_NC; e++) {
-        if (e != c && lanes_kind[e] == KIND_IMPACT && lane->motion.state[e] == CONTACT_AWAY
-            && fabs(row_value(t->depth[e], z)) <= AT_WALL * row_size(t->depth[e], z)) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-/* whether an impact changes what other contacts do */
-static int is_felt(const Lane *lane, int c)
-{
-    for (int e = 0; e < MODEL_NC; e++) {
-        const int state = lane->motion.state[e];
-        const int released = lanes_kind[e] == KIND_STOP && lanes_digits[e] == 3 && state != CONTACT_AWAY;
-        if (e != c && (released || (lanes_kind[e] == KIND_FRICTION && state != CONTACT_AWAY))) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-/* 0: not decided */
-static int impact(const LaneTable *t, Lane *lane, double *z, int c)
-{
-    const double y = row_value(t->approach[c], z);
-    const double depth = row_value(t->depth[c], z);
-    const double e = t->restitution[c];
-    const double fastest = fmax(lane->motion.memory[c], -y);
-    if (lanes_partner[c] || lanes_poisson[c] || !(y < 0.0) || !(-e * y > 2.0 * CHATTER * fastest) || is_felt(lane, c)
-        || is_shared(t, lane, z, c)) {
-        return 0;
-    }
-    lane->motion.memory[c] = fastest;
-    for (int i = 0; i < MODEL_NQ; i++) {
-        z[i] += depth * t->push[c][MODEL_NQ + i];
-    }
-    for (int i = MODEL_NQ; i < MODEL_NX; i++) {
-        z[i] -= (1.0 + e) * y * t->push[c][i];
-    }
-    lane->motion.began[c]++;
-    return 1;
-}
 
 /* a stop that has just been entered is at its bound exactly, where the origin of the mode lies there */
 static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int c)
@@ -91,18 +31,6 @@ static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int
     for (int i = 0; on_wall && i < MODEL_NQ; i++) {
         z[i] -= depth / size * t->depth[c][i];
     }
-}
-
-/* from the origin of one mode to that of another */
-static void change_mode(LaneTable *t, Lane *lane, double *z)
-{
-    const LaneMode *from = &t->mode[lane->mode];
-    lane->mode = table_mode(lane->motion.state);
-    const LaneMode *to = table_at(t, lane->mode);
-    for (int i = 0; i < MODEL_NX; i++) {
-        z[i] = (z[i] + from->shift[i]) - to->shift[i];
-    }
-    lane->failed |= !to->usable;
 }
 
 static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
@@ -137,7 +65,7 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, signed
         m->since[c] = t->origin + time;
         m->began[c]++;
     }
-    change_mode(t, lane, z);
+    lane_change_mode(t, lane, z);
     if (before == CONTACT_AWAY) {
         place_on_bound(t, &t->mode[lane->mode], z, c);
     }
@@ -171,7 +99,7 @@ static int cross(LaneTable *t, Lane *lane, double *z, int g)
         return 0;
     }
     lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-    change_mode(t, lane, z);
+    lane_change_mode(t, lane, z);
     return 1;
 }
 
@@ -240,17 +168,21 @@ void lane_event(Pool *pool, int64_t slot, double *z, int g, const signed char *f
     Lane *lane = &pool->lanes[slot];
     LaneTable *t = &pool->tables[slot];
     const int c = lanes_guard_contact[g];
+    int alone = 1;
     int decided = 0;
     memset(known, 0, LANES_NG);
-    if (t->mode[lane->mode].held_count == 0) {
-        if (lanes_kind[c] == KIND_STOP) {
-            stop(t, lane, z, g, *time, known);
-            return;
-        }
+    if (t->mode[lane->mode].held_count == 0 && lanes_kind[c] == KIND_STOP) {
+        stop(t, lane, z, g, *time, known);
+        return;
+    }
+    for (int e = 0; e < LANES_GUARDS; e++) {
+        alone &= e == g || !falls[e];
+    }
+    if (lanes_kind[c] == KIND_SWITCH && !lanes_sticks[c] && t->mode[lane->mode].held_count == 0) {
         known[g] = 1;
-        decided = lanes_kind[c] == KIND_IMPACT   ? impact(t, lane, z, c)
-                  : lanes_kind[c] == KIND_SWITCH ? cross(t, lane, z, g)
-                                                 : 0;
+        decided = cross(t, lane, z, g);
+    } else if (alone) {
+        decided = lane_transition(t, lane, z, g, *time, known);
     }
     if (!decided) {
         ask(pool, slot, z, falls, time, known);

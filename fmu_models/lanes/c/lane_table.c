@@ -86,9 +86,34 @@ static void table_phasors(LaneTable *t, const LaneRows *r)
     }
 }
 
+/* whether the forces of contact c have one solution, whatever the motion is */
+static int is_unique(const LaneRows *r, int c)
+{
+    /* near the friction that jams a wall forces are no longer told apart */
+    const double FAR_FROM_JAM = 0.99;
+    const int partner = lanes_partner[c] - 1;
+    const int normal = lanes_kind[c] == KIND_RUB ? partner : c;
+    int switches = 0;
+    for (int e = 0; e < MODEL_NC; e++) {
+        switches += lanes_kind[e] == KIND_SWITCH;
+    }
+    if (lanes_kind[c] == KIND_SWITCH) {
+        return switches == 1 && r->G[c][c] > 0.0;
+    }
+    if (partner < 0) {
+        return 1;
+    }
+    const int rub = lanes_partner[normal] - 1;
+    return r->mu[rub] * fabs(r->G[normal][rub]) < FAR_FROM_JAM * r->G[normal][normal];
+}
+
 static void table_contacts(LaneTable *t, const LaneRows *r)
 {
+    memcpy(t->W, r->W, sizeof t->W);
+    memcpy(t->G, r->G, sizeof t->G);
+    memcpy(t->mu, r->mu, sizeof t->mu);
     for (int c = 0; c < MODEL_NC; c++) {
+        t->unique[c] = (signed char)is_unique(r, c);
         memcpy(t->approach[c], r->slip[c], sizeof t->approach[c]);
         memcpy(t->depth[c], r->depth[c], sizeof t->depth[c]);
         t->restitution[c] = r->restitution[c];

@@ -80,6 +80,8 @@ typedef struct {
     /* of rigid contacts: y of their impulse by row, and what a unit of it does */
     double approach[NC][LANES_Z + 1], push[NC][MODEL_NX], restitution[NC];
     double depth[NC][LANES_Z + 1];
+    double W[MODEL_NX][NC], G[NC][NC], mu[NC];
+    signed char unique[NC]; /* what one contact alone decides has one solution (lane_transition.c) */
     double entry_release[NC][2]; /* of stops: factor of the rate, and the rest, in the force that lets go */
     signed char made[LANES_MODES]; /* modes that are, the others when a motion comes to them */
     LaneMode mode[LANES_MODES];

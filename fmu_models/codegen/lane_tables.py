@@ -190,6 +190,7 @@ class _Tables:
             "MODES": modes,
             "HOMES": min(home_modes, _MOST_HOMES),
             "HOME_GUARDS": len(homes),
+            "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
         }
         tables = {
             "flow_row": [i for i, _ in self.places],

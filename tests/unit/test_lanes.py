@@ -8,6 +8,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from benchmark_scripts import benchmark_script
 
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.fmu_sections import Strobe
@@ -29,14 +30,7 @@ LINEAR = {
     *("two_domain_oscillator", "woodpecker", "planar_hopf", "planar_multiple_crossing", "drive_motor"),
 }
 # what a family of each varies, and its default otherwise
-FAMILIES = {
-    "discontinuous_support": ("omega", {"ks": 300.0, "cs": 0.6, "g": 1.6}, "omega", (0.8, 1.0)),
-    "bouncing_ball": ("omega", {}, "A", (2.7e-3, 3.7e-3)),
-    "impact_pair": ("omega", {}, "D", (4.0, 9.0)),
-    "impact_damper": ("omega", {}, "f0", (0.05, 0.2)),
-    "fermi_accelerator": ("omega", {}, "L", (50.0, 110.0)),
-    "two_domain_oscillator": ("W", {}, "w2", (1.2, 1.9)),
-}
+FAMILIES = benchmark_script("bench_lanes").FAMILIES
 
 
 def family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:
@@ -55,9 +49,11 @@ def test_the_proof_knows_which_models_are_linear_in_every_mode():
 
 def test_what_is_linear_may_still_have_contacts_that_lanes_do_not_follow():
     system = lower(declaration("woodpecker"))
-    assert obstacles(system) == ()
-    assert lane_obstacles(system)[0] == "contact 'beak': friction is not followed in lanes"
-    assert not has_lanes(load("woodpecker"))
+    assert obstacles(system) == lane_obstacles(system) == ()
+    beak, *others = system.contacts
+    jumps = dataclasses.replace(beak, rooted=True)
+    found = lane_obstacles(dataclasses.replace(system, contacts=(jumps, *others)))
+    assert found == ("contact 'beak': its jumps are not followed in lanes",)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -137,14 +133,17 @@ def test_a_lane_that_goes_to_infinity_harms_no_other():
     assert np.array_equal(made.points[others], known.points[others])
 
 
-def test_what_rests_on_its_table_is_left_to_the_series_and_counted():
-    values = {"omega": 1.0, "g": 1.0, "A": 1.2, "e": 0.2}
+def test_what_rests_on_its_table_stays_in_lanes():
+    values = {"omega": 1.0, "g": 1.0, "A": 1.2}
     system = Strobe(load("bouncing_ball"), forcing="omega", parameters=values)
-    made = system.run(Jobs(np.array([[60.0, 0.0]] * 2), rows=10), GO)
-    series = system.stepped_by("taylor").run(Jobs(np.array([[60.0, 0.0]] * 2), rows=10), GO)
-    assert 0 < made.in_lanes[0] < made.steps[0]
+    # e = 0: no bounce; otherwise so many that the engine completes them; e = 1: none is the last
+    jobs = Jobs(np.array([[60.0, 0.0]] * 4), {"e": np.array([0.0, 0.2, 0.6, 1.0])}, rows=6)
+    made, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert made.in_lanes.tolist() == made.steps.tolist()
     assert made.points == pytest.approx(series.points, abs=1e-9)
-    assert "by series" in system.how
+    assert np.array_equal(made.began, series.began)
+    assert made.held == pytest.approx(series.held, abs=1e-7)
+    assert system.how == "exact flow, up to 8 lanes" or "lanes" in system.how
 
 
 def test_a_stepper_that_is_none_is_refused():

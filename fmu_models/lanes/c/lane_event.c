@@ -33,7 +33,7 @@ static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int
     }
 }
 
-static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
 {
     const int c = lanes_guard_contact[g];
     LaneMotion *m = &lane->motion;
@@ -75,26 +75,8 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, signed
 static int cross(LaneTable *t, Lane *lane, double *z, int g)
 {
     const int c = lanes_guard_contact[g];
-    double rate = 0.0;
-    double size = 0.0;
-    const LaneMode *m = &t->mode[lane->mode];
-    for (int e = lanes_guard_first[g]; e < lanes_guard_first[g + 1]; e++) {
-        /* the rate of the guard along the flow, a row at a time */
-        const int j = lanes_guard_column[e];
-        double flow = 0.0;
-        if (j < MODEL_NX) {
-            flow = m->constant[j] + (j < MODEL_NQ ? z[MODEL_NQ + j] : 0.0);
-            for (int n = 0; n < LANES_FLOW; n++) {
-                flow += lanes_flow_row[n] == j ? m->flow[n] * z[lanes_flow_column[n]] : 0.0;
-                size += lanes_flow_row[n] == j ? fabs(m->guard[e] * m->flow[n] * z[lanes_flow_column[n]]) : 0.0;
-            }
-            size += fabs(m->guard[e] * m->constant[j]);
-        } else {
-            const int k = (j - MODEL_NX) / 2;
-            flow = (j - MODEL_NX) % 2 ? t->wave[k] * z[j - 1] : -t->wave[k] * z[j + 1];
-        }
-        rate += m->guard[e] * flow;
-    }
+    double size;
+    const double rate = guard_rate(t, &t->mode[lane->mode], z, g, &size);
     if (lanes_sticks[c] || !(-rate > ALONG * size)) {
         return 0;
     }
@@ -104,7 +86,7 @@ static int cross(LaneTable *t, Lane *lane, double *z, int g)
 }
 
 /* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
-static signed char zeros(const LaneMode *m, const LaneEvent *e, const double *z, int g)
+static int64_t zeros(const LaneMode *m, const LaneEvent *e, const double *z, int g)
 {
     const int c = lanes_guard_contact[g];
     const int slot = lanes_guard_slot[g];
@@ -120,11 +102,11 @@ static signed char zeros(const LaneMode *m, const LaneEvent *e, const double *z,
             return 0;
         }
     }
-    return (signed char)(count < LANES_ZERO ? count : LANES_ZERO);
+    return count < LANES_ZERO ? count : LANES_ZERO;
 }
 
 /* the engine decides */
-static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, double *time, signed char *known)
+static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, double *time, int64_t *known)
 {
     Lane *lane = &pool->lanes[slot];
     LaneTable *t = &pool->tables[slot];
@@ -163,18 +145,34 @@ static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, d
     }
 }
 
-void lane_event(Pool *pool, int64_t slot, double *z, int g, const signed char *falls, double *time, signed char *known)
+/* guards that have fallen with g, but for rounding */
+static void fallen(const LaneTable *t, const LaneMode *m, const double *z, int g, signed char *falls)
+{
+    for (int e = 0; e < LANES_GUARDS; e++) {
+        const double *row = m->full.guard[e];
+        double size;
+        falls[e] = (signed char)(e == g
+                                 || (fabs(row_value(row, z)) <= LANES_AT_WALL * row_size(row, z)
+                                     && guard_rate(t, m, z, e, &size) < 0.0));
+    }
+}
+
+void lane_event(Pool *pool, int64_t slot, int g, double *time)
 {
     Lane *lane = &pool->lanes[slot];
     LaneTable *t = &pool->tables[slot];
+    double *z = lane->z;
+    int64_t *known = lane->known;
     const int c = lanes_guard_contact[g];
+    signed char falls[LANES_NG];
     int alone = 1;
     int decided = 0;
-    memset(known, 0, LANES_NG);
+    memset(known, 0, sizeof lane->known);
     if (t->mode[lane->mode].held_count == 0 && lanes_kind[c] == KIND_STOP) {
         stop(t, lane, z, g, *time, known);
         return;
     }
+    fallen(t, &t->mode[lane->mode], z, g, falls);
     for (int e = 0; e < LANES_GUARDS; e++) {
         alone &= e == g || !falls[e];
     }
@@ -204,7 +202,7 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     lane->mode = mode;
     lane->failed = 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->x[i] = motion->x[i] - t->mode[mode].shift[i];
+        lane->z[i] = motion->x[i] - t->mode[mode].shift[i];
     }
     return 1;
 }
@@ -217,8 +215,7 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
         motion->decided = 0;
         return;
     }
-    double z[LANES_Z];
-    memcpy(z, lane->x, sizeof lane->x);
+    double *z = lane->z;
     memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
     held_settle(t, &t->mode[lane->mode], z);
     *motion = lane->motion;

@@ -20,6 +20,35 @@ double row_value(const double *row, const double *z)
     return sum;
 }
 
+double row_size(const double *row, const double *z)
+{
+    double sum = fabs(row[LANES_Z]);
+    for (int j = 0; j < LANES_Z; j++) {
+        sum += fabs(row[j] * z[j]);
+    }
+    return sum;
+}
+
+double guard_rate(const LaneTable *t, const LaneMode *m, const double *z, int g, double *size)
+{
+    const double *row = m->full.guard[g];
+    double rate = 0.0;
+    *size = 0.0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        if (row[i] != 0.0) {
+            rate += row[i] * row_value(m->full.flow[i], z);
+            *size += fabs(row[i]) * row_size(m->full.flow[i], z);
+        }
+    }
+    for (int k = 0; k < LANES_HARMONICS; k++) {
+        const int j = MODEL_NX + 2 * k;
+        const double turn = t->wave[k] * (row[j + 1] * z[j] - row[j] * z[j + 1]);
+        rate += turn;
+        *size += fabs(turn);
+    }
+    return rate;
+}
+
 /* G x = b for some columns of b, which become x; 0 where G is singular */
 static int solved(int n, double G[NC][NC], int width, double *b)
 {

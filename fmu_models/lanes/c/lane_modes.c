@@ -4,8 +4,6 @@
  */
 #include "lane_held.h"
 
-/* rate times length of a sub-step, whose series of LANES_ORDER terms leaves rounding */
-static const double SERIES_REACH = 0.7;
 
 static const signed char stop_states[] = {CONTACT_AWAY, CONTACT_TOUCHING, CONTACT_RELEASED};
 /* slipping ones first: they are at home */
@@ -273,6 +271,68 @@ double row_bound(const LaneTable *t, const Full *f, const double *row, int n, do
     return constant;
 }
 
+void flow_over(const LaneTable *t, const Full *f, double h, double (*whole)[LANES_Z + 1])
+{
+    for (int column = 0; column <= LANES_Z; column++) {
+        double now[LANES_Z + 1] = {0.0}, next[LANES_Z + 1];
+        double sum[MODEL_NX] = {0.0};
+        now[column] = 1.0;
+        for (int n = 0; n < 18; n++) {
+            const double factor = h / (n + 1);
+            for (int i = 0; i < MODEL_NX; i++) {
+                sum[i] += now[i];
+                next[i] = 0.0;
+                for (int j = 0; j <= LANES_Z; j++) {
+                    next[i] += f->flow[i][j] * now[j];
+                }
+                next[i] *= factor;
+            }
+            for (int k = 0; k < LANES_HARMONICS; k++) {
+                next[MODEL_NX + 2 * k] = -factor * t->wave[k] * now[MODEL_NX + 2 * k + 1];
+                next[MODEL_NX + 2 * k + 1] = factor * t->wave[k] * now[MODEL_NX + 2 * k];
+            }
+            next[LANES_Z] = 0.0;
+            memcpy(now, next, sizeof now);
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            whole[i][column] = sum[i];
+        }
+    }
+}
+
+static void stride_make(const LaneTable *t, const Full *f, LaneMode *m)
+{
+    flow_over(t, f, m->longest, m->stride);
+    for (int k = 0; k < LANES_HARMONICS; k++) {
+        m->turn[2 * k] = cos(t->wave[k] * m->longest);
+        m->turn[2 * k + 1] = sin(t->wave[k] * m->longest);
+    }
+}
+
+/* whether an impact of a smooth wall changes nothing but velocities: no force holds a contact, none rubs, no stop may let
+   go */
+static int is_plain(const LaneMode *m)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int lets_go = lanes_kind[c] == KIND_STOP && lanes_digits[c] == 3;
+        if (m->state[c] != CONTACT_AWAY && (lets_go || lanes_kind[c] == KIND_FRICTION)) {
+            return 0;
+        }
+    }
+    return m->held_count == 0;
+}
+
+/* whether the flow of a mode is that of a home mode, with stops that have let go left out */
+static int is_on_grid(const LaneTable *t, const LaneMode *m)
+{
+    signed char free[NC];
+    for (int c = 0; c < MODEL_NC; c++) {
+        free[c] = (signed char)(m->state[c] == CONTACT_RELEASED ? CONTACT_AWAY : m->state[c]);
+    }
+    const int mode = table_mode(free);
+    return t->made[mode] && t->mode[mode].home >= 0;
+}
+
 static void mode_make(LaneTable *t, int mode)
 {
     LaneMode *m = &t->mode[mode];
@@ -305,8 +365,13 @@ static void mode_make(LaneTable *t, int mode)
     for (int k = 0; k < LANES_HARMONICS; k++) {
         m->rate = fmax(m->rate, fabs(t->wave[k]));
     }
-    m->longest = fmin(SERIES_REACH / m->rate, t->period);
+    m->longest = fmin(LANES_REACH / m->rate, t->period);
     m->home = -1;
+    m->plain = is_plain(m);
+    m->on_grid = is_on_grid(t, m);
+    if (!m->on_grid) {
+        stride_make(t, f, m);
+    }
     for (int g = 0; g < LANES_GUARDS; g++) {
         m->tail_constant[g] = row_bound(t, f, f->guard[g], 4, m->longest, m->tail[g]) / 24.0;
         for (int i = 0; i < MODEL_NX; i++) {

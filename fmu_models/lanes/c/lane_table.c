@@ -1,8 +1,6 @@
 /* The numbers of one motion's flow, its steps of a grid among them. */
 #include "lane_table.h"
 
-/* rate times length of a step of the grid, whose test for events is of second order */
-static const double GRID_REACH = 0.42;
 /* modes whose rate is so many times that of the slowest still have a step of the grid */
 static const double AS_SLOW = 3.0;
 
@@ -10,31 +8,7 @@ static const double AS_SLOW = 3.0;
 static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
 {
     double whole[MODEL_NX][LANES_Z + 1];
-    for (int column = 0; column <= LANES_Z; column++) {
-        double now[LANES_Z + 1] = {0.0}, next[LANES_Z + 1];
-        double sum[MODEL_NX] = {0.0};
-        now[column] = 1.0;
-        for (int n = 0; n < 20; n++) {
-            const double factor = t->h / (n + 1);
-            for (int i = 0; i < MODEL_NX; i++) {
-                sum[i] += now[i];
-                next[i] = 0.0;
-                for (int j = 0; j <= LANES_Z; j++) {
-                    next[i] += f->flow[i][j] * now[j];
-                }
-                next[i] *= factor;
-            }
-            for (int k = 0; k < LANES_HARMONICS; k++) {
-                next[MODEL_NX + 2 * k] = -factor * t->wave[k] * now[MODEL_NX + 2 * k + 1];
-                next[MODEL_NX + 2 * k + 1] = factor * t->wave[k] * now[MODEL_NX + 2 * k];
-            }
-            next[LANES_Z] = 0.0;
-            memcpy(now, next, sizeof now);
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
-            whole[i][column] = sum[i];
-        }
-    }
+    flow_over(t, f, t->h, whole);
     for (int e = 0; e < LANES_STEP; e++) {
         s->step[e] = whole[lanes_step_row[e]][lanes_step_column[e]];
     }
@@ -151,9 +125,10 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
     for (int n = 0; n < homes; n++) {
         LaneMode *mode = &t->mode[home[n]];
         mode->home = mode->rate <= AS_SLOW * slowest ? n : -1;
+        mode->on_grid = mode->home >= 0;
         fastest = mode->home >= 0 ? fmax(fastest, mode->rate) : fastest;
     }
-    const double steps = ceil(period * fastest / GRID_REACH);
+    const double steps = ceil(period * fastest / LANES_REACH);
     if (!(period > 0.0) || !(steps <= LANES_GRID)) {
         return 0;
     }

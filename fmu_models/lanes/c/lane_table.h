@@ -11,7 +11,6 @@
 #ifndef STICKSLIP_LANE_TABLE_H
 #define STICKSLIP_LANE_TABLE_H
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,7 +27,7 @@ enum {
     LANES_NHOME = MODEL_ROOM(LANES_HOME_ENTRIES),
     LANES_NBOUND = MODEL_ROOM(LANES_BOUND_ENTRIES),
     LANES_NHG = MODEL_ROOM(LANES_HOME_GUARDS),
-    /* steps of the grid, at most, and of how many there are numbers: those of what nothing forces are all alike */
+    /* steps of the grid, at most, and of how many points there are numbers: those of what nothing forces are all alike */
     LANES_GRID = LANES_HARMONICS > 0 ? 128 : 4096,
     LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1
 };
@@ -36,6 +35,14 @@ enum {
 /* which numbers those of point k of the grid are */
 static inline int lane_point(int k) { return LANES_HARMONICS > 0 ? k : 0; }
 
+
+/* rate times length of a step, over which a series of LANES_ORDER terms leaves rounding */
+#define LANES_REACH 0.42
+
+/* of the fastest impact: the engine completes a chatter from here on (Tolerances.chatter) */
+#define LANES_CHATTER 1e-8
+/* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
+#define LANES_AT_WALL 1e-12
 
 /* KIND_RUB: the friction of a rigid contact */
 enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2, KIND_FRICTION = 3, KIND_RUB = 4 };
@@ -51,13 +58,17 @@ typedef struct {
 typedef struct {
     signed char state[NC];
     int usable; /* its held contacts have forces, which the motion says */
-    int home; /* which home step is its own; -1: none */
+    int home;    /* which home step is its own; -1: none */
+    int on_grid; /* its flow is that of a home mode */
+    int plain;   /* an impact of a smooth wall changes nothing but velocities */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
     double guard[LANES_NR], guard_constant[LANES_NG];
     /* what a guard is beyond its terms of third order is at most h^4 (tail |x| + tail_constant), over a sub-step of h */
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
+    /* away from home: states and harmonics after the longest sub-step */
+    double stride[MODEL_NX][LANES_Z + 1], turn[2 * LANES_NH];
     /* contacts that forces hold, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
        none */
     int held_count, held[NC];
@@ -87,18 +98,6 @@ typedef struct {
     LaneMode mode[LANES_MODES];
     HomeStep home[LANES_HOMES];
 } LaneTable;
-
-/* fill it; 0 where these values are none for lanes */
-int table_make(LaneTable *t, const double *p, const double *u, double origin, double period);
-/* the mode of contact states; -1 if lanes have none for it */
-int table_mode(const signed char *state);
-/* the numbers of a mode */
-LaneMode *table_at(LaneTable *t, int mode);
-/* whether no stop touches in a mode, and no force holds a contact */
-int mode_is_away(int mode);
-/* |row| |A|^n exp(|A| h) over z and 1: what bounds the n-th derivative of a guard over a step; of harmonics and 1, whose
-   magnitudes are at most 1, as the sum that is returned */
-double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound);
 
 /* whether a force holds contact c: it sticks, slides or is closed */
 static inline int lane_holds(const signed char *state, int c)

@@ -20,11 +20,6 @@
 static const double TIE = 1e-8;
 /* of the terms of a slip speed: nearer to zero it may be none; with room for the rounding of both */
 static const double AT_REST = 1e-12;
-/* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
-static const double AT_WALL = 1e-12;
-/* of the fastest impact: the engine completes a chatter from here on (Tolerances.chatter) */
-static const double CHATTER = 1e-8;
-
 /* another mode, and the states from its origin */
 typedef struct {
     const LaneMode *mode;
@@ -39,36 +34,6 @@ static int guard_of(int c, int slot)
         g++;
     }
     return g;
-}
-
-static double row_size(const double *row, const double *z)
-{
-    double sum = fabs(row[LANES_Z]);
-    for (int j = 0; j < LANES_Z; j++) {
-        sum += fabs(row[j] * z[j]);
-    }
-    return sum;
-}
-
-/* the rate of guard g along the flow of a mode, and the sum of the magnitudes of its terms */
-static double guard_rate(const LaneTable *t, const LaneMode *m, const double *z, int g, double *size)
-{
-    const double *row = m->full.guard[g];
-    double rate = 0.0;
-    *size = 0.0;
-    for (int i = 0; i < MODEL_NX; i++) {
-        if (row[i] != 0.0) {
-            rate += row[i] * row_value(m->full.flow[i], z);
-            *size += fabs(row[i]) * row_size(m->full.flow[i], z);
-        }
-    }
-    for (int k = 0; k < LANES_HARMONICS; k++) {
-        const int j = MODEL_NX + 2 * k;
-        const double turn = t->wave[k] * (row[j + 1] * z[j] - row[j] * z[j + 1]);
-        rate += turn;
-        *size += fabs(turn);
-    }
-    return rate;
 }
 
 /* the mode of other states; 0 if there is none */
@@ -168,7 +133,7 @@ static int yields_to(const Next *stuck, int c)
 }
 
 /* a contact at zero slip sticks, or yields to a side; 0: not clear */
-static int stick_or_yield(LaneTable *t, const Lane *lane, const double *z, Next *next, int c, signed char *known)
+static int stick_or_yield(LaneTable *t, const Lane *lane, const double *z, Next *next, int c, int64_t *known)
 {
     next->state[c] = CONTACT_STICK;
     if (!look(t, lane, z, next)) {
@@ -190,7 +155,7 @@ static int stick_or_yield(LaneTable *t, const Lane *lane, const double *z, Next 
     return rate > TIE * size;
 }
 
-static int slip_falls(LaneTable *t, Lane *lane, double *z, int c, double time, signed char *known)
+static int slip_falls(LaneTable *t, Lane *lane, double *z, int c, double time, int64_t *known)
 {
     Next next;
     memcpy(next.state, lane->motion.state, sizeof next.state);
@@ -209,7 +174,7 @@ static int falls_clearly(const LaneTable *t, const Lane *lane, const double *z, 
     return rate < -TIE * size;
 }
 
-static int margin_falls(LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+static int margin_falls(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
 {
     const int c = lanes_guard_contact[g];
     const int slip = guard_of(c, GUARD_TANGENTIAL);
@@ -233,7 +198,7 @@ static int margin_falls(LaneTable *t, Lane *lane, double *z, int g, double time,
     return 1;
 }
 
-static int force_falls(LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+static int force_falls(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
 {
     const int c = lanes_guard_contact[g];
     const int rub = lanes_partner[c] - 1;
@@ -261,7 +226,7 @@ int lane_is_alone(const LaneTable *t, const Lane *lane, const double *z, int c)
         const int state = lane->motion.state[e];
         if (e == c || state == CONTACT_AWAY) {
             const int rigid = e != c && lanes_kind[e] == KIND_IMPACT;
-            if (rigid && fabs(row_value(t->depth[e], z)) <= AT_WALL * row_size(t->depth[e], z)) {
+            if (rigid && fabs(row_value(t->depth[e], z)) <= LANES_AT_WALL * row_size(t->depth[e], z)) {
                 return 0;
             }
         } else if (lanes_kind[e] == KIND_STOP ? lanes_digits[e] == 3 : lanes_kind[e] == KIND_IMPACT) {
@@ -328,7 +293,7 @@ static int new_sides(const LaneTable *t, const double *z, signed char *state)
 }
 
 /* states of a contact after an impact from which it does not bounce; 0: not clear */
-static int rest(LaneTable *t, const Lane *lane, const double *z, int c, int friction, Next *next, signed char *known)
+static int rest(LaneTable *t, const Lane *lane, const double *z, int c, int friction, Next *next, int64_t *known)
 {
     const int f = lanes_partner[c] - 1;
     const int g = guard_of(c, GUARD_NORMAL);
@@ -359,7 +324,7 @@ static int rest(LaneTable *t, const Lane *lane, const double *z, int c, int fric
     return look(t, lane, z, next) && fits(next, -1);
 }
 
-static int arrives(LaneTable *t, Lane *lane, double *z, int c, double time, signed char *known)
+static int arrives(LaneTable *t, Lane *lane, double *z, int c, double time, int64_t *known)
 {
     double normal, rub, after[LANES_Z];
     int friction;
@@ -369,7 +334,7 @@ static int arrives(LaneTable *t, Lane *lane, double *z, int c, double time, sign
     const double depth = row_value(t->depth[c], z);
     const double fastest = fmax(lane->motion.memory[c], -y);
     const double leaves = -t->restitution[c] * y;
-    if (lanes_poisson[c] || !(y < 0.0) || (leaves > 0.0 && !(leaves > 2.0 * CHATTER * fastest))
+    if (lanes_poisson[c] || !(y < 0.0) || (leaves > 0.0 && !(leaves > 2.0 * LANES_CHATTER * fastest))
         || !lane_is_alone(t, lane, z, c) || !impulses(t, z, c, &normal, &rub, &friction)) {
         return 0;
     }
@@ -395,7 +360,7 @@ static int arrives(LaneTable *t, Lane *lane, double *z, int c, double time, sign
     return 1;
 }
 
-int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
 {
     const int c = lanes_guard_contact[g];
     const int state = lane->motion.state[c];
@@ -414,7 +379,7 @@ int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, sig
         done = slip_falls(t, lane, z, c, time, known);
     }
     if (!done) {
-        memset(known, 0, LANES_NG);
+        memset(known, 0, sizeof lane->known);
     }
     return done;
 }

@@ -1,0 +1,415 @@
+/* Sub-steps by series of motions that want one, in all lanes; included once per target by lane_code.h. */
+/* motions side by side; a place without one repeats another, and nothing comes of it */
+typedef struct {
+    Lane *lane[LANES_W];
+    const LaneTable *table[LANES_W];
+    const LaneMode *mode[LANES_W];
+    int64_t slot[LANES_W];
+    int count;
+    M there, released;
+    V z[LANES_Z], left, longest;
+    V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
+    M known[LANES_NG]; /* how many times over a guard is zero at the start */
+} NAME(Batch);
+
+/* the last of a queue */
+static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
+{
+    Queue *q = &pool->queue[which];
+    b->count = q->count < LANES_W ? (int)q->count : LANES_W;
+    q->count -= b->count;
+    for (int l = 0; l < LANES_W; l++) {
+        const int64_t slot = q->slot[q->count + (l < b->count ? l : 0)];
+        b->slot[l] = slot;
+        b->lane[l] = &pool->lanes[slot];
+        b->table[l] = &pool->tables[slot];
+        b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
+    }
+    for (int l = 0; l < LANES_W; l++) {
+        b->there[l] = l < b->count ? -1 : 0;
+    }
+    for (int j = 0; j < LANES_Z; j++) {
+        EACH(b->z[j], b->lane[l]->z[j])
+    }
+    EACH(b->left, b->lane[l]->left)
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        for (int l = 0; l < LANES_W; l++) {
+            b->known[g][l] = b->lane[l]->known[g];
+        }
+        EACH(b->guard_constant[g], b->mode[l]->guard_constant[g])
+    }
+    V released;
+    EACH(released, b->mode[l]->on_grid && b->mode[l]->home < 0)
+    b->released = released != NAME(fill)(0.0);
+    EACH(b->longest, b->mode[l]->longest)
+    for (int e = 0; e < LANES_FLOW; e++) {
+        EACH(b->flow[e], b->mode[l]->flow[e])
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        EACH(b->constant[i], b->mode[l]->constant[i])
+    }
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+        EACH(b->guard[e], b->mode[l]->guard[e])
+    }
+    for (int j = 0; j < LANES_HARMONICS; j++) {
+        EACH(b->wave[j], b->table[l]->wave[j])
+    }
+}
+
+/* the series of the states over a sub-step of length h: its variable runs from 0 to 1 */
+static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
+{
+    static const double part[] = {1.0,     1.0 / 2, 1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6, 1.0 / 7,
+                                  1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13};
+    V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH];
+    for (int j = 0; j < LANES_Z; j++) {
+        y[0][j] = now[j] = b->z[j];
+    }
+    for (int j = 0; j < LANES_HARMONICS; j++) {
+        turn[j] = h * b->wave[j];
+    }
+    LANES_UNROLL
+    for (int k = 0; k < LANES_ORDER; k++) {
+        const V f = h * NAME(fill)(part[k]);
+        LANES_FLOW(b->flow, now, rates);
+        for (int j = 0; j < LANES_HARMONICS; j++) {
+            const V by = turn[j] * NAME(fill)(part[k]);
+            const V c = now[MODEL_NX + 2 * j];
+            now[MODEL_NX + 2 * j] = -(by * now[MODEL_NX + 2 * j + 1]);
+            now[MODEL_NX + 2 * j + 1] = by * c;
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            now[i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+        }
+        for (int j = 0; j < LANES_Z; j++) {
+            y[k + 1][j] = now[j];
+        }
+    }
+}
+
+/* coefficients of all guards from order 0 to another */
+static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, V (*q)[LANES_ORDER + 1])
+{
+    V g[LANES_NG];
+    LANES_UNROLL
+    for (int k = 0; k <= to; k++) {
+        for (int i = 0; i < LANES_GUARDS; i++) {
+            g[i] = k == 0 ? b->guard_constant[i] : NAME(fill)(0.0);
+        }
+        LANES_GUARD_SUMS(b->guard, y[k], g);
+        for (int i = 0; i < LANES_GUARDS; i++) {
+            q[i][k] = g[i];
+        }
+    }
+}
+
+/* values of the guards of a batch, and their rates along the flow */
+static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value, V *rate)
+{
+    V along[LANES_Z];
+    LANES_FLOW(b->flow, z, along);
+    for (int i = 0; i < MODEL_NX; i++) {
+        along[i] += b->constant[i];
+    }
+    for (int j = 0; j < LANES_HARMONICS; j++) {
+        along[MODEL_NX + 2 * j] = -(b->wave[j] * z[MODEL_NX + 2 * j + 1]);
+        along[MODEL_NX + 2 * j + 1] = b->wave[j] * z[MODEL_NX + 2 * j];
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        value[g] = b->guard_constant[g];
+        rate[g] = NAME(fill)(0.0);
+    }
+    LANES_GUARD_SUMS(b->guard, z, value);
+    LANES_GUARD_SUMS(b->guard, along, rate);
+}
+
+/* guards that have been left just now are known to be zero */
+static INLINE void NAME(left_now)(NAME(Batch) * b, V (*q)[LANES_ORDER + 1])
+{
+    const V zero = NAME(fill)(0.0);
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        b->known[g] -= (b->known[g] == NAME(none)()) & (q[g][0] == zero) & (q[g][1] > zero);
+    }
+}
+
+/* a stop that has let go and is left on the way: nothing changes but its guards. Lanes in which its guard g falls all the
+   way to below zero */
+static INLINE M NAME(leaves)(const NAME(Batch) * b, const V *q, V rest)
+{
+    const V slope = NAME(fill)(4.0) * rest;
+    const V e1 = q[1] + q[2];
+    const V e2 = e1 + q[2] + NAME(fill)(3.0) * q[3];
+    const V end = q[0] + q[1] + q[2] + q[3];
+    return b->released & (NAME(most)(NAME(most)(q[1], e1), e2) + slope < NAME(fill)(0.0)) & (end + rest < NAME(fill)(0.0));
+}
+
+/* lanes in which some guard may fall: what the terms up to the third order, by Bernstein's coefficients, and the bound of
+   the others leave open */
+static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 1], V *left)
+{
+    const V zero = NAME(fill)(0.0);
+    const V third = NAME(fill)(1.0 / 3.0);
+    const V fourth = (h * h) * (h * h);
+    V size[MODEL_NX];
+    M found = NAME(none)();
+    for (int i = 0; i < MODEL_NX; i++) {
+        size[i] = NAME(size)(b->z[i]);
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        V tail;
+        EACH(tail, b->mode[l]->tail_constant[g])
+        for (int i = 0; i < MODEL_NX; i++) {
+            V factor;
+            EACH(factor, b->mode[l]->tail[g][i])
+            tail += factor * size[i];
+        }
+        const M known = b->known[g] > NAME(none)();
+        const V a0 = NAME(pick)(known, q[g][1], q[g][0]);
+        const V a1 = NAME(pick)(known, q[g][2], q[g][1]);
+        const V a2 = NAME(pick)(known, q[g][3], q[g][2]);
+        const V a3 = NAME(pick)(known, zero, q[g][3]);
+        const V b1 = a0 + third * a1;
+        const V b2 = a0 + third * (a1 + a1 + a2);
+        const V b3 = a0 + a1 + a2 + a3;
+        const V low = NAME(least)(NAME(least)(a0, b1), NAME(least)(b2, b3));
+        M falls = ~(low > tail * fourth) | (b->known[g] > NAME(none)() + 1);
+        if (lanes_kind[lanes_guard_contact[g]] == KIND_STOP && lanes_digits[lanes_guard_contact[g]] == 3
+            && lanes_guard_slot[g] == GUARD_NORMAL) {
+            const M silent = falls & ~known & NAME(leaves)(b, q[g], tail * fourth);
+            *left = NAME(pick)(silent, NAME(fill)((double)g), *left);
+            falls &= ~silent;
+        }
+        found |= falls;
+    }
+    return found & b->there;
+}
+
+/* without the roots at the start that are known; what stays at zero falls nowhere */
+static INLINE void NAME(deflate)(V *q, M known)
+{
+    const M none = NAME(none)();
+    const M always = known >= none + LANES_ZERO;
+    M count = known & ~always;
+    while (NAME(any)(count)) {
+        const M more = count > none;
+        for (int k = 0; k < LANES_ORDER; k++) {
+            q[k] = NAME(pick)(more, q[k + 1], q[k]);
+        }
+        q[LANES_ORDER] = NAME(pick)(more, NAME(fill)(0.0), q[LANES_ORDER]);
+        count += more;
+    }
+    if (NAME(any)(always)) {
+        for (int k = 0; k <= LANES_ORDER; k++) {
+            q[k] = NAME(pick)(always, NAME(fill)(k == 0 ? 1.0 : 0.0), q[k]);
+        }
+    }
+}
+
+/* states and time at a place u of the sub-step */
+static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
+{
+    const M whole = (u == NAME(fill)(1.0)) & (h == b->left);
+    for (int j = 0; j < LANES_Z; j++) {
+        b->z[j] = y[LANES_ORDER][j];
+    }
+    LANES_UNROLL
+    for (int n = LANES_ORDER - 1; n >= 0; n--) {
+        for (int j = 0; j < LANES_Z; j++) {
+            b->z[j] = b->z[j] * u + y[n][j];
+        }
+    }
+    b->left = NAME(pick)(whole, NAME(fill)(0.0), b->left - h * u);
+    b->left = NAME(most)(b->left, NAME(fill)(0.0));
+}
+
+/* the next of a lane: at a point of the grid, at the end of the period, undecided, or its next batch */
+static void NAME(pass_on)(Pool *pool, int64_t slot)
+{
+    Lane *lane = &pool->lanes[slot];
+    const LaneTable *t = &pool->tables[slot];
+    const LaneMode *mode = &t->mode[lane->mode];
+    if (lane->failed) {
+        return;
+    }
+    if (lane->left == 0.0) {
+        if (mode->home >= 0 || lane->goal == t->steps) {
+            NAME(to_group)(pool, slot);
+            return;
+        }
+        lane->goal = mode->on_grid ? lane->goal + 1 : t->steps;
+        lane->left = t->h * (lane->goal - (lane->goal - 1));
+    }
+    pool_queue(pool, slot, !mode->on_grid && lane->left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES);
+}
+
+/* the event of guard g in a lane */
+static void NAME(happen)(Pool *pool, int64_t slot, int g)
+{
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
+    const int was_on_grid = t->mode[lane->mode].on_grid;
+    const double before = t->h * lane->goal - lane->left;
+    double time = before;
+    lane_event(pool, slot, g, &time);
+    /* away from home nothing is to be done at the points of the grid */
+    const int on_grid = t->mode[lane->mode].on_grid;
+    if (on_grid != was_on_grid || time != before) {
+        const int next = (int)(time / t->h) + 1;
+        lane->goal = on_grid && next < t->steps ? next : t->steps;
+        lane->left = fmax(t->h * lane->goal - time, 0.0);
+    }
+}
+
+/* lanes from a batch into their records */
+static INLINE void NAME(scatter)(const NAME(Batch) * b, M moved)
+{
+    for (int l = 0; l < b->count; l++) {
+        Lane *lane = b->lane[l];
+        if (!moved[l]) {
+            continue;
+        }
+        for (int j = 0; j < LANES_Z; j++) {
+            lane->z[j] = b->z[j][l];
+        }
+        lane->left = b->left[l];
+        memset(lane->known, 0, sizeof lane->known);
+        lane->failed |= ++lane->rounds > LANES_ROUNDS;
+    }
+}
+
+/* a sub-step of some lanes in which probably no guard falls; where one may they are queued for events */
+static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
+{
+    V y[LANES_ORDER + 1][LANES_Z];
+    V q[LANES_NG][LANES_ORDER + 1];
+    const V h = NAME(least)(b->left, b->longest);
+    NAME(expand)(b, h, y);
+    NAME(guards)(b, y, 3, q);
+    NAME(left_now)(b, q);
+    V left = NAME(fill)(-1.0);
+    const M open = NAME(doubtful)(b, h, q, &left);
+    NAME(go)(b, y, h, NAME(fill)(1.0));
+    NAME(scatter)(b, wanted & ~open);
+    for (int l = 0; l < b->count; l++) {
+        if (!wanted[l]) {
+            continue;
+        }
+        if (open[l]) {
+            pool_queue(pool, b->slot[l], QUEUE_EVENT);
+            continue;
+        }
+        if (left[l] >= 0.0) {
+            NAME(happen)(pool, b->slot[l], (int)left[l]);
+        }
+        NAME(pass_on)(pool, b->slot[l]);
+    }
+}
+
+static __attribute__((noinline)) void NAME(series_batch)(Pool *pool)
+{
+    NAME(Batch) b;
+    NAME(gather)(pool, QUEUE_SERIES, &b);
+    NAME(series)(pool, &b, b.there);
+}
+
+/* impacts of a batch that are like most: fast enough to rebound, and alone. The lanes in which guards fell and that are not
+   among them are returned */
+static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
+{
+    V value[LANES_NG], rate[LANES_NG], size[LANES_NG];
+    V magnitude[LANES_Z], factor[LANES_NR];
+    if (!LANES_IMPACTS) {
+        return fell;
+    }
+    V plain;
+    EACH(plain, b->mode[l]->plain)
+    NAME(guard_line)(b, b->z, value, rate);
+    for (int j = 0; j < LANES_Z; j++) {
+        magnitude[j] = NAME(size)(b->z[j]);
+    }
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+        factor[e] = NAME(size)(b->guard[e]);
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        size[g] = NAME(size)(b->guard_constant[g]);
+    }
+    LANES_GUARD_SUMS(factor, magnitude, size);
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        const int c = lanes_guard_contact[g];
+        V e, fastest, push;
+        M hit = fell & (guard == NAME(fill)((double)g));
+        if (lanes_kind[c] != KIND_IMPACT || lanes_partner[c] || lanes_poisson[c]) {
+            continue;
+        }
+        hit &= plain != NAME(fill)(0.0);
+        EACH(e, b->table[l]->restitution[c])
+        EACH(fastest, b->lane[l]->motion.memory[c])
+        fastest = NAME(most)(fastest, -rate[g]);
+        hit &= rate[g] < NAME(fill)(0.0);
+        hit &= -(e * rate[g]) > NAME(fill)(2.0 * LANES_CHATTER) * fastest;
+        for (int other = 0; other < LANES_GUARDS; other++) {
+            if (other != g && lanes_kind[lanes_guard_contact[other]] == KIND_IMPACT) {
+                hit &= NAME(size)(value[other]) > NAME(fill)(LANES_AT_WALL) * size[other];
+            }
+        }
+        const V impulse = rate[g] + e * rate[g];
+        for (int i = 0; i < MODEL_NX; i++) {
+            EACH(push, b->table[l]->push[c][i < MODEL_NQ ? MODEL_NQ + i : i])
+            const V moved = b->z[i] - (i < MODEL_NQ ? value[g] : impulse) * push;
+            b->z[i] = NAME(pick)(hit, moved, b->z[i]);
+        }
+        for (int l = 0; l < LANES_W; l++) {
+            if (hit[l]) {
+                LaneMotion *motion = &b->lane[l]->motion;
+                motion->memory[c] = fastest[l];
+                motion->began[c]++;
+            }
+        }
+        for (int other = 0; other < LANES_GUARDS; other++) {
+            b->known[other] = hit ? (M)(int64_t)(other == g ? 1 : 0) : b->known[other];
+        }
+        fell &= ~hit;
+    }
+    return fell;
+}
+
+/* a sub-step in which some guard may fall */
+static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
+{
+    NAME(Batch) b;
+    V y[LANES_ORDER + 1][LANES_Z];
+    V q[LANES_NG][LANES_ORDER + 1];
+    V guard;
+    M undecided;
+    NAME(gather)(pool, QUEUE_EVENT, &b);
+    const V h = NAME(least)(b.left, b.longest);
+    NAME(expand)(&b, h, y);
+    NAME(guards)(&b, y, LANES_ORDER, q);
+    NAME(left_now)(&b, q);
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        NAME(deflate)(q[g], b.known[g]);
+        b.known[g] = NAME(none)();
+    }
+    const V u = NAME(search)(q, b.there, &guard, &undecided);
+    NAME(go)(&b, y, h, u);
+    const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
+    const M special = NAME(impacts)(&b, fell, guard);
+    NAME(scatter)(&b, b.there);
+    /* motions that keep their mode go on at once */
+    const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
+    for (int l = 0; l < b.count; l++) {
+        b.lane[l]->failed |= undecided[l] != 0;
+        if (special[l]) {
+            NAME(happen)(pool, b.slot[l], (int)guard[l]);
+        }
+        if (!on[l]) {
+            NAME(pass_on)(pool, b.slot[l]);
+        }
+        for (int g = 0; g < LANES_GUARDS && on[l]; g++) {
+            b.lane[l]->known[g] = b.known[g][l];
+        }
+    }
+    if (NAME(any)(on)) {
+        NAME(series)(pool, &b, on);
+    }
+}

@@ -2,7 +2,7 @@
 /* motions side by side; a place without one repeats another, and nothing comes of it */
 typedef struct {
     Lane *lane[LANES_W];
-    const LaneTable *table[LANES_W];
+    LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
     int count;
@@ -11,6 +11,27 @@ typedef struct {
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     M known[LANES_NG]; /* how many times over a guard is zero at the start */
 } NAME(Batch);
+
+/* the numbers of the modes that motions are in */
+static INLINE void NAME(gather_mode)(NAME(Batch) * b)
+{
+    V released;
+    EACH(b->longest, b->mode[l]->longest)
+    EACH(released, b->mode[l]->on_grid && b->mode[l]->home < 0)
+    b->released = released != NAME(fill)(0.0);
+    for (int e = 0; e < LANES_FLOW; e++) {
+        EACH(b->flow[e], b->mode[l]->flow[e])
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        EACH(b->constant[i], b->mode[l]->constant[i])
+    }
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+        EACH(b->guard[e], b->mode[l]->guard[e])
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        EACH(b->guard_constant[g], b->mode[l]->guard_constant[g])
+    }
+}
 
 /* the last of a queue */
 static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
@@ -24,8 +45,6 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->lane[l] = &pool->lanes[slot];
         b->table[l] = &pool->tables[slot];
         b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
-    }
-    for (int l = 0; l < LANES_W; l++) {
         b->there[l] = l < b->count ? -1 : 0;
     }
     for (int j = 0; j < LANES_Z; j++) {
@@ -36,27 +55,15 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         for (int l = 0; l < LANES_W; l++) {
             b->known[g][l] = b->lane[l]->known[g];
         }
-        EACH(b->guard_constant[g], b->mode[l]->guard_constant[g])
-    }
-    V released;
-    EACH(released, b->mode[l]->on_grid && b->mode[l]->home < 0)
-    b->released = released != NAME(fill)(0.0);
-    EACH(b->longest, b->mode[l]->longest)
-    for (int e = 0; e < LANES_FLOW; e++) {
-        EACH(b->flow[e], b->mode[l]->flow[e])
-    }
-    for (int i = 0; i < MODEL_NX; i++) {
-        EACH(b->constant[i], b->mode[l]->constant[i])
-    }
-    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
-        EACH(b->guard[e], b->mode[l]->guard[e])
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
         EACH(b->wave[j], b->table[l]->wave[j])
     }
+    NAME(gather_mode)(b);
 }
 
-/* the series of the states over a sub-step of length h: its variable runs from 0 to 1 */
+/* the series of the states over a sub-step of length h: its variable runs from 0 to 1. From order LANES_LOW on only the
+   endless states have terms */
 static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
 {
     static const double part[] = {1.0,     1.0 / 2, 1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6, 1.0 / 7,
@@ -71,7 +78,11 @@ static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
     LANES_UNROLL
     for (int k = 0; k < LANES_ORDER; k++) {
         const V f = h * NAME(fill)(part[k]);
-        LANES_FLOW(b->flow, now, rates);
+        if (k < LANES_LOW) {
+            LANES_FLOW(b->flow, now, rates);
+        } else {
+            LANES_FLOW_HIGH(b->flow, now, rates);
+        }
         for (int j = 0; j < LANES_HARMONICS; j++) {
             const V by = turn[j] * NAME(fill)(part[k]);
             const V c = now[MODEL_NX + 2 * j];
@@ -79,10 +90,14 @@ static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
             now[MODEL_NX + 2 * j + 1] = by * c;
         }
         for (int i = 0; i < MODEL_NX; i++) {
-            now[i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+            if (k < LANES_LOW || lanes_endless[i]) {
+                now[i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+            }
         }
         for (int j = 0; j < LANES_Z; j++) {
-            y[k + 1][j] = now[j];
+            if (k < LANES_LOW || lanes_endless[j]) {
+                y[k + 1][j] = now[j];
+            }
         }
     }
 }
@@ -96,7 +111,11 @@ static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, 
         for (int i = 0; i < LANES_GUARDS; i++) {
             g[i] = k == 0 ? b->guard_constant[i] : NAME(fill)(0.0);
         }
-        LANES_GUARD_SUMS(b->guard, y[k], g);
+        if (k <= LANES_LOW) {
+            LANES_GUARD_SUMS(b->guard, y[k], g);
+        } else {
+            LANES_GUARD_SUMS_HIGH(b->guard, y[k], g);
+        }
         for (int i = 0; i < LANES_GUARDS; i++) {
             q[i][k] = g[i];
         }
@@ -209,20 +228,20 @@ static INLINE void NAME(deflate)(V *q, M known)
 static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
 {
     const M whole = (u == NAME(fill)(1.0)) & (h == b->left);
-    for (int j = 0; j < LANES_Z; j++) {
-        b->z[j] = y[LANES_ORDER][j];
-    }
     LANES_UNROLL
-    for (int n = LANES_ORDER - 1; n >= 0; n--) {
+    for (int n = LANES_ORDER; n >= 0; n--) {
         for (int j = 0; j < LANES_Z; j++) {
-            b->z[j] = b->z[j] * u + y[n][j];
+            const int first = lanes_endless[j] ? LANES_ORDER : LANES_LOW;
+            if (n <= first) {
+                b->z[j] = n == first ? y[n][j] : b->z[j] * u + y[n][j];
+            }
         }
     }
     b->left = NAME(pick)(whole, NAME(fill)(0.0), b->left - h * u);
     b->left = NAME(most)(b->left, NAME(fill)(0.0));
 }
 
-/* the next of a lane: at a point of the grid, at the end of the period, undecided, or its next batch */
+/* the next batch of a lane, or its group, at home at a point of the grid or at the end of the period */
 static void NAME(pass_on)(Pool *pool, int64_t slot)
 {
     Lane *lane = &pool->lanes[slot];
@@ -237,7 +256,7 @@ static void NAME(pass_on)(Pool *pool, int64_t slot)
             return;
         }
         lane->goal = mode->on_grid ? lane->goal + 1 : t->steps;
-        lane->left = t->h * (lane->goal - (lane->goal - 1));
+        lane->left = t->h;
     }
     pool_queue(pool, slot, !mode->on_grid && lane->left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES);
 }
@@ -260,21 +279,18 @@ static void NAME(happen)(Pool *pool, int64_t slot, int g)
     }
 }
 
-/* lanes from a batch into their records */
-static INLINE void NAME(scatter)(const NAME(Batch) * b, M moved)
+/* lane l of a batch into its record */
+static INLINE void NAME(keep)(const NAME(Batch) * b, int l)
 {
-    for (int l = 0; l < b->count; l++) {
-        Lane *lane = b->lane[l];
-        if (!moved[l]) {
-            continue;
-        }
-        for (int j = 0; j < LANES_Z; j++) {
-            lane->z[j] = b->z[j][l];
-        }
-        lane->left = b->left[l];
-        memset(lane->known, 0, sizeof lane->known);
-        lane->failed |= ++lane->rounds > LANES_ROUNDS;
+    Lane *lane = b->lane[l];
+    for (int j = 0; j < LANES_Z; j++) {
+        lane->z[j] = b->z[j][l];
     }
+    lane->left = b->left[l];
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        lane->known[g] = b->known[g][l];
+    }
+    lane->failed |= ++lane->rounds > LANES_ROUNDS;
 }
 
 /* a sub-step of some lanes in which probably no guard falls; where one may they are queued for events */
@@ -286,20 +302,28 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
     NAME(expand)(b, h, y);
     NAME(guards)(b, y, 3, q);
     NAME(left_now)(b, q);
-    V left = NAME(fill)(-1.0);
-    const M open = NAME(doubtful)(b, h, q, &left);
+    V gone = NAME(fill)(-1.0);
+    const V left = b->left;
+    const M open = NAME(doubtful)(b, h, q, &gone);
     NAME(go)(b, y, h, NAME(fill)(1.0));
-    NAME(scatter)(b, wanted & ~open);
+    b->left = NAME(pick)(open, left, b->left);
+    for (int j = 0; j < LANES_Z; j++) {
+        b->z[j] = NAME(pick)(open, y[0][j], b->z[j]);
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        b->known[g] &= open;
+    }
     for (int l = 0; l < b->count; l++) {
         if (!wanted[l]) {
             continue;
         }
+        NAME(keep)(b, l);
         if (open[l]) {
             pool_queue(pool, b->slot[l], QUEUE_EVENT);
             continue;
         }
-        if (left[l] >= 0.0) {
-            NAME(happen)(pool, b->slot[l], (int)left[l]);
+        if (gone[l] >= 0.0) {
+            NAME(happen)(pool, b->slot[l], (int)gone[l]);
         }
         NAME(pass_on)(pool, b->slot[l]);
     }
@@ -373,6 +397,59 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
     return fell;
 }
 
+/* and crossings of switches that are fast enough: into the mode of the other side */
+static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
+{
+    V value[LANES_NG], rate[LANES_NG];
+    NAME(Batch) sizes;
+    if (!LANES_SWITCHES || !NAME(any)(fell)) {
+        return fell;
+    }
+    NAME(guard_line)(b, b->z, value, rate);
+    for (int e = 0; e < LANES_FLOW; e++) {
+        sizes.flow[e] = NAME(size)(b->flow[e]);
+    }
+    for (int i = 0; i < MODEL_NX; i++) {
+        sizes.constant[i] = NAME(size)(b->constant[i]);
+    }
+    for (int j = 0; j < LANES_Z; j++) {
+        sizes.z[j] = NAME(size)(b->z[j]);
+    }
+    for (int j = 0; j < LANES_HARMONICS; j++) {
+        sizes.wave[j] = NAME(fill)(0.0);
+    }
+    for (int e = 0; e < LANES_GUARD_ENTRIES; e++) {
+        sizes.guard[e] = NAME(size)(b->guard[e]);
+    }
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        sizes.guard_constant[g] = NAME(fill)(0.0);
+    }
+    V size[LANES_NG], held;
+    EACH(held, b->mode[l]->held_count)
+    const M free = held == NAME(fill)(0.0);
+    NAME(guard_line)(&sizes, sizes.z, value, size);
+    for (int g = 0; g < LANES_GUARDS; g++) {
+        const int c = lanes_guard_contact[g];
+        if (lanes_kind[c] != KIND_SWITCH || lanes_sticks[c]) {
+            continue;
+        }
+        const M hit = fell & free & (guard == NAME(fill)((double)g)) & (-rate[g] > NAME(fill)(LANES_ALONG) * size[g]);
+        for (int l = 0; l < LANES_W; l++) {
+            if (hit[l]) {
+                signed char *state = &b->lane[l]->motion.state[c];
+                *state = *state == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+                b->lane[l]->mode = b->mode[l]->crossed[c];
+                b->mode[l] = table_at(b->table[l], b->lane[l]->mode);
+            }
+        }
+        for (int other = 0; other < LANES_GUARDS; other++) {
+            b->known[other] = hit ? (M)(int64_t)(other == g ? 1 : 0) : b->known[other];
+        }
+        fell &= ~hit;
+    }
+    return fell;
+}
+
 /* a sub-step in which some guard may fall */
 static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
 {
@@ -393,23 +470,24 @@ static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
     const V u = NAME(search)(q, b.there, &guard, &undecided);
     NAME(go)(&b, y, h, u);
     const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
-    const M special = NAME(impacts)(&b, fell, guard);
-    NAME(scatter)(&b, b.there);
-    /* motions that keep their mode go on at once */
+    const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard), guard);
+    /* motions whose states are known here go on at once */
     const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
     for (int l = 0; l < b.count; l++) {
+        if (on[l]) {
+            continue;
+        }
+        NAME(keep)(&b, l);
         b.lane[l]->failed |= undecided[l] != 0;
         if (special[l]) {
             NAME(happen)(pool, b.slot[l], (int)guard[l]);
         }
-        if (!on[l]) {
-            NAME(pass_on)(pool, b.slot[l]);
-        }
-        for (int g = 0; g < LANES_GUARDS && on[l]; g++) {
-            b.lane[l]->known[g] = b.known[g][l];
-        }
+        NAME(pass_on)(pool, b.slot[l]);
     }
     if (NAME(any)(on)) {
+        if (LANES_SWITCHES) {
+            NAME(gather_mode)(&b);
+        }
         NAME(series)(pool, &b, on);
     }
 }

@@ -12,10 +12,8 @@
 #include "lane_event.h"
 
 #include "lane_held.h"
+#include "lane_modes.h"
 #include "lane_transition.h"
-
-/* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
-static const double ALONG = 1e-9;
 
 /* a stop that has just been entered is at its bound exactly, where the origin of the mode lies there */
 static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int c)
@@ -77,7 +75,7 @@ static int cross(LaneTable *t, Lane *lane, double *z, int g)
     const int c = lanes_guard_contact[g];
     double size;
     const double rate = guard_rate(t, &t->mode[lane->mode], z, g, &size);
-    if (lanes_sticks[c] || !(-rate > ALONG * size)) {
+    if (lanes_sticks[c] || !(-rate > LANES_ALONG * size)) {
         return 0;
     }
     lane->motion.state[c] = lane->motion.state[c] == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;

@@ -5,7 +5,8 @@
 #include "pool.h"
 
 enum {
-    LANES_ORDER = 13,   /* of the series */
+    LANES_ORDER = 13,    /* of the series */
+    LANES_GUESS = 7,     /* of the part of it that is searched for a root first */
     LANES_ROUNDS = 1000, /* sub-steps of one lane in a period */
     LANES_ZERO = 8       /* zeros of a guard that stays zero over a sub-step */
 };

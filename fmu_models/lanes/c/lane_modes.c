@@ -2,6 +2,8 @@
  * The modes of the contacts of one motion: their fields and guards. A mode is a number whose digits are the states of the
  * contacts, in their order; that of a rigid contact with friction says the state of both.
  */
+#include "lane_modes.h"
+
 #include "lane_held.h"
 
 
@@ -234,7 +236,7 @@ static double flow_rate(const Full *f)
 
 double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound)
 {
-    enum { TERMS = 24 };
+    enum { TERMS = 14 };
     double now[LANES_Z + 1], next[LANES_Z + 1], sum[LANES_Z + 1];
     for (int j = 0; j <= LANES_Z; j++) {
         now[j] = fabs(row[j]);
@@ -261,7 +263,7 @@ double row_bound(const LaneTable *t, const Full *f, const double *row, int n, do
     }
     double constant = 0.0;
     for (int j = 0; j <= LANES_Z; j++) {
-        const double safe = sum[j] * (1.0 + 1e-9);
+        const double safe = sum[j] * (1.0 + 1e-6);
         if (j < MODEL_NX) {
             bound[j] = safe;
         } else {
@@ -277,7 +279,7 @@ void flow_over(const LaneTable *t, const Full *f, double h, double (*whole)[LANE
         double now[LANES_Z + 1] = {0.0}, next[LANES_Z + 1];
         double sum[MODEL_NX] = {0.0};
         now[column] = 1.0;
-        for (int n = 0; n < 18; n++) {
+        for (int n = 0; n < 15; n++) {
             const double factor = h / (n + 1);
             for (int i = 0; i < MODEL_NX; i++) {
                 sum[i] += now[i];
@@ -368,6 +370,12 @@ static void mode_make(LaneTable *t, int mode)
     m->longest = fmin(LANES_REACH / m->rate, t->period);
     m->home = -1;
     m->plain = is_plain(m);
+    for (int c = 0; c < MODEL_NC; c++) {
+        signed char other[NC];
+        memcpy(other, m->state, sizeof other);
+        other[c] = (signed char)(lanes_kind[c] == KIND_SWITCH ? -other[c] : other[c]);
+        m->crossed[c] = table_mode(other);
+    }
     m->on_grid = is_on_grid(t, m);
     if (!m->on_grid) {
         stride_make(t, f, m);

@@ -39,24 +39,29 @@ static INLINE V NAME(guess)(V low, V f_low, V d_low, V high, V f_high, V d_high)
 static INLINE V NAME(root)(const V *q, V u, V low, V high, M wanted, M *undecided)
 {
     enum { MOST = 60 };
-    const V one = NAME(fill)(1.0);
     const V half = NAME(fill)(0.5);
     const V zero = NAME(fill)(0.0);
     M frozen = ~wanted;
+    V f, d, dd;
+    /* the low orders lead near to it */
+    NAME(horner)(q, LANES_GUESS, u, &f, &d, &dd);
+    const V near = u - f * d / (d * d - half * f * dd);
+    u = NAME(pick)((near > low) & (near < high), near, u);
     for (int i = 0; i < MOST && NAME(any)(~frozen); i++) {
-        V f, d, dd;
         NAME(horner)(q, LANES_ORDER, u, &f, &d, &dd);
         const M below = (f <= zero);
         high = NAME(pick)(below & ~frozen, u, high);
         low = NAME(pick)(~below & ~frozen, u, low);
-        const V newton = f / d;
-        const V curved = newton * (dd / d);
-        const V bend = one - half * curved;
-        V next = u - newton / NAME(pick)((bend > half), bend, one);
+        /* Newton's where the curve bends too much */
+        const V square = d * d;
+        const V curved = f * dd;
+        const M bends = square > curved;
+        const V next_step = NAME(pick)(bends, f * d, f) / NAME(pick)(bends, square - half * curved, d);
+        V next = u - next_step;
         const M inside = (next >= low) & (next <= high);
         next = NAME(pick)(inside, next, half * (low + high));
         const V step = NAME(size)(next - u);
-        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17)) & (step <= NAME(fill)(2e-6));
+        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17) * square * square) & (step <= NAME(fill)(2e-6));
         const M there = (f == zero) | (high - low <= NAME(fill)(2e-16) * high);
         u = NAME(pick)(frozen | (f == zero), u, next);
         frozen |= close | there;
@@ -135,14 +140,14 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
               | (upward & ~ends_below & (slope_end <= zero));
     M single = (falls | downward | upward) & ends_below & ~clear;
     M dips = open & upward & ~clear & ~single;
-    /* what bends upward lies above the tangents at both ends */
-    const V meet = q[0] + q[1] * ((end - slope_end - q[0]) / (q[1] - slope_end));
-    clear |= dips & (meet > zero);
-    dips &= ~clear;
     V high = one;
     V first = NAME(guess)(zero, q[0], q[1], one, end, slope_end);
     if (NAME(any)(dips)) {
         V f, d, dd;
+        /* what bends upward lies above the tangents at both ends */
+        const V meet = q[0] + q[1] * ((end - slope_end - q[0]) / (q[1] - slope_end));
+        clear |= dips & (meet > zero);
+        dips &= ~clear;
         const V lowest = NAME(lowest)(q, q[1], slope_end, dips, &undecided);
         NAME(horner)(q, LANES_ORDER, lowest, &f, &d, &dd);
         clear |= dips & (f > zero);
@@ -163,7 +168,7 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
 
 /* the earliest fall of all guards in lanes `left`; lanes that are not decided are marked. Most lanes have one guard that
    may fall at all: these are searched at once, then the second ones */
-static INLINE V NAME(first_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
+static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
 {
     V rest[LANES_NG];
     M open[LANES_NG];
@@ -212,7 +217,7 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
     for (int n = 0; n < HALVINGS; n++) {
         M longer = NAME(none)();
         V guard;
-        const V first = NAME(first_fall)(q, left, &guard, &longer);
+        const V first = NAME(earliest_fall)(q, left, &guard, &longer);
         const M done = left & ~longer;
         const M falls = done & (first < NAME(fill)(1.5));
         place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));

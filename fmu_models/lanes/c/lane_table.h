@@ -43,6 +43,8 @@ static inline int lane_point(int k) { return LANES_HARMONICS > 0 ? k : 0; }
 #define LANES_CHATTER 1e-8
 /* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
 #define LANES_AT_WALL 1e-12
+/* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
+#define LANES_ALONG 1e-9
 
 /* KIND_RUB: the friction of a rigid contact */
 enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2, KIND_FRICTION = 3, KIND_RUB = 4 };
@@ -60,6 +62,7 @@ typedef struct {
     int usable; /* its held contacts have forces, which the motion says */
     int home;    /* which home step is its own; -1: none */
     int on_grid; /* its flow is that of a home mode */
+    int crossed[NC]; /* the mode on the other side of a switch */
     int plain;   /* an impact of a smooth wall changes nothing but velocities */
     double rate, longest;
     double shift[MODEL_NX];

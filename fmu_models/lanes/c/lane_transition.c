@@ -15,6 +15,7 @@
 #include "lane_transition.h"
 
 #include "lane_held.h"
+#include "lane_modes.h"
 
 /* of the terms of a force, or of the rate of a slip: nearer to zero the engine decides */
 static const double TIE = 1e-8;

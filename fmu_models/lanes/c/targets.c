@@ -3,6 +3,8 @@
  * kind; functions of a target are only called where CPUID, and the system by XCR0, say that its registers are there.
  */
 #include "lane_event.h"
+#include "lane_grid.h"
+#include "lane_modes.h"
 
 #if defined(__x86_64__)
 #define LANES_X86 1

@@ -1,5 +1,7 @@
 /* The numbers of one motion's flow, its steps of a grid among them. */
-#include "lane_table.h"
+#include "lane_grid.h"
+
+#include "lane_modes.h"
 
 /* modes whose rate is so many times that of the slowest still have a step of the grid */
 static const double AS_SLOW = 3.0;

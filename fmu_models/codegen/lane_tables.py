@@ -287,9 +287,7 @@ class _Tables:
         lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq) if only is None or i in only]
         for i in self.flow:
             parts = [
-                f"A[{e}] * y[{j}]"
-                for e, (row, j) in enumerate(self.places)
-                if row == i and (only is None or j in only)
+                f"A[{e}] * y[{j}]" for e, (row, j) in enumerate(self.places) if row == i and (only is None or j in only)
             ]
             if only is None or i in only:
                 lines.append(f"d[{i}] = {' + '.join(parts) or '0.0 * y[0]'};")

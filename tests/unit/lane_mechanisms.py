@@ -15,7 +15,7 @@ from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import TIME, Coordinate, Input, Parameter
+from fmu_models.language.quantities import TIME, Coordinate, Parameter
 from fmu_models.language.stops import Stop
 
 m = Parameter("m", 1.0, "kg", "mass", positive=True)
@@ -33,19 +33,6 @@ x = Coordinate("x", "m", "place", velocity="v")
 z = Coordinate("z", "m", "place", velocity="w")
 
 
-def block() -> Mechanism:
-    """Driven block on a spring and a moving belt."""
-    v_belt = Input("v_belt", 0.2, "m/s", "speed of the belt")
-    return _made("block", [x], m * x.v**2 / 2, k * x**2 / 2, [Friction(name="belt", slip=x.v - v_belt, law=dry)])
-
-
-def chain() -> Mechanism:
-    """Two coupled blocks on the ground, of which the first is driven."""
-    contacts = [Friction(name=f"ground{i}", slip=q.v, law=Coulomb(N, mu * i)) for i, q in enumerate((x, z), start=1)]
-    potential = k * (x**2 + (x - z) ** 2 + z**2) / 2
-    return _made("chain", [x, z], m * (x.v**2 + z.v**2) / 2, potential, contacts)
-
-
 def hinge() -> Mechanism:
     """Driven arm with dry friction in its hinge between two stops of spring and dashpot, one of which does not pull."""
     stiff = KelvinVoigt(Parameter("ks", 40.0, "N/m", "stiffness"), Parameter("d", 0.5, "N s/m", "damping"))
@@ -58,10 +45,11 @@ def hinge() -> Mechanism:
 
 
 def damper() -> Mechanism:
-    """Impact damper whose driven mass also rubs on the ground."""
+    """Impact damper whose driven mass rubs on the ground, and the free one on a strip of its way."""
     law = Newton(e)
     contacts = [
         Friction(name="ground", slip=x.v, law=dry),
+        Friction(name="strip", slip=z.v, law=Coulomb(N, mu / 10), where=z - length / 2),
         Impact(name="right", gap=x + length - z, restitution=law),
         Impact(name="left", gap=z - x + length, restitution=law),
     ]
@@ -78,14 +66,7 @@ def table() -> Mechanism:
     return _made("table", [x, z], m * (x.v**2 + z.v**2) / 2, m * g * z, contacts)
 
 
-def strip() -> Mechanism:
-    """Driven block that meets dry friction on a strip of its way only."""
-    return _made(
-        "strip", [x], m * x.v**2 / 2, k * x**2 / 2, [Friction(name="strip", slip=x.v, law=dry, where=x - length / 2)]
-    )
-
-
-MADE: dict[str, Callable[[], Mechanism]] = {one.__name__: one for one in (block, chain, hinge, damper, table, strip)}
+MADE: dict[str, Callable[[], Mechanism]] = {one.__name__: one for one in (hinge, damper, table)}
 
 
 @functools.cache

@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 from benchmark_scripts import benchmark_script
+from lane_mechanisms import opened
 
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.fmu_sections import Strobe
@@ -16,7 +17,7 @@ from fmu_models.analyses.jobs import ESCAPED, Jobs
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.fmu.load import load
-from fmu_models.lanes.library import has_lanes, lanes_of
+from fmu_models.lanes.library import lanes_of
 from fmu_models.lowering.lower import lower
 from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
@@ -31,6 +32,22 @@ LINEAR = {
 }
 # what a family of each varies, and its default otherwise
 FAMILIES = benchmark_script("bench_lanes").FAMILIES
+
+
+# contacts that forces hold: what varies, where the motions start, and s of a strobe of what nothing forces
+HELD = {
+    "hinge": ("omega", (0.4, 2.5), {}, None),
+    "damper": ("omega", (0.6, 1.5), {}, None),
+    "table": ("omega", (1.0, 1.6), {"z": 8.0}, None),
+    "woodpecker": ("eN1", (0.3, 0.6), {}, 0.146),
+}
+
+
+def held_family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:
+    varied, (low, high), start, period = HELD[name]
+    forced = {"forcing": "omega"} if period is None else {"period": period, "autonomous": True}
+    system = Strobe(load(name) if name == "woodpecker" else opened(name), **forced)
+    return system, Jobs(np.tile(system.start(start), (count, 1)), {varied: np.linspace(low, high, count)}, rows=rows)
 
 
 def family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:
@@ -83,6 +100,27 @@ def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
     for one in made:
         assert np.array_equal(one.points, alone)
         assert np.array_equal(one.held, made[0].held)
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_contacts_stick_close_and_jam_in_lanes(name, monkeypatch):
+    system, jobs = held_family(name, 60, 5)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.in_lanes.tolist() == lanes.steps.tolist()
+    errors = np.abs(lanes.points - series.points).max(axis=1) / np.abs(series.points).max(axis=(0, 1))
+    assert np.median(errors) < 1e-12
+    assert errors.max() < 1e-9
+    assert lanes.began.sum() > 100
+    assert np.array_equal(lanes.began, series.began)
+    assert lanes.held.max() > 0.1
+    assert lanes.held == pytest.approx(series.held, abs=1e-9)
+    # whatever lanes leave to the engine on the way, and for whom
+    part = jobs.part(20, 33)
+    for width in (1, 2, 4, 8):
+        stepper = lanes_of(system.fmu).stepper(width)
+        if stepper is not None:
+            monkeypatch.setitem(vars(system), "_lanes", stepper)
+            assert np.array_equal(system.run(part, GO).points, lanes.points[20:33])
 
 
 def test_a_resonance_without_damping_grows_as_it_should():

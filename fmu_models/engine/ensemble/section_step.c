@@ -11,6 +11,7 @@
  */
 #include "section_step.h"
 
+#include "../events/contact_placement.h"
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 #include "../step/section.h"
@@ -75,7 +76,10 @@ static void walk_wrap(Run *r, Walk *w)
     }
     run_shift_time(r, -back);
     if (w->e->kind == SECTION_STROBE) {
+        signed char closed[NC];
         r->at.time = w->e->origin;
+        /* where walls are now: rounding of the period would else leave a closed contact in its wall */
+        placement_closed_on_walls(r, closed);
     }
     w->since -= back;
     for (int c = 0; c < MODEL_NC; c++) {

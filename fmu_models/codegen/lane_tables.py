@@ -234,6 +234,7 @@ class _Tables:
                 "",
                 self._sums("FLOW", "A, y, d", self._flow_sums()),
                 self._sums("FLOW_HIGH", "A, y, d", self._flow_sums(endless)),
+                self._sums("VARIATION", "A, y, d", self._flow_sums(range(self.n))),
                 self._sums("STEP_SUMS", "P, x, n", self._step_sums()),
                 self._sums("GUARD_SUMS", "R, y, g", _row_sums("g", "R", "y", guard_columns)),
                 self._sums("GUARD_SUMS_HIGH", "R, y, g", _row_sums("g", "R", "y", guard_columns, endless)),

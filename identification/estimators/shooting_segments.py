@@ -14,7 +14,7 @@ Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also th
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -108,6 +108,18 @@ class ShootingProblem(FrictionProblem):
         )
         self._last.append((key, found, [replace(start) for start in self.starts]))
         return found
+
+    def squares(self) -> Callable[[np.ndarray], float]:
+        """As in `Problem`; every evaluation begins with the start states of the last one before this call."""
+        runs = {on: Runs(one.fmu, directions(self.law, (), on)) for on, one in self.runs.items()}
+        begin = tuple(replace(start) for start in self.starts)
+
+        def of(x: np.ndarray) -> float:
+            light = replace(self, runs=runs, starts=tuple(replace(start) for start in begin))
+            residual = light._all(x, ())[0]
+            return float(residual @ residual)
+
+        return of
 
     def _begin_at(self, starts: Sequence[Start]) -> None:
         for mine, other in zip(self.starts, starts, strict=True):

@@ -34,6 +34,7 @@ from identification.fit.parts import (
 )
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
+from identification.inference.posterior import Posterior
 from identification.inference.problem import identifier
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
@@ -76,7 +77,7 @@ class FrictionFit(Pictured):
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
-    that of the fit, itself among them, empty where none were.
+    that of the fit, itself among them, empty where none were; posterior: where it was sampled.
     solved: the problem behind it, None in a fit that was read back.
     """
 
@@ -112,6 +113,7 @@ class FrictionFit(Pictured):
     constants_correlation: tuple[tuple[float, ...], ...] = ()
     contradictions: tuple[StatedConstant, ...] = ()
     rivals: tuple[RivalLaw, ...] = ()
+    posterior: Posterior | None = None
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -256,8 +258,11 @@ class FrictionFit(Pictured):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`. An open end of an interval is null."""
-        plain = asdict(replace(self, solved=None))
+        sampled = None if self.posterior is None else replace(self.posterior, samples=None)
+        plain = asdict(replace(self, solved=None, posterior=sampled))
         del plain["solved"]
+        if sampled is not None:
+            del plain["posterior"]["samples"]
         for one in plain["parameters"]:
             ends = (end if np.isfinite(end) else None for end in self.interval(one["name"]))
             first = {key: one.pop(key) for key in ("name", "value", "unit")}

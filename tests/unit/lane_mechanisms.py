@@ -48,7 +48,7 @@ def damper() -> Mechanism:
     """Impact damper whose driven mass rubs on the ground, and the free one on a strip of its way."""
     law = Newton(e)
     contacts = [
-        Friction(name="ground", slip=x.v, law=dry),
+        Friction(name="ground", slip=x.v, law=Coulomb(2 * N, sympy.S.One)),
         Friction(name="strip", slip=z.v, law=Coulomb(N, mu / 10), where=z - length / 2),
         Impact(name="right", gap=x + length - z, restitution=law),
         Impact(name="left", gap=z - x + length, restitution=law),

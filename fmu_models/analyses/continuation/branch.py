@@ -32,6 +32,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -39,16 +41,20 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
 from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.follow import Follower, Way
+from fmu_models.analyses.continuation.follow import Follower, Found, Way
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
-from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+
+# special points of two branches that lie no further apart are one
+SAME = 1e-9
+# what a picture shows in place of a state
+MULTIPLIER = "multiplier"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +76,7 @@ class Branch(Pictured):
         ends: kind and a sentence, of both ends.
         every: periods of the forcing in one of the motion.
         seconds: CPU time.
+        units: of states and of the parameter.
     """
 
     model: str
@@ -86,6 +93,7 @@ class Branch(Pictured):
     ends: tuple[tuple[str, str], tuple[str, str]]
     every: int = 1
     seconds: float = 0.0
+    units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
 
@@ -102,6 +110,14 @@ class Branch(Pictured):
             columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
         columns["word"] = [word_text(word) for word in self.words]
         return pandas.DataFrame(columns)
+
+    @cached_property
+    def images(self) -> Vector:
+        """(every, m, n) points at phases 0, 1, ... of the forcing."""
+        if self.every == 1 or not self.nodes:
+            return self.points[None]
+        others = [[state_at(node, float(turn)) for node in self.nodes] for turn in range(1, self.every)]
+        return np.stack([self.points, *np.array(others)])
 
     def passes(self, other: Branch) -> bool:
         """Whether this branch runs through the middle of another one."""
@@ -164,17 +180,26 @@ def branch(
     return made(problem, forward, backward, (low, high), time.process_time() - clock)
 
 
+def joined(
+    forward: Way, backward: Way | None
+) -> tuple[list[Node], list[tuple[int, Found, bool]], tuple[tuple[str, str], tuple[str, str]]]:
+    """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
+    was met the other way round), both ends."""
+    nodes = list(forward.nodes)
+    found = [(place, one, False) for place, one in forward.found]
+    both = forward.end[0] in ("closed", "interrupted")
+    first = forward.end if both else ("start", "where it leaves another branch")
+    if backward is not None:
+        first, k = backward.end, len(backward.nodes)
+        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
+        turned = [(k - place, replace(one, before=one.after, after=one.before), True) for place, one in backward.found]
+        found = list(reversed(turned)) + [(place + k - 1, one, False) for place, one, _ in found]
+    return nodes, found, (first, forward.end)
+
+
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, found = list(forward.nodes), list(forward.found)
-    both = forward.end[0] in ("closed", "interrupted")
-    ends = [forward.end if both else ("start", "where it leaves another branch"), forward.end]
-    if backward is not None:
-        ends[0] = backward.end
-        k = len(backward.nodes)
-        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        turned = [(k - place, replace(one, before=one.after, after=one.before)) for place, one in backward.found]
-        found = list(reversed(turned)) + [(place + k - 1, one) for place, one in found]
+    nodes, found, ends = joined(forward, backward)
     autonomous = problem.autonomous
     states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
@@ -187,11 +212,12 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         np.array([node.multipliers for node in nodes]),
         np.array([node.stable for node in nodes]),
         tuple(node.word for node in nodes),
-        tuple(special_of(one, between, _switched) for _, one in found),
-        tuple(place for place, _ in found),
-        (ends[0], ends[1]),
+        tuple(special_of(one, between, _switched) for _, one, _ in found),
+        tuple(place for place, *_ in found),
+        ends,
         problem.turns,
         seconds,
+        problem.units,
         tuple(nodes),
         between,
     )
@@ -202,10 +228,10 @@ def _shown(node: Node, autonomous: bool) -> Vector:
 
 
 def _switched(special: Special, points: int) -> tuple[Branch, ...]:
-    return tuple(_from(begin, special.between, points) for begin in leaving(special))
+    return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
 
 
-def _from(begin: Node, between: tuple[float, float], points: int) -> Branch:
+def followed_from(begin: Node, between: tuple[float, float], points: int) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
     way = Follower(begin, between, points).follow()
@@ -217,7 +243,7 @@ class Branches(Pictured):
     """A branch and those that leave it.
 
     Attributes:
-        of: the state that a picture shows.
+        of: the state that a picture shows, or "multiplier": the real part of the largest one.
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
     """
@@ -249,15 +275,18 @@ class Branches(Pictured):
         return tuple(special for one in self.branches for special in one.special)
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points that have one; see ``Special.curve``.
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
 
         Raises:
-            StickslipError: none has one, no such parameter, a range that does not hold its present value.
+            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
+                the parameter takes apart.
         """
-        found = []
+        found: list[Curve] = []
+        known: list[Special] = []
         for one in self.special:
-            if one.touch is None and one.kind not in SMOOTH:
+            if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
+            known.append(one)
             found.append(one.curve(second, between, points))
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
@@ -280,26 +309,33 @@ def branches(
     Args:
         longest: period of a motion, in periods of the forcing.
         points: of each, at most.
-        of: the state that a picture shows; the first if left out.
+        of: the state that a picture shows; the first if left out. "multiplier": the real part of the largest one.
         switch: without, the branch alone.
 
     Raises:
         StickslipError: no such state.
     """
-    if of is not None and of not in first.states:
-        raise StickslipError(f"'{first.model}' has no state '{of}'.{nearest(of, first.states)}")
+    if of not in (None, MULTIPLIER, *first.states):
+        raise StickslipError(
+            f"'{first.model}' has no state '{of}'.{nearest(str(of), first.states)} '{MULTIPLIER}' is drawn, too."
+        )
     known = [first]
-    interrupted = _interrupted(first)
-    if switch and not interrupted:
-        try:
-            for one in _switched_at(known, longest, points):
-                known.append(one)
-                interrupted = _interrupted(one)
-                if interrupted:
-                    break
-        except KeyboardInterrupt:
-            interrupted = True
+    interrupted = spread(known, longest, points) if switch else _interrupted(first)
     return Branches(of or first.states[0], tuple(known), interrupted)
+
+
+def spread(known: list[Branch], longest: int, points: int = 2000) -> bool:
+    """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
+    if _interrupted(known[-1]):
+        return True
+    try:
+        for one in _switched_at(known, longest, points):
+            known.append(one)
+            if _interrupted(one):
+                return True
+    except KeyboardInterrupt:
+        return True
+    return False
 
 
 def _interrupted(one: Branch) -> bool:
@@ -307,12 +343,12 @@ def _interrupted(one: Branch) -> bool:
 
 
 def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Branch]:
-    """What leaves the branches that are known, and is not; the list may grow meanwhile."""
-    for one in known:
+    """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
+    for one in islice(known, len(known) - 1, None):
         for special in one.special:
             doubles = special.kind == "flip" or special.touch is not None
             if one.every * (2 if doubles else 1) > longest:
                 continue
             for begin in leaving(special):
                 if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
-                    yield _from(begin, one.between, points)
+                    yield followed_from(begin, one.between, points)

@@ -20,12 +20,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
 
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
+from fmu_models.codegen.contact_states import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9
@@ -49,6 +52,8 @@ class Touch:
         miss: the near miss of the node.
         event_side: motions with the event, of growing speed; empty if none is known.
         value_from_event: of the parameter, from the other side; nan if none.
+        monodromy: (n, n) its limit there, where it is not that of the node.
+        trail: motions on the way to it, where the multipliers change fast there; the last one is the node.
     """
 
     node: Node
@@ -56,6 +61,8 @@ class Touch:
     miss: Passing
     event_side: tuple[Node, ...] = ()
     value_from_event: float = np.nan
+    monodromy: Vector | None = None
+    trail: tuple[Node, ...] = ()
 
     @property
     def u(self) -> Vector:
@@ -170,7 +177,7 @@ def _deep(touch: Touch, u: Vector, depth: float) -> Vector:
     node = touch.node
     for _ in range(4):
         seen = look(node.problem, u * node.scales)
-        if seen is None or _new_event(seen, node.seen, touch.miss) is not None:
+        if seen is None or new_event(seen, node.seen, touch.miss) is not None:
             break
         missed = nearest(seen.misses, touch.miss, touch.miss.time, seen.length)
         if missed is None:
@@ -230,7 +237,7 @@ def _jumps(touch: Touch) -> Iterator[tuple[float, Passing, Vector]]:
     for depth in DEPTHS:
         moved = touch.u - down * depth
         seen = look(node.problem, moved * scales)
-        event = None if seen is None else _new_event(seen, node.seen, touch.miss)
+        event = None if seen is None else new_event(seen, node.seen, touch.miss)
         if seen is None or event is None or not np.isfinite(event.gradient).all():
             continue
         at_point = node.seen.residual / _row_sizes(node, node.seen)
@@ -268,9 +275,10 @@ def exchanged(touch: Touch) -> Node:
         Lost: none is near.
     """
     node = touch.node
-    for distance in BEYOND:
-        guess = touch.u.copy()
-        guess[-1] += distance * np.sign(node.tangent[-1])
+    straight = np.zeros_like(touch.u)
+    straight[-1] = np.sign(node.tangent[-1])
+    for distance, way in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
+        guess = touch.u + distance * way
         try:
             border = parameter(float(guess[-1] * node.scales[-1]))
             found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
@@ -299,7 +307,7 @@ def _row_sizes(node: Node, seen: Seen) -> Vector:
     return np.append(node.scales[:n], np.where(extra > 0.0, extra, 1.0))
 
 
-def _new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
+def new_event(seen: Seen, without: Seen, miss: Passing) -> Passing | None:
     """The event that a miss has become."""
     near = [one for one in seen.events if one.contact == miss.contact and one.before == miss.before]
     known = [one.time for one in without.events if one.contact == miss.contact and one.before == miss.before]
@@ -312,3 +320,17 @@ def growing(node: Node, event: Passing) -> Node:
     """With the tangent along which the event grows stronger."""
     own = nearest(node.seen.events, event, event.time, node.seen.length)
     return node.turned() if own is not None and node.along(own.gradient) < 0.0 else node
+
+
+def is_rigid(problem: Problem, contact: str) -> bool:
+    """Whether a contact impacts."""
+    return isinstance(problem, FlowProblem) and contact in problem.strobe.fmu.impacts
+
+
+def event_kind(problem: Problem, event: Passing) -> str:
+    """What it is called that an event comes or goes."""
+    if is_rigid(problem, event.contact):
+        return "grazing, rigid"
+    if event.before == AWAY:
+        return "grazing, compliant"
+    return "grazing-sliding corner" if event.after == STICK else "touch"

@@ -21,6 +21,7 @@ typedef struct {
     int32_t began[NC];
     int32_t wanted;  /* to be stepped */
     int32_t decided; /* it was: the motion is at the next strobe, where its time is the same */
+    double speed;    /* of the states there, where tangents are followed */
 } LaneMotion;
 
 /* an event on the way of a motion */
@@ -44,8 +45,9 @@ typedef struct {
     /* motion `slot` has these parameters and inputs, is strobed every `period`, and the forcing is that from `origin`
        on; 0: it is none for lanes */
     int (*place)(void *room, int64_t slot, const double *p, const double *u, double origin, double period);
-    /* step all motions that want it */
-    void (*step)(void *room, LaneMotion *motions, LaneResolve resolve, void *context);
+    /* step all motions that want it, and differences of neighbours along each, tangents[motion][direction][state] */
+    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, LaneResolve resolve,
+                 void *context);
 } LaneStepper;
 
 #endif

@@ -5,12 +5,15 @@ typedef struct {
     LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
-    int count;
+    int count, before[LANES_W]; /* how many; the mode at the beginning of the batch */
     M there, released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     M known[LANES_NG]; /* how many times over a guard is zero at the start */
+    V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
 } NAME(Batch);
+
+#include "lane_variation.h"
 
 /* the numbers of the modes that motions are in */
 static INLINE void NAME(gather_mode)(NAME(Batch) * b)
@@ -45,6 +48,7 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->lane[l] = &pool->lanes[slot];
         b->table[l] = &pool->tables[slot];
         b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
+        b->before[l] = b->lane[l]->mode;
         b->there[l] = l < b->count ? -1 : 0;
     }
     for (int j = 0; j < LANES_Z; j++) {
@@ -60,43 +64,59 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         EACH(b->wave[j], b->table[l]->wave[j])
     }
     NAME(gather_mode)(b);
+    NAME(load_tangents)(pool, b);
 }
 
 /* the series of the states over a sub-step of length h: its variable runs from 0 to 1. From order LANES_LOW on only the
    endless states have terms */
 static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
 {
-    static const double part[] = {1.0,     1.0 / 2, 1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6, 1.0 / 7,
-                                  1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13};
-    V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH];
+    /* 1/k! */
+    static const double part[] = {1.0,
+                                  1.0,
+                                  1.0 / 2,
+                                  1.0 / 6,
+                                  1.0 / 24,
+                                  1.0 / 120,
+                                  1.0 / 720,
+                                  1.0 / 5040,
+                                  1.0 / 40320,
+                                  1.0 / 362880,
+                                  1.0 / 3628800,
+                                  1.0 / 39916800,
+                                  1.0 / 479001600,
+                                  1.0 / 6227020800};
+    V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH], flow[LANES_NF];
     for (int j = 0; j < LANES_Z; j++) {
         y[0][j] = now[j] = b->z[j];
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
         turn[j] = h * b->wave[j];
     }
+    for (int e = 0; e < LANES_FLOW; e++) {
+        flow[e] = h * b->flow[e];
+    }
     LANES_UNROLL
-    for (int k = 0; k < LANES_ORDER; k++) {
-        const V f = h * NAME(fill)(part[k]);
-        if (k < LANES_LOW) {
-            LANES_FLOW(b->flow, now, rates);
+    for (int k = 1; k <= LANES_ORDER; k++) {
+        if (k <= LANES_LOW) {
+            LANES_FLOW(flow, now, rates);
         } else {
-            LANES_FLOW_HIGH(b->flow, now, rates);
+            LANES_FLOW_HIGH(flow, now, rates);
         }
         for (int j = 0; j < LANES_HARMONICS; j++) {
-            const V by = turn[j] * NAME(fill)(part[k]);
             const V c = now[MODEL_NX + 2 * j];
-            now[MODEL_NX + 2 * j] = -(by * now[MODEL_NX + 2 * j + 1]);
-            now[MODEL_NX + 2 * j + 1] = by * c;
+            now[MODEL_NX + 2 * j] = -(turn[j] * now[MODEL_NX + 2 * j + 1]);
+            now[MODEL_NX + 2 * j + 1] = turn[j] * c;
         }
         for (int i = 0; i < MODEL_NX; i++) {
-            if (k < LANES_LOW || lanes_endless[i]) {
-                now[i] = f * (k == 0 ? rates[i] + b->constant[i] : rates[i]);
+            if (k <= LANES_LOW || lanes_endless[i]) {
+                now[i] = i < MODEL_NQ ? h * rates[i] : rates[i];
+                now[i] = k == 1 ? now[i] + h * b->constant[i] : now[i];
             }
         }
         for (int j = 0; j < LANES_Z; j++) {
-            if (k < LANES_LOW || lanes_endless[j]) {
-                y[k + 1][j] = now[j];
+            if (k <= LANES_LOW || lanes_endless[j]) {
+                y[k][j] = now[j] * NAME(fill)(part[k]);
             }
         }
     }
@@ -228,14 +248,18 @@ static INLINE void NAME(deflate)(V *q, M known)
 static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
 {
     const M whole = (u == NAME(fill)(1.0)) & (h == b->left);
-    LANES_UNROLL
-    for (int n = LANES_ORDER; n >= 0; n--) {
-        for (int j = 0; j < LANES_Z; j++) {
-            const int first = lanes_endless[j] ? LANES_ORDER : LANES_LOW;
+    /* even and odd orders apart: two short chains */
+    const V square = u * u;
+    for (int j = 0; j < LANES_Z; j++) {
+        const int first = lanes_endless[j] ? LANES_ORDER : LANES_LOW;
+        V part[2] = {y[0][j], NAME(fill)(0.0)};
+        LANES_UNROLL
+        for (int n = LANES_ORDER; n >= 0; n--) {
             if (n <= first) {
-                b->z[j] = n == first ? y[n][j] : b->z[j] * u + y[n][j];
+                part[n % 2] = n >= first - 1 ? y[n][j] : part[n % 2] * square + y[n][j];
             }
         }
+        b->z[j] = first > 0 ? part[0] + u * part[1] : part[0];
     }
     b->left = NAME(pick)(whole, NAME(fill)(0.0), b->left - h * u);
     b->left = NAME(most)(b->left, NAME(fill)(0.0));
@@ -262,14 +286,22 @@ static void NAME(pass_on)(Pool *pool, int64_t slot)
 }
 
 /* the event of guard g in a lane */
-static void NAME(happen)(Pool *pool, int64_t slot, int g)
+static void NAME(happen)(Pool *pool, int64_t slot, int g, int64_t directions)
 {
+    Fall fall;
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const int was_on_grid = t->mode[lane->mode].on_grid;
     const double before = t->h * lane->goal - lane->left;
     double time = before;
-    lane_event(pool, slot, g, &time);
+    fall.mode = lane->mode;
+    memcpy(fall.z, lane->z, sizeof fall.z);
+    const int told = lane_event(pool, slot, g, &time);
+    if (directions > 0 && !told) {
+        lane->failed = 1;
+    } else if (directions > 0) {
+        tangents_jump(t, lane, &fall, lane->z, g, directions);
+    }
     /* away from home nothing is to be done at the points of the grid */
     const int on_grid = t->mode[lane->mode].on_grid;
     if (on_grid != was_on_grid || time != before) {
@@ -280,7 +312,7 @@ static void NAME(happen)(Pool *pool, int64_t slot, int g)
 }
 
 /* lane l of a batch into its record */
-static INLINE void NAME(keep)(const NAME(Batch) * b, int l)
+static INLINE void NAME(keep)(const Pool *pool, const NAME(Batch) * b, int l)
 {
     Lane *lane = b->lane[l];
     for (int j = 0; j < LANES_Z; j++) {
@@ -290,6 +322,7 @@ static INLINE void NAME(keep)(const NAME(Batch) * b, int l)
     for (int g = 0; g < LANES_GUARDS; g++) {
         lane->known[g] = b->known[g][l];
     }
+    NAME(save_tangents)(pool, b, l);
     lane->failed |= ++lane->rounds > LANES_ROUNDS;
 }
 
@@ -306,6 +339,7 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
     const V left = b->left;
     const M open = NAME(doubtful)(b, h, q, &gone);
     NAME(go)(b, y, h, NAME(fill)(1.0));
+    NAME(vary)(b, NAME(pick)(open, NAME(fill)(0.0), h), pool->directions);
     b->left = NAME(pick)(open, left, b->left);
     for (int j = 0; j < LANES_Z; j++) {
         b->z[j] = NAME(pick)(open, y[0][j], b->z[j]);
@@ -317,13 +351,13 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
         if (!wanted[l]) {
             continue;
         }
-        NAME(keep)(b, l);
+        NAME(keep)(pool, b, l);
         if (open[l]) {
             pool_queue(pool, b->slot[l], QUEUE_EVENT);
             continue;
         }
         if (gone[l] >= 0.0) {
-            NAME(happen)(pool, b->slot[l], (int)gone[l]);
+            NAME(happen)(pool, b->slot[l], (int)gone[l], 0);
         }
         NAME(pass_on)(pool, b->slot[l]);
     }
@@ -450,13 +484,38 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     return fell;
 }
 
+/* differences of neighbours through the events of some lanes, whose states were others before */
+static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) * b, const V *before, M fell, V guard)
+{
+    for (int l = 0; l < b->count; l++) {
+        Lane *lane = b->lane[l];
+        double z[LANES_Z];
+        Fall fall;
+        if (!fell[l]) {
+            continue;
+        }
+        fall.mode = b->before[l];
+        for (int j = 0; j < LANES_Z; j++) {
+            fall.z[j] = before[j][l];
+            z[j] = b->z[j][l];
+        }
+        NAME(save_tangents)(pool, b, l);
+        tangents_jump(b->table[l], lane, &fall, z, (int)guard[l], pool->directions);
+        for (int n = 0; n < pool->directions; n++) {
+            for (int i = 0; i < MODEL_NX; i++) {
+                AT(b->tangent[n][i], l) = lane->tangent[n][i];
+            }
+        }
+    }
+}
+
 /* a sub-step in which some guard may fall */
 static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
 {
     NAME(Batch) b;
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
-    V guard;
+    V guard, before[LANES_Z];
     M undecided;
     NAME(gather)(pool, QUEUE_EVENT, &b);
     const V h = NAME(least)(b.left, b.longest);
@@ -469,18 +528,25 @@ static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
     }
     const V u = NAME(search)(q, b.there, &guard, &undecided);
     NAME(go)(&b, y, h, u);
+    NAME(vary)(&b, h * u, pool->directions);
     const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
+    if (pool->directions > 0) {
+        memcpy(before, b.z, sizeof before);
+    }
     const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard), guard);
+    if (pool->directions > 0) {
+        NAME(jump)(pool, &b, before, fell & ~special, guard);
+    }
     /* motions whose states are known here go on at once */
     const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
     for (int l = 0; l < b.count; l++) {
         if (on[l]) {
             continue;
         }
-        NAME(keep)(&b, l);
+        NAME(keep)(pool, &b, l);
         b.lane[l]->failed |= undecided[l] != 0;
         if (special[l]) {
-            NAME(happen)(pool, b.slot[l], (int)guard[l]);
+            NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions);
         }
         NAME(pass_on)(pool, b.slot[l]);
     }

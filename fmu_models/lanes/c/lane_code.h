@@ -12,6 +12,7 @@
  *     QUEUE_SERIES   the same where probably none falls, up to a time that is given: if one may, to QUEUE_EVENT
  *     QUEUE_STRIDE   away from home, exact steps of one length until one may (lane_stride.h)
  */
+#include "lane_tangents.h"
 #include "lane_vectors.h"
 
 #include "lane_home.h"
@@ -57,6 +58,7 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
             continue;
         }
         lane->goal = lane->rounds = 0;
+        tangents_begin(pool, slot);
         if (pool->tables[slot].mode[lane->mode].home >= 0) {
             NAME(to_group)(pool, slot);
         } else {
@@ -79,6 +81,9 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         }
         for (int i = 0; i < MODEL_NX; i++) {
             lane->z[i] = AT(g->x[i], slot % LANES_W);
+        }
+        if (!lane->failed) {
+            tangents_end(pool, slot);
         }
         lane_end(pool, slot, &motions[slot], !lane->failed);
     }

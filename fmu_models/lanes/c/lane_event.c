@@ -155,7 +155,7 @@ static void fallen(const LaneTable *t, const LaneMode *m, const double *z, int g
     }
 }
 
-void lane_event(Pool *pool, int64_t slot, int g, double *time)
+int lane_event(Pool *pool, int64_t slot, int g, double *time)
 {
     Lane *lane = &pool->lanes[slot];
     LaneTable *t = &pool->tables[slot];
@@ -163,12 +163,13 @@ void lane_event(Pool *pool, int64_t slot, int g, double *time)
     int64_t *known = lane->known;
     const int c = lanes_guard_contact[g];
     signed char falls[LANES_NG];
+    const int before = lane->motion.state[c];
     int alone = 1;
     int decided = 0;
     memset(known, 0, sizeof lane->known);
     if (t->mode[lane->mode].held_count == 0 && lanes_kind[c] == KIND_STOP) {
         stop(t, lane, z, g, *time, known);
-        return;
+        return 1;
     }
     fallen(t, &t->mode[lane->mode], z, g, falls);
     for (int e = 0; e < LANES_GUARDS; e++) {
@@ -183,6 +184,10 @@ void lane_event(Pool *pool, int64_t slot, int g, double *time)
     if (!decided) {
         ask(pool, slot, z, falls, time, known);
     }
+    /* neighbours come to rest where an impact does, and rub by another friction */
+    const int lands = lanes_kind[c] == KIND_IMPACT && before == CONTACT_AWAY
+                      && (lanes_partner[c] || lane->motion.state[c] != CONTACT_AWAY);
+    return decided && !lands;
 }
 
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)

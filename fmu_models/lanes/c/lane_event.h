@@ -12,8 +12,9 @@ enum {
 };
 
 /* guard g has fallen in a lane, so long after the strobe: change its mode, its states, its known zeros and, where that takes
-   a while, the time. What is not decided here the engine decides; if it does not either the lane has failed */
-void lane_event(Pool *pool, int64_t slot, int g, double *time);
+   a while, the time. What is not decided here the engine decides; if it does not either the lane has failed. 1 if neighbours
+   take the same way (lane_tangents.c) */
+int lane_event(Pool *pool, int64_t slot, int g, double *time);
 /* take up a motion that wants a step; 0 if it is none for lanes at present */
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion);
 /* hand it back; done: it is at the end of the period */

@@ -66,6 +66,7 @@ static void NAME(to_group)(Pool *pool, int64_t slot)
     for (int i = 0; i < MODEL_NX; i++) {
         AT(g->x[i], l) = lane->z[i];
     }
+    lane->brought = lane->goal;
     if (home < 0) {
         return;
     }
@@ -86,6 +87,7 @@ static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
         lane->z[MODEL_NX + j] = t->phasor[lane_point(k)][j];
     }
     memset(lane->known, 0, sizeof lane->known);
+    tangents_bring(pool, slot, k);
     lane->goal = mode->on_grid ? k + 1 : t->steps;
     lane->left = t->h * (lane->goal - k);
     pool_queue(pool, slot, mode->home >= 0 ? QUEUE_EVENT : mode->on_grid ? QUEUE_SERIES : QUEUE_STRIDE);

@@ -1,19 +1,27 @@
 /* Where polynomials fall through zero, in all lanes at once; included once per target by lane_code.h. */
-/* value, slope and curvature of a polynomial, or of its terms up to some order */
+/* value, slope and curvature of a polynomial, or of its terms up to some odd order: of its even and odd parts in u^2 */
 static INLINE void NAME(horner)(const V *q, int order, V u, V *f, V *d, V *dd)
 {
-    V a = q[order];
-    V b = NAME(fill)(0.0);
-    V c = NAME(fill)(0.0);
-    LANES_UNROLL
-    for (int k = order - 1; k >= 0; k--) {
-        c = c * u + b;
-        b = b * u + a;
-        a = a * u + q[k];
+    const V v = u * u;
+    V a[2], b[2], c[2];
+    for (int odd = 0; odd < 2; odd++) {
+        a[odd] = q[order - 1 + odd];
+        b[odd] = NAME(fill)(0.0);
+        c[odd] = NAME(fill)(0.0);
+        LANES_UNROLL
+        for (int k = order - 3 + odd; k >= 0; k -= 2) {
+            c[odd] = k == order - 3 + odd ? c[odd] : c[odd] * v + b[odd];
+            b[odd] = k == order - 3 + odd ? a[odd] : b[odd] * v + a[odd];
+            a[odd] = a[odd] * v + q[k];
+        }
     }
-    *f = a;
-    *d = b;
-    *dd = c + c;
+    /* q = a0 + u a1; b and c are the first derivatives in v, and halves of the second */
+    const V twice = u + u;
+    const V slopes = b[0] + u * b[1];
+    *f = a[0] + u * a[1];
+    *d = a[1] + twice * slopes;
+    const V four = NAME(fill)(4.0) * v;
+    *dd = (slopes + slopes) + NAME(fill)(4.0) * (u * b[1]) + (four + four) * (c[0] + u * c[1]);
 }
 
 /* where u is, between low and high, by the cubic of Hermite for u as a function of q, where that rises all the way; else
@@ -86,12 +94,12 @@ static __attribute__((noinline)) V NAME(lowest)(const V *q, V d_low, V d_high, M
    in the slope a third */
 static INLINE V NAME(bend_rest)(const V *q)
 {
-    V rest = NAME(fill)(0.0);
+    V rest[2] = {NAME(fill)(0.0), NAME(fill)(0.0)};
     LANES_UNROLL
     for (int k = LANES_ORDER; k >= 4; k--) {
-        rest += NAME(fill)((double)(k * (k - 1))) * NAME(size)(q[k]);
+        rest[k % 2] += NAME(fill)((double)(k * (k - 1))) * NAME(size)(q[k]);
     }
-    return rest;
+    return rest[0] + rest[1];
 }
 
 /* lanes in which a guard may fall on [0, 1], by Bernstein's coefficients of its first terms */
@@ -114,14 +122,15 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
     const V one = NAME(fill)(1.0);
     const V none = NAME(fill)(2.0);
     const V rest1 = NAME(fill)(1.0 / 3.0) * rest2;
-    V end = q[LANES_ORDER];
-    V slope_end = NAME(fill)((double)LANES_ORDER) * q[LANES_ORDER];
+    V ends[2] = {q[LANES_ORDER - 1], q[LANES_ORDER]};
+    V slopes[2] = {NAME(fill)((double)(LANES_ORDER - 1)) * ends[0], NAME(fill)((double)LANES_ORDER) * ends[1]};
     LANES_UNROLL
-    for (int k = LANES_ORDER - 1; k >= 1; k--) {
-        end += q[k];
-        slope_end += NAME(fill)((double)k) * q[k];
+    for (int k = LANES_ORDER - 2; k >= 1; k--) {
+        ends[k % 2] += q[k];
+        slopes[k % 2] += NAME(fill)((double)k) * q[k];
     }
-    end += q[0];
+    const V end = ends[0] + ends[1] + q[0];
+    const V slope_end = slopes[0] + slopes[1];
     const V twice = q[2] + q[2];
     const V e2 = q[1] + twice + NAME(fill)(3.0) * q[3];
     const V e1 = q[1] + q[2];

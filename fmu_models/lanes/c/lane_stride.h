@@ -80,6 +80,18 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
         for (int j = 0; j < LANES_Z; j++) {
             b.z[j] = NAME(pick)(going, next[j], b.z[j]);
         }
+        for (int n = 0; n < pool->directions; n++) {
+            V moved[MODEL_NX];
+            for (int i = 0; i < MODEL_NX; i++) {
+                moved[i] = NAME(fill)(0.0);
+                for (int j = 0; j < MODEL_NX; j++) {
+                    moved[i] += flow[i][j] * b.tangent[n][j];
+                }
+            }
+            for (int i = 0; i < MODEL_NX; i++) {
+                b.tangent[n][i] = NAME(pick)(going, moved[i], b.tangent[n][i]);
+            }
+        }
         for (int g = 0; g < LANES_GUARDS; g++) {
             f0[g] = NAME(pick)(going, f1[g], f0[g]);
             d0[g] = NAME(pick)(going, d1[g], d0[g]);
@@ -97,6 +109,7 @@ static __attribute__((noinline)) void NAME(stride_batch)(Pool *pool)
         for (int g = 0; g < LANES_GUARDS; g++) {
             lane->known[g] = b.known[g][l];
         }
+        NAME(save_tangents)(pool, &b, l);
         lane->left = b.left[l];
         lane->rounds += (int)steps[l];
         lane->failed |= lane->rounds > LANES_ROUNDS;

@@ -13,6 +13,9 @@ typedef struct {
     int mode;
     unsigned settled; /* a bit for each home mode whose numbers its group has */
     int failed;       /* not decided: the series of the engine make this step */
+    /* differences of neighbours, and up to which point of the grid their steps at home are made */
+    double tangent[MODEL_NX][MODEL_NX];
+    int brought;
     LaneMotion motion;
 } Lane;
 
@@ -32,6 +35,9 @@ typedef struct {
     LaneResolve resolve; /* what decides events that lanes leave, and whom it asks for */
     void *context;
     double *columns; /* of the home steps, group by group (lane_home.h) */
+    /* differences that are followed, motion by motion, as the caller has them */
+    int64_t directions;
+    double *tangents;
 } Pool;
 
 static inline void pool_queue(Pool *pool, int64_t slot, int which)

@@ -128,9 +128,12 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
 #define STEPPER(width)                                                                                                 \
     static int64_t room_##width(int64_t motions) { return layout(motions, width, group_bytes_##width()).used; }        \
     static void open_##width(void *room, int64_t motions) { open_pool(room, motions, width, group_bytes_##width()); }  \
-    static void step_##width(void *room, LaneMotion *motions, LaneResolve resolve, void *context)                      \
+    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents,                    \
+                             LaneResolve resolve, void *context)                                                       \
     {                                                                                                                  \
         Pool *pool = room;                                                                                             \
+        pool->directions = directions;                                                                                 \
+        pool->tangents = tangents;                                                                                     \
         pool->resolve = resolve;                                                                                       \
         pool->context = context;                                                                                       \
         period_##width(pool, motions);                                                                                 \

@@ -178,7 +178,7 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
 
 /* the earliest fall of all guards in lanes `left`; lanes that are not decided are marked. Most lanes have one guard that
    may fall at all: these are searched at once, then the second ones */
-static INLINE V NAME(earliest)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
+static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
 {
     V rest[LANES_NG];
     M open[LANES_NG];
@@ -227,7 +227,7 @@ static INLINE V NAME(search)(V (*q)[LANES_ORDER + 1], M busy, V *which, M *undec
     for (int n = 0; n < HALVINGS; n++) {
         M longer = NAME(none)();
         V guard;
-        const V first = NAME(earliest)(q, left, &guard, &longer);
+        const V first = NAME(earliest_fall)(q, left, &guard, &longer);
         const M done = left & ~longer;
         const M falls = done & (first < NAME(fill)(1.5));
         place = NAME(pick)(falls, first * reach, NAME(pick)(done, reach, place));

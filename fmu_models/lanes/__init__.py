@@ -7,7 +7,8 @@
                                       exact steps at home, the forces that hold contacts
     c/lane_code.h                     steps of all lanes, once per width, the same operations in each lane: at home
                                       (lane_home.h), and in batches of what wants the same, to events and over sub-steps
-                                      (lane_batch.h, lane_roots.h) or away from home (lane_stride.h), on lane_vectors.h
+                                      (lane_batch.h, lane_series.h, lane_fall.h, lane_roots.h) or away from home
+                                      (lane_stride.h), on lane_vectors.h
     c/lane_variation.h, lane_tangents.*  differences of neighbours, over sub-steps, at home and through events
     c/lane_event.*, lane_transition.* what one lane does at an event, and what it leaves to the series
     c/targets.c                       widths by target, and the choice by CPUID; the library's one function

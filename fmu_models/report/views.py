@@ -397,7 +397,7 @@ def _(curve: Curve) -> str:
     lines = [curve._heading(), f"  {kind}: {why}"]
     for met in curve.meetings:
         at = ", ".join(f"{name} = {value:.15g}" for name, value in met.parameters.items())
-        lines.append(f"  {met.kind} at {at}; multipliers {', '.join(_number(one) for one in met.multipliers)}")
+        lines.append(f"  {met.kind} at {at}; {curve.called} {_numbers(met.multipliers)}")
     return "\n".join([*lines, f"  {last[0]}: {last[1]}"])
 
 

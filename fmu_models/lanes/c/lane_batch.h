@@ -2,14 +2,14 @@
 /* motions side by side; a place without one repeats another, and nothing comes of it */
 typedef struct {
     Lane *lane[LANES_W];
-    const LaneTable *table[LANES_W];
+    LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
     int count, before[LANES_W]; /* how many; the mode at the beginning of the batch */
     M there, released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
-    M known[LANES_NG];
+    M known[LANES_NG];                 /* how many times over a guard is zero at the start */
     V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
 } NAME(Batch);
 
@@ -56,9 +56,9 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
     }
     EACH(b->left, b->lane[l]->left)
     for (int g = 0; g < LANES_GUARDS; g++) {
-        V known;
-        EACH(known, b->lane[l]->known[g])
-        b->known[g] = known != NAME(fill)(0.0);
+        for (int l = 0; l < LANES_W; l++) {
+            b->known[g][l] = b->lane[l]->known[g];
+        }
     }
     for (int j = 0; j < LANES_HARMONICS; j++) {
         EACH(b->wave[j], b->table[l]->wave[j])
@@ -72,20 +72,9 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
 static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
 {
     /* 1/k! */
-    static const double part[] = {1.0,
-                                  1.0,
-                                  1.0 / 2,
-                                  1.0 / 6,
-                                  1.0 / 24,
-                                  1.0 / 120,
-                                  1.0 / 720,
-                                  1.0 / 5040,
-                                  1.0 / 40320,
-                                  1.0 / 362880,
-                                  1.0 / 3628800,
-                                  1.0 / 39916800,
-                                  1.0 / 479001600,
-                                  1.0 / 6227020800};
+    static const double part[] = {
+        1.0,        1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,
+        1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800};
     V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH], flow[LANES_NF];
     for (int j = 0; j < LANES_Z; j++) {
         y[0][j] = now[j] = b->z[j];
@@ -167,7 +156,7 @@ static INLINE void NAME(left_now)(NAME(Batch) * b, V (*q)[LANES_ORDER + 1])
 {
     const V zero = NAME(fill)(0.0);
     for (int g = 0; g < LANES_GUARDS; g++) {
-        b->known[g] |= (q[g][0] == zero) & (q[g][1] > zero);
+        b->known[g] -= (b->known[g] == NAME(none)()) & (q[g][0] == zero) & (q[g][1] > zero);
     }
 }
 
@@ -179,7 +168,8 @@ static INLINE M NAME(leaves)(const NAME(Batch) * b, const V *q, V rest)
     const V e1 = q[1] + q[2];
     const V e2 = e1 + q[2] + NAME(fill)(3.0) * q[3];
     const V end = q[0] + q[1] + q[2] + q[3];
-    return b->released & (NAME(most)(NAME(most)(q[1], e1), e2) + slope < NAME(fill)(0.0)) & (end + rest < NAME(fill)(0.0));
+    return b->released & (NAME(most)(NAME(most)(q[1], e1), e2) + slope < NAME(fill)(0.0))
+           & (end + rest < NAME(fill)(0.0));
 }
 
 /* lanes in which some guard may fall: what the terms up to the third order, by Bernstein's coefficients, and the bound of
@@ -202,7 +192,7 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
             EACH(factor, b->mode[l]->tail[g][i])
             tail += factor * size[i];
         }
-        const M known = b->known[g];
+        const M known = b->known[g] > NAME(none)();
         const V a0 = NAME(pick)(known, q[g][1], q[g][0]);
         const V a1 = NAME(pick)(known, q[g][2], q[g][1]);
         const V a2 = NAME(pick)(known, q[g][3], q[g][2]);
@@ -211,8 +201,9 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
         const V b2 = a0 + third * (a1 + a1 + a2);
         const V b3 = a0 + a1 + a2 + a3;
         const V low = NAME(least)(NAME(least)(a0, b1), NAME(least)(b2, b3));
-        M falls = ~(low > tail * fourth);
-        if (lanes_digits[lanes_guard_contact[g]] == 3 && lanes_guard_slot[g] == 0) {
+        M falls = ~(low > tail * fourth) | (b->known[g] > NAME(none)() + 1);
+        if (lanes_kind[lanes_guard_contact[g]] == KIND_STOP && lanes_digits[lanes_guard_contact[g]] == 3
+            && lanes_guard_slot[g] == GUARD_NORMAL) {
             const M silent = falls & ~known & NAME(leaves)(b, q[g], tail * fourth);
             *left = NAME(pick)(silent, NAME(fill)((double)g), *left);
             falls &= ~silent;
@@ -222,16 +213,25 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
     return found & b->there;
 }
 
-/* without the root at the start, where one is known */
+/* without the roots at the start that are known; what stays at zero falls nowhere */
 static INLINE void NAME(deflate)(V *q, M known)
 {
-    if (!NAME(any)(known)) {
-        return;
+    const M none = NAME(none)();
+    const M always = known >= none + LANES_ZERO;
+    M count = known & ~always;
+    while (NAME(any)(count)) {
+        const M more = count > none;
+        for (int k = 0; k < LANES_ORDER; k++) {
+            q[k] = NAME(pick)(more, q[k + 1], q[k]);
+        }
+        q[LANES_ORDER] = NAME(pick)(more, NAME(fill)(0.0), q[LANES_ORDER]);
+        count += more;
     }
-    for (int k = 0; k < LANES_ORDER; k++) {
-        q[k] = NAME(pick)(known, q[k + 1], q[k]);
+    if (NAME(any)(always)) {
+        for (int k = 0; k <= LANES_ORDER; k++) {
+            q[k] = NAME(pick)(always, NAME(fill)(k == 0 ? 1.0 : 0.0), q[k]);
+        }
     }
-    q[LANES_ORDER] = NAME(pick)(known, NAME(fill)(0.0), q[LANES_ORDER]);
 }
 
 /* states and time at a place u of the sub-step */
@@ -276,20 +276,25 @@ static void NAME(pass_on)(Pool *pool, int64_t slot)
 }
 
 /* the event of guard g in a lane */
-static void NAME(happen)(const LaneTable *t, Lane *lane, int g, int64_t directions)
+static void NAME(happen)(Pool *pool, int64_t slot, int g, int64_t directions)
 {
     Fall fall;
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
     const int was_on_grid = t->mode[lane->mode].on_grid;
-    const double time = t->h * lane->goal - lane->left;
+    const double before = t->h * lane->goal - lane->left;
+    double time = before;
     fall.mode = lane->mode;
     memcpy(fall.z, lane->z, sizeof fall.z);
-    lane_event(t, lane, lane->z, g, time);
-    if (directions > 0) {
+    const int told = lane_event(pool, slot, g, &time);
+    if (directions > 0 && !told) {
+        lane->failed = 1;
+    } else if (directions > 0) {
         tangents_jump(t, lane, &fall, lane->z, g, directions);
     }
     /* away from home nothing is to be done at the points of the grid */
     const int on_grid = t->mode[lane->mode].on_grid;
-    if (on_grid != was_on_grid) {
+    if (on_grid != was_on_grid || time != before) {
         const int next = (int)(time / t->h) + 1;
         lane->goal = on_grid && next < t->steps ? next : t->steps;
         lane->left = fmax(t->h * lane->goal - time, 0.0);
@@ -336,13 +341,22 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
         if (!wanted[l]) {
             continue;
         }
+        if (!open[l] && b->left[l] == 0.0 && gone[l] < 0.0 && b->mode[l]->home >= 0 && !b->lane[l]->failed) {
+            NAME(Group) *g = NAME(group)(pool, b->slot[l]);
+            for (int i = 0; i < MODEL_NX; i++) {
+                AT(g->x[i], b->slot[l] % LANES_W) = b->z[i][l];
+            }
+            NAME(save_tangents)(pool, b, l);
+            NAME(arrive)(pool, g, b->slot[l]);
+            continue;
+        }
         NAME(keep)(pool, b, l);
         if (open[l]) {
             pool_queue(pool, b->slot[l], QUEUE_EVENT);
             continue;
         }
         if (gone[l] >= 0.0) {
-            NAME(happen)(&pool->tables[b->slot[l]], b->lane[l], (int)gone[l], 0);
+            NAME(happen)(pool, b->slot[l], (int)gone[l], 0);
         }
         NAME(pass_on)(pool, b->slot[l]);
     }
@@ -364,6 +378,8 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
     if (!LANES_IMPACTS) {
         return fell;
     }
+    V plain;
+    EACH(plain, b->mode[l]->plain)
     NAME(guard_line)(b, b->z, value, rate);
     for (int j = 0; j < LANES_Z; j++) {
         magnitude[j] = NAME(size)(b->z[j]);
@@ -379,9 +395,10 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
         const int c = lanes_guard_contact[g];
         V e, fastest, push;
         M hit = fell & (guard == NAME(fill)((double)g));
-        if (lanes_kind[c] != KIND_IMPACT) {
+        if (lanes_kind[c] != KIND_IMPACT || lanes_partner[c] || lanes_poisson[c]) {
             continue;
         }
+        hit &= plain != NAME(fill)(0.0);
         EACH(e, b->table[l]->restitution[c])
         EACH(fastest, b->lane[l]->motion.memory[c])
         fastest = NAME(most)(fastest, -rate[g]);
@@ -406,7 +423,7 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
             }
         }
         for (int other = 0; other < LANES_GUARDS; other++) {
-            b->known[other] = hit ? (M)(int64_t)(other == g ? -1 : 0) : b->known[other];
+            b->known[other] = hit ? (M)(int64_t)(other == g ? 1 : 0) : b->known[other];
         }
         fell &= ~hit;
     }
@@ -440,24 +457,26 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     for (int g = 0; g < LANES_GUARDS; g++) {
         sizes.guard_constant[g] = NAME(fill)(0.0);
     }
-    V size[LANES_NG];
+    V size[LANES_NG], held;
+    EACH(held, b->mode[l]->held_count)
+    const M free = held == NAME(fill)(0.0);
     NAME(guard_line)(&sizes, sizes.z, value, size);
     for (int g = 0; g < LANES_GUARDS; g++) {
         const int c = lanes_guard_contact[g];
-        if (lanes_kind[c] != KIND_SWITCH) {
+        if (lanes_kind[c] != KIND_SWITCH || lanes_sticks[c]) {
             continue;
         }
-        const M hit = fell & (guard == NAME(fill)((double)g)) & (-rate[g] > NAME(fill)(LANES_ALONG) * size[g]);
+        const M hit = fell & free & (guard == NAME(fill)((double)g)) & (-rate[g] > NAME(fill)(LANES_ALONG) * size[g]);
         for (int l = 0; l < LANES_W; l++) {
             if (hit[l]) {
                 signed char *state = &b->lane[l]->motion.state[c];
                 *state = *state == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
                 b->lane[l]->mode = b->mode[l]->crossed[c];
-                b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
+                b->mode[l] = table_at(b->table[l], b->lane[l]->mode);
             }
         }
         for (int other = 0; other < LANES_GUARDS; other++) {
-            b->known[other] = hit ? (M)(int64_t)(other == g ? -1 : 0) : b->known[other];
+            b->known[other] = hit ? (M)(int64_t)(other == g ? 1 : 0) : b->known[other];
         }
         fell &= ~hit;
     }
@@ -526,7 +545,7 @@ static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
         NAME(keep)(pool, &b, l);
         b.lane[l]->failed |= undecided[l] != 0;
         if (special[l]) {
-            NAME(happen)(b.table[l], b.lane[l], (int)guard[l], pool->directions);
+            NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions);
         }
         NAME(pass_on)(pool, b.slot[l]);
     }

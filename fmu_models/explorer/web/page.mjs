@@ -6,7 +6,10 @@ import { Picture, brief } from "./plot.mjs";
 
 const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
-const PERIODS = 60, SECONDS = 20, COARSE = 700, FINE = 1100;
+// steps of the section: of a run, of what is drawn of its beginning, of its settled part, and of its finest
+const PERIODS = 60, OPENING = 6, SHOWN = 12, LAST = 2;
+const SECONDS = 20; // of a run whose period is not known
+const COARSE = 400, FINE = 600; // samples of the beginning, and of the settled part and the finest each
 const STOPS = 1000; // of a slider
 const element = (id) => document.getElementById(id);
 const make = (name, attributes = {}, ...children) => {
@@ -32,7 +35,7 @@ export class Page {
     this.rows = {};
     this.reset();
     this.build();
-    this.restore(linked(), false);
+    this.restore(linked());
     this.refresh();
     this.simulate();
     if (!linked()) this.leaveDrift();
@@ -47,6 +50,7 @@ export class Page {
 
   reset() {
     this.state = { values: Float64Array.from(this.settable, (q) => q.value), until: this.model.until, plane: 0, series: 0, section: null };
+    this.pace = null; // s, between crossings of the section
   }
 
   // state and its texts -----------------------------------------------------------------------------------------------
@@ -61,14 +65,15 @@ export class Page {
   }
 
   json() {
-    const { until, plane, series, section } = this.state;
+    const { plane, series, section } = this.state, until = this.until;
     const set = this.changed(this.settable, "value");
     return JSON.stringify({ model: this.model.name, version: this.model.version, set, until, plane, series, section });
   }
 
   // take a state from its JSON; a wrong one changes nothing and is told
-  restore(text, tell = true) {
+  restore(text) {
     if (!text) return;
+    const before = this.state, pace = this.pace;
     try {
       const given = JSON.parse(text);
       if (given.model !== this.model.name) throw new Error(`it is of the model '${given.model}', this page is of '${this.model.name}'`);
@@ -78,15 +83,16 @@ export class Page {
         if (i < 0 || !Number.isFinite(value)) throw new Error(`'${name}' = ${value} is no value of this model`);
         this.state.values[i] = value;
       }
-      if (given.until > 0) this.state.until = given.until;
-      if (this.model.planes[given.plane]) this.state.plane = given.plane;
-      if (given.series < this.drawable().length) this.state.series = given.series;
-      if (given.section) this.state.section = given.section;
+      const index = (value, list) => (Number.isInteger(value) && value >= 0 && value < list.length ? value : 0);
+      if (Number.isFinite(given.until) && given.until > 0) this.state.until = given.until;
+      this.state.plane = index(given.plane, this.model.planes);
+      this.state.series = index(given.series, this.drawable());
+      const { state, level, direction } = given.section ?? {};
+      if (index(state, this.model.states) === state && Number.isFinite(level)) this.state.section = { state, level, direction: direction < 0 ? -1 : 1 };
       if (given.version !== this.model.version) this.note(`The state was saved by version ${given.version}; this page is of ${this.model.version}.`);
     } catch (error) {
-      this.reset();
+      [this.state, this.pace] = [before, pace];
       this.note(`The state is not taken: ${error.message}.`);
-      if (tell) this.refresh();
     }
   }
 
@@ -142,7 +148,7 @@ export class Page {
     options(element("over"), [...model.parameters, ...model.inputs].map((q) => q.name), 0);
     element("plane").onchange = (e) => this.set("plane", Number(e.target.value));
     element("series-of").onchange = (e) => this.set("series", Number(e.target.value));
-    element("over").onchange = () => this.rangeOf();
+    element("over").onchange = () => (this.rangeOf(), this.diagram());
     element("until").onchange = (e) => this.set("until", Number(e.target.value) > 0 ? Number(e.target.value) : null);
     element("keep").onclick = () => this.keep();
     element("clear").onclick = () => ((this.kept = []), this.draw());
@@ -199,7 +205,6 @@ export class Page {
       this.note(`'${row.entry.value}' is not a number; ${row.q.name} stays as it is.`);
       return this.show(row);
     }
-    this.note("");
     this.change(row.index, value);
   }
 
@@ -219,12 +224,14 @@ export class Page {
   }
 
   change(index, value) {
+    this.note("");
     this.state.values[index] = value;
     this.show(this.rows[index]);
     this.simulate();
   }
 
   set(name, value) {
+    this.note("");
     this.state[name] = value;
     if (name === "plane") this.state.section = null;
     this.simulate();
@@ -243,31 +250,41 @@ export class Page {
   simulate() {
     const begin = performance.now();
     clearTimeout(this.later);
-    this.note("");
     this.run(begin);
-    if (!(this.period > 0) && this.motion.complete && this.motion.refused === null) {
-      const from = this.motion.from, preferred = this.model.planes[this.state.plane][1];
-      const known = this.state.section;
-      const found = findSection(this.motion.rows, this.at, from, this.model, preferred);
-      const meets = known && this.motion.points.length > 2;
-      if (found && !meets && JSON.stringify(found) !== JSON.stringify(known)) {
-        this.state.section = found;
-        this.run(begin);
-      }
-    }
+    for (let k = 0; k < 3 && this.adapted(); k++) this.run(begin);
     this.draw();
-    this.took = performance.now() - begin;
+    this.first ??= performance.now() - begin; // ms, of the first picture
     if (!this.motion.complete) this.later = setTimeout(() => this.goOn(), 0);
     this.share();
+  }
+
+  // whether the motion, once it is known to its end, asks to be looked at otherwise: at another section, or so long as
+  // sixty of its steps take
+  adapted() {
+    if (this.period > 0 || !this.motion.complete || this.motion.refused !== null) return false;
+    const { points } = this.motion, known = this.state.section, half = points.length >> 1;
+    if (!known || points.length < 3) {
+      const found = findSection(this.motion.rows, this.at, this.motion.from, this.model, this.model.planes[this.state.plane][1]);
+      const other = found && JSON.stringify(found) !== JSON.stringify(known);
+      if (other) this.state.section = found;
+      return Boolean(other);
+    }
+    if (this.state.until !== null || this.pace !== null || points.length < 4) return false;
+    this.pace = (points.at(-1)[0] - points[half][0]) / (points.length - 1 - half);
+    return true;
   }
 
   run(begin) {
     const { engine, state } = this;
     const refused = engine.start(state.values);
     this.period = refused === null ? engine.period : 0;
-    this.until = state.until ?? (this.period > 0 ? Number((PERIODS * this.period).toPrecision(6)) : SECONDS);
-    const settled = this.period > 0 ? Math.max(this.until / 2, this.until - 12 * this.period) : 0.7 * this.until;
-    this.plan = { settled, ...sampling(this.until, settled, this.period, COARSE, FINE) };
+    const turn = this.period > 0 ? this.period : this.pace;
+    this.until = state.until ?? (turn ? Number((PERIODS * turn).toPrecision(3)) : SECONDS);
+    const settled = turn ? Math.max(this.until / 2, this.until - SHOWN * turn) : 0.7 * this.until;
+    const opening = turn ? Math.min(settled, OPENING * turn) : settled;
+    const last = turn ? Math.max(settled, this.until - LAST * turn) : settled;
+    const spans = { until: this.until, opening, settled, last, period: this.period };
+    this.plan = { ...spans, ...sampling(spans, COARSE, FINE) };
     engine.ask(this.plan.times, this.period > 0 ? null : state.section);
     engine.go(() => performance.now() - begin > FRAME);
     this.collect();
@@ -279,7 +296,7 @@ export class Page {
     this.collect();
     if (!this.motion.complete && this.engine.steps < MOST_STEPS) this.later = setTimeout(() => this.goOn(), 0);
     else if (!this.motion.complete) this.note(`Stopped at t = ${brief(this.motion.rows.at(-1)?.[0] ?? 0)} s after ${this.engine.steps} steps: ask for a shorter run.`);
-    else if (!(this.period > 0) && !this.state.section) return this.simulate();
+    else if (this.adapted()) return this.simulate();
     this.draw();
   }
 
@@ -320,6 +337,20 @@ export class Page {
     return made;
   }
 
+  // the same as a line that is broken where bodies meet, since velocities jump there
+  curve(rows, i, j) {
+    const { contacts } = this.model, meetings = this.motion.events.filter((e) => contacts[e.contact].kind === "impact");
+    const made = [];
+    let k = 0, since = -Infinity;
+    for (const row of rows) {
+      while (k < meetings.length && meetings[k].time <= (since)) k++;
+      if (k < meetings.length && meetings[k].time <= row[0] && made.length) made.push(NaN, NaN);
+      made.push(row[i], row[j]);
+      since = row[0];
+    }
+    return made;
+  }
+
   // stretches [from, to, ...] in which a contact is in a state that the test likes
   stretches(contact, likes) {
     const { rows, events, from } = this.motion, found = [];
@@ -341,10 +372,13 @@ export class Page {
     const [ci, cj] = [this.at.states + i, this.at.states + j], picture = this.pictures.portrait;
     const around = [...rows, ...this.kept.filter((one) => one.plane === this.state.plane).flatMap((one) => one.rows)];
     picture.begin({ x: [...extremes(around, ci), this.axis(this.model.states[i])], y: [...extremes(around, cj), this.axis(this.model.states[j])] }, colours);
-    picture.line(this.pairs(rows.slice(0, from + 1), ci, cj), colours.faint, 1);
+    const opening = rows.slice(0, from).filter((row) => row[0] < this.plan.opening);
+    picture.line(this.curve(opening, ci, cj), colours.faint, 1);
     this.kept.forEach((one, k) => one.plane === this.state.plane && picture.line(this.pairs(one.rows, ci, cj), colours[`k${k % 4}`], 1.2));
-    const tail = rows.slice(from), line = this.pairs(tail, ci, cj), held = line.slice();
-    picture.line(line, colours.line, 1.4);
+    // a motion that repeats itself in its last turns is drawn by these, which are the finest
+    const few = this.read.period > 0 && this.read.period <= LAST;
+    const tail = few ? rows.filter((row) => row[0] >= this.plan.last) : rows.slice(from), held = this.pairs(tail, ci, cj);
+    picture.line(this.curve(tail, ci, cj), colours.line, 1.4);
     tail.forEach((row, k) => {
       const any = this.model.contacts.some((c, n) => c.kind !== "switch" && holds(c.kind, row[this.at.contacts + n]));
       if (!any) held[2 * k] = NaN;
@@ -405,7 +439,7 @@ export class Page {
 
   tell() {
     const { read, motion, model } = this, list = element("readout");
-    const rows = [["period", read.period ? `${read.period} × section, ${brief(read.seconds, 9)} s` : motion.complete ? "none found" : "…"],
+    const rows = [["period", read.period ? `${read.period} ${this.period > 0 ? "strobe" : "crossing"}${read.period > 1 ? "s" : ""}, ${brief(read.seconds, 9)} s` : read.rest ? "at rest" : motion.complete ? "none found" : "…"],
       ["n-p-q word", read.word || "–"],
       ...model.contacts.map((c, i) => [c.kind === "stop" || c.kind === "impact" ? `${c.name} in contact` : `${c.name} sticks`, `${brief(100 * read.held[i], 4)} %`]),
       ...model.states.map((q, i) => [q.name, `${read.extremes[i].map((x) => brief(x, 6)).join(" to ")} ${q.unit === "1" ? "" : q.unit}`])];
@@ -413,7 +447,7 @@ export class Page {
     const why = element("refusal");
     why.hidden = motion.refused === null;
     why.textContent = motion.refused ?? "";
-    const [i, j] = model.planes[this.state.plane], said = read.period ? `period ${read.period}, word ${read.word}` : "no period found";
+    const [i, j] = model.planes[this.state.plane], said = read.period ? `period ${read.period}, word ${read.word}` : read.rest ? "at rest" : "no period found";
     element("portrait").setAttribute("aria-label", `Phase portrait: ${model.states[j].name} over ${model.states[i].name}; ${said}. A click starts the motion there.`);
     element("series").setAttribute("aria-label", `${this.drawable()[this.state.series].name} over time, with the states of contacts shaded`);
     element("section").setAttribute("aria-label", `${element("section-of").textContent}; ${motion.points.length} points, ${said}`);

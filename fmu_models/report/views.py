@@ -15,6 +15,7 @@ from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.poincare import PoincareSection
+from fmu_models.analyses.reduced_map import ReducedMap
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
 
@@ -337,6 +338,23 @@ def _(found: Branches) -> str:
     return "\n".join(tell(one) for one in found.branches)
 
 
+@draw.register(ReducedMap)
+def _(found: ReducedMap, axes: Axes) -> None:
+    """The map over its state, the diagonal, and where they meet: full dots where it is less steep than 1."""
+    name = _label(found.of, found.units)
+    ends = [min(found.values[0], found.images.min()), max(found.values[-1], found.images.max())]
+    axes.plot(ends, ends, color="0.6", linewidth=0.7)
+    axes.plot(found.values, found.images, color="black", linewidth=1.2)
+    at = found.fixed[:, found.states.index(found.of)]
+    for x, slope in zip(at, found.fixed_slopes, strict=True):
+        axes.plot(x, x, "o", color="black" if abs(slope) < 1.0 else "white", markeredgecolor="black", markersize=5)
+        place: dict[str, Any] = {"xytext": (-7, 5), "ha": "right"} if slope > 1.0 else {"xytext": (7, -9)}
+        axes.annotate(f"slope {slope:.3f}", (x, x), textcoords="offset points", fontsize="small", **place)
+    axes.set_xlabel(name)
+    axes.set_ylabel(f"{name} after the step")
+    axes.set_title(found.model, fontsize="medium")
+
+
 @draw.register(Spectrum)
 def _(spectrum: Spectrum, axes: Axes) -> None:
     if spectrum.lines:
@@ -388,5 +406,5 @@ def _(diagram: Diagram) -> str:
     return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
 
 
-for kind in (Basins, Chart, Spectrum, Exponents, PoincareSection):
+for kind in (ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
     tell.register(kind, repr)

@@ -28,6 +28,14 @@ def test_a_curve_over_nothing_is_told(stickslip, tmp_path):
     assert not (tmp_path / "curves.svg").exists()
 
 
+def test_a_diagram_with_branches_from_the_shell(stickslip, tmp_path):
+    asked = ("diagram", "logistic", "--over", "r=2.9:3.1:5", "--branches", "2", "--figure", "d.svg", "--json")
+    answer = stickslip(*asked)
+    assert answer.code == 0
+    assert [one["every"] for one in json.loads(answer.out)["branches"]] == [1, 2]
+    assert "unstable" in (tmp_path / "d.svg").read_text("utf-8")
+
+
 def test_an_interrupt_keeps_the_points_so_far(stickslip, monkeypatch):
     """A real signal, raised as the 20th motion is told of; no other branch is begun after it."""
 

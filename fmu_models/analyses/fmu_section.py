@@ -407,7 +407,7 @@ class FmuSection(SectionSystem):
             flow=jobs.flow,
             jacobians=jobs.derivatives,
             tolerance=self.tolerance,
-            stepper=None if jobs.tangents or jobs.derivatives else self._stepper(1 if jobs.chain > 1 else m),
+            stepper=self._stepper(1 if jobs.chain > 1 else m),
         )
 
     def _along(self, jobs: Jobs) -> list[int]:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,8 @@ class Touch:
         miss: the near miss of the node.
         event_side: motions with the event, of growing speed; empty if none is known.
         value_from_event: of the parameter, from the other side; nan if none.
+        monodromy: (n, n) its limit there, where it is not that of the node.
+        trail: motions on the way to it, where the multipliers change fast there; the last one is the node.
     """
 
     node: Node
@@ -58,6 +61,8 @@ class Touch:
     miss: Passing
     event_side: tuple[Node, ...] = ()
     value_from_event: float = np.nan
+    monodromy: Vector | None = None
+    trail: tuple[Node, ...] = ()
 
     @property
     def u(self) -> Vector:
@@ -270,9 +275,10 @@ def exchanged(touch: Touch) -> Node:
         Lost: none is near.
     """
     node = touch.node
-    for distance in BEYOND:
-        guess = touch.u.copy()
-        guess[-1] += distance * np.sign(node.tangent[-1])
+    straight = np.zeros_like(touch.u)
+    straight[-1] = np.sign(node.tangent[-1])
+    for distance, way in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
+        guess = touch.u + distance * way
         try:
             border = parameter(float(guess[-1] * node.scales[-1]))
             found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)

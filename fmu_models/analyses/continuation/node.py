@@ -103,7 +103,8 @@ def scaled(node: Node) -> Vector:
 def _scaled(seen: Seen, scales: Vector) -> Vector:
     rows = scales[: len(seen.residual)].copy()
     jacobian = seen.jacobian * scales
-    if len(seen.monodromy) < len(rows):  # the equation of the phase has its own size
+    if len(seen.monodromy) < len(rows):  # a step of u along the motion is what the equation of the phase forbids
+        jacobian[-1] = seen.jacobian[-1] / scales
         rows[-1] = np.abs(jacobian[-1]).max() or 1.0
     return jacobian / rows[:, None]
 

@@ -17,7 +17,7 @@ from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.lost_event import with_event
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
-from fmu_models.analyses.continuation.problem import Vector, Word
+from fmu_models.analyses.continuation.problem import TIE, Vector, Word
 from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
@@ -148,6 +148,11 @@ def special_of(
         words = (before.word if before else node.word, after.word if after else node.word)
         if found.kind != "jump" and touch.miss.turned:
             kind = "sliding exchange"
+        elif touch.miss.slot == TIE:
+            kind, words = "tie", words if found.kind != "jump" else (node.word, ())
+        elif found.kind != "jump" and touch.miss.begins:
+            kind, more = _detachment(found, touch)
+            common |= more
         elif found.kind != "jump":
             kind, more = _discontinuous(found, touch)
             common |= more
@@ -155,7 +160,21 @@ def special_of(
             kind, words = "grazing, rigid" if is_rigid(problem, touch.miss.contact) else "jump", (node.word, ())
         common["contact"] = touch.miss.contact
     state = dict(zip(problem.states, state_at(node, 0.0).tolist(), strict=True))
-    return Special(kind=kind, value=value, state=state, words=words, multipliers=node.multipliers, **common)
+    common = {"multipliers": node.multipliers, **common}
+    return Special(kind=kind, value=value, state=state, words=words, **common)
+
+
+def _detachment(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
+    node = touch.node
+    sides = sorted([one for one in (touch, found.other) if one], key=lambda one: len(one.node.word))
+    matrices = [one.node.seen.monodromy if one.monodromy is None else one.monodromy for one in sides]
+    multipliers = [node.problem.multipliers(one) for one in matrices]
+    more: dict[str, Any] = {"multipliers": multipliers[0]}
+    if len(sides) > 1:
+        more |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
+        more["crossings"] = hull_crossings(node.problem, *matrices)
+    return "detachment", more
 
 
 def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:

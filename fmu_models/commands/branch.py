@@ -10,6 +10,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.formula import Formula
 from fmu_models.commands import families as f
 from fmu_models.commands.bundles import bundled
 
@@ -34,6 +35,10 @@ def branch(
         str | None,
         typer.Option("--curve", metavar="NAME=FROM:TO", help="Each special point as a curve in this parameter too."),
     ] = None,
+    closed_form: Annotated[
+        str | None,
+        typer.Option(metavar="FORMULA", help="With --curve: NAME as it is known of one, by the first parameter."),
+    ] = None,
     points: Annotated[int, typer.Option(help="Motions in each direction, at most.", min=2)] = 2000,
     of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
     files: f.StillFiles,
@@ -44,13 +49,16 @@ def branch(
     """
     from fmu_models.analyses.continuation.branch import branch as follow
     from fmu_models.analyses.continuation.branch import branches
-    from fmu_models.analyses.continuation.curve import Curves
+    from fmu_models.analyses.continuation.curve import Curves, closed_form_of
 
     files.check()
     if switch not in SWITCHES:
         raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
     name, low, high = _range(section, over)
     second = _one_range(curve) if curve else None
+    if closed_form and second is None:
+        raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
+    formula = Formula.read(closed_form) if closed_form else None
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
     with console.progress("following") as advance:
@@ -58,9 +66,10 @@ def branch(
         found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
         curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
     told: dict[str, Any] = content(found)
+    form = closed_form_of(curves[0], formula, {}) if formula and curves else None
     if second:
-        told["curves"] = [_curve(one) for one in curves]
-    files.tell(Curves(curves) if curves else found, told)
+        told["curves"] = [_curve(one, form) for one in curves]
+    files.tell(Curves(curves, form) if curves else found, told)
     if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
 
@@ -93,24 +102,42 @@ def _special(special: Any) -> dict[str, Any]:
         "period": special.period,
         "state": dict(special.state),
         "words": [[list(one) for one in word] for word in special.words],
-        "multipliers": [[one.real, one.imag] for one in special.multipliers],
-        "multipliers_with_event": None if event is None else [[one.real, one.imag] for one in event],
+        "multipliers": _pairs(special.multipliers),
+        "multipliers_with_event": None if event is None else _pairs(event),
         "crossings": {name: list(shares) for name, shares in special.crossings.items()},
         "contact": special.contact,
         "slope": console.finite(special.slope),
     }
 
 
-def _curve(curve: Any) -> dict[str, Any]:
+def _curve(curve: Any, form: Any) -> dict[str, Any]:
     return {
         "kind": curve.kind,
+        "over": curve.over,
         "second": curve.second,
         "points": [
             [second, value] for second, value in zip(curve.seconds.tolist(), curve.values.tolist(), strict=True)
         ],
-        "meetings": [{"kind": one.kind, "parameters": dict(one.parameters)} for one in curve.meetings],
+        "states": {name: curve.points[:, i].tolist() for i, name in enumerate(curve.states)},
+        "periods": curve.periods.tolist(),
+        "multipliers": [_pairs(one) for one in curve.multipliers],
+        "meetings": [
+            {
+                "kind": one.kind,
+                "parameters": dict(one.parameters),
+                "period": one.period,
+                "state": dict(one.state),
+                "multipliers": _pairs(one.multipliers),
+            }
+            for one in curve.meetings
+        ],
         "ends": [{"kind": kind, "why": why} for kind, why in curve.ends],
+        "from_closed_form": None if form is None else console.finite(form.error(curve)),
     }
+
+
+def _pairs(multipliers: Any) -> list[list[float]]:
+    return [[one.real, one.imag] for one in multipliers.tolist()]
 
 
 def _range(section: f.Section, over: Sequence[str] | None) -> tuple[str, float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.continuation.branch import MULTIPLIER, Branch, Branches
-from fmu_models.analyses.continuation.curve import Curve, Curves
+from fmu_models.analyses.continuation.curve import ClosedForm, Curve, Curves
 from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.lyapunov import Exponents
@@ -45,6 +45,7 @@ MARKS = {
 # of curves of specials, by the number of their kind
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 2)), (0, (3, 1)), *["-"] * 8)
 SAID, WIDTHS = ("stable", "unstable"), (2.0, 0.7)
+KNOWN = 1001  # points of a closed form
 FEW = 200  # different points up to which each is a dot
 FLOOR = 1e-8  # of the largest line: those below are not drawn
 
@@ -264,11 +265,12 @@ def _(curve: Curve, axes: Axes) -> None:
 
 @draw.register(Curves)
 def _(found: Curves, axes: Axes) -> None:
-    _draw_curves(found.curves, axes)
+    _draw_curves(found.curves, axes, found.closed_form)
 
 
-def _draw_curves(curves: Sequence[Curve], axes: Axes) -> None:
-    """A colour and a dash for each kind, a numbered dot where a curve has a point of codimension 2."""
+def _draw_curves(curves: Sequence[Curve], axes: Axes, closed_form: ClosedForm | None = None) -> None:
+    """A colour and a dash for each kind, a numbered dot where a curve has a point of codimension 2, a broad pale line
+    for what is known of them."""
     kinds = [kind for kind in MARKS if any(one.kind == kind for one in curves)]
     said: set[str] = set()
     met: dict[str, list[tuple[float, float]]] = {}
@@ -279,6 +281,13 @@ def _draw_curves(curves: Sequence[Curve], axes: Axes) -> None:
         axes.plot(curve.seconds, curve.values, label=label, **style)
         for one in curve.meetings:
             met.setdefault(one.kind, []).append((one.parameters[curve.second], one.parameters[curve.over]))
+    if closed_form is not None:
+        ends = axes.get_xlim(), axes.get_ylim()
+        values = np.linspace(*ends[1], KNOWN)
+        known = closed_form.at(curves[0].over, values)
+        axes.plot(known, values, color="0.8", linewidth=5.0, zorder=0, label=f"{curves[0].second}: closed form")
+        axes.set_xlim(ends[0])
+        axes.set_ylim(ends[1])
     for i, (kind, places) in enumerate(met.items(), 1):
         axes.plot(*np.array(places).T, "o", color="black", markersize=4, label=f"{i} {kind}", zorder=4)
         for place in places:
@@ -302,7 +311,11 @@ def _(curve: Curve) -> str:
 
 @tell.register(Curves)
 def _(found: Curves) -> str:
-    return "\n".join(tell(one) for one in found.curves)
+    form = found.closed_form
+    if form is None:
+        return "\n".join(tell(one) for one in found.curves)
+    away = (f"  from {form.formula.text}: {form.error(one):.2g} at most" for one in found.curves)
+    return "\n".join(f"{tell(one)}\n{line}" for one, line in zip(found.curves, away, strict=True))
 
 
 @tell.register(Branch)

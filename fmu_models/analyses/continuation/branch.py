@@ -265,8 +265,13 @@ class Branches(Pictured):
         """Of all branches."""
         return tuple(special for one in self.branches for special in one.special)
 
-    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
+    def curves(
+        self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
+    ) -> tuple[Curve, ...]:
         """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
+
+        Args:
+            only: the kind of those that are followed.
 
         Raises:
             StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
@@ -275,6 +280,8 @@ class Branches(Pictured):
         found: list[Curve] = []
         known: list[Special] = []
         for one in self.special:
+            if only is not None and one.kind != only:
+                continue
             if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
             known.append(one)
@@ -282,7 +289,10 @@ class Branches(Pictured):
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
         if not found:
-            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
+            kinds = ", ".join(sorted({one.kind for one in self.special})) or "none"
+            raise StickslipError(
+                f"There is no {only or 'special point'} of {self.model} to follow over '{second}'; it has: {kinds}."
+            )
         return tuple(found)
 
     def _heading(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -49,7 +50,7 @@ def branch(
     """
     from fmu_models.analyses.continuation.branch import branch as follow
     from fmu_models.analyses.continuation.branch import branches
-    from fmu_models.analyses.continuation.curve import Curves, closed_form_of
+    from fmu_models.analyses.continuation.curve import closed_form_of
 
     files.check()
     if switch not in SWITCHES:
@@ -64,12 +65,14 @@ def branch(
     with console.progress("following") as advance:
         first = follow(system, name, (low, high), start=start, settle=settle, points=points, progress=advance)
         found = branches(first, longest=longest, points=points, of=of, switch=switch == "all")
-        curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
+        whole = found.curves(second[0], second[1:]) if second and not found.interrupted else None
+    curves = whole.curves if whole else ()
     told: dict[str, Any] = content(found)
     form = closed_form_of(curves[0], formula, {}) if formula and curves else None
     if second:
         told["curves"] = [_curve(one, form) for one in curves]
-    files.tell(Curves(curves, form) if curves else found, told)
+    told["not_followed"] = list(whole.failures) if whole else []
+    files.tell(replace(whole, closed_form=form) if whole else found, told)
     if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
 

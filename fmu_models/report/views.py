@@ -312,10 +312,12 @@ def _(curve: Curve) -> str:
 @tell.register(Curves)
 def _(found: Curves) -> str:
     form = found.closed_form
-    if form is None:
-        return "\n".join(tell(one) for one in found.curves)
-    away = (f"  from {form.formula.text}: {form.error(one):.2g} at most" for one in found.curves)
-    return "\n".join(f"{tell(one)}\n{line}" for one, line in zip(found.curves, away, strict=True))
+    lines = []
+    for one in found.curves:
+        lines.append(tell(one))
+        if form is not None:
+            lines.append(f"  from {form.formula.text}: {form.error(one):.2g} at most")
+    return "\n".join([*lines, *(f"not followed: {why}" for why in found.failures)])
 
 
 @tell.register(Branch)

@@ -134,10 +134,12 @@ class Curves(Pictured):
     Attributes:
         curves: of one at least.
         closed_form: of one kind of them, drawn beside them; None if none is known.
+        failures: what could not be followed, and why.
     """
 
     curves: tuple[Curve, ...]
     closed_form: ClosedForm | None = None
+    failures: tuple[str, ...] = ()
 
     @property
     def frame(self) -> Any:

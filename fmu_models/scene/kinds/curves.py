@@ -4,10 +4,11 @@ cusp."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from fmu_models.analyses.continuation.branch import branch, branches
-from fmu_models.analyses.continuation.curve import Curves, closed_form_of
+from fmu_models.analyses.continuation.curve import closed_form_of
 from fmu_models.base.formula import Formula
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import PARAMETERS, Kind, Row, section_of
@@ -22,7 +23,8 @@ def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     first = branch(system, over, (min(values), max(values)), start=run["start"], settle=settled)
     specials = branches(first, switch=bool(how.settings.get("switch", 0)))
     only = how.settings.get("special")
-    found = specials.curves(second, (min(seconds), max(seconds)), only=only)
+    whole = specials.curves(second, (min(seconds), max(seconds)), only=only)
+    found = whole.curves
     text = how.settings.get("closed_form")
     form = closed_form_of(found[0], Formula.read(text), scene.parameters) if text else None
     told: dict[str, float] = {"curves": float(len(found))}
@@ -41,7 +43,7 @@ def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
         for met in one.meetings:
             place = numbered(met.kind)
             told |= {f"{place}_{parameter}": value for parameter, value in met.parameters.items()}
-    return Row(None, told, family=Curves(found, form))
+    return Row(None, told, family=replace(whole, closed_form=form))
 
 
 KIND = Kind(

@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
 from fmu_models.analyses.continuation.curve import Curve, Curves
-from fmu_models.analyses.continuation.follow import Follower, Way
+from fmu_models.analyses.continuation.follow import Follower, Found, Way
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
@@ -180,17 +180,26 @@ def branch(
     return made(problem, forward, backward, (low, high), time.process_time() - clock)
 
 
+def joined(
+    forward: Way, backward: Way | None
+) -> tuple[list[Node], list[tuple[int, Found, bool]], tuple[tuple[str, str], tuple[str, str]]]:
+    """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
+    was met the other way round), both ends."""
+    nodes = list(forward.nodes)
+    found = [(place, one, False) for place, one in forward.found]
+    both = forward.end[0] in ("closed", "interrupted")
+    first = forward.end if both else ("start", "where it leaves another branch")
+    if backward is not None:
+        first, k = backward.end, len(backward.nodes)
+        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
+        turned = [(k - place, replace(one, before=one.after, after=one.before), True) for place, one in backward.found]
+        found = list(reversed(turned)) + [(place + k - 1, one, False) for place, one, _ in found]
+    return nodes, found, (first, forward.end)
+
+
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, found = list(forward.nodes), list(forward.found)
-    both = forward.end[0] in ("closed", "interrupted")
-    ends = [forward.end if both else ("start", "where it leaves another branch"), forward.end]
-    if backward is not None:
-        ends[0] = backward.end
-        k = len(backward.nodes)
-        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        turned = [(k - place, replace(one, before=one.after, after=one.before)) for place, one in backward.found]
-        found = list(reversed(turned)) + [(place + k - 1, one) for place, one in found]
+    nodes, found, ends = joined(forward, backward)
     autonomous = problem.autonomous
     states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
@@ -203,9 +212,9 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         np.array([node.multipliers for node in nodes]),
         np.array([node.stable for node in nodes]),
         tuple(node.word for node in nodes),
-        tuple(special_of(one, between, _switched) for _, one in found),
-        tuple(place for place, _ in found),
-        (ends[0], ends[1]),
+        tuple(special_of(one, between, _switched) for _, one, _ in found),
+        tuple(place for place, *_ in found),
+        ends,
         problem.turns,
         seconds,
         problem.units,
@@ -219,10 +228,10 @@ def _shown(node: Node, autonomous: bool) -> Vector:
 
 
 def _switched(special: Special, points: int) -> tuple[Branch, ...]:
-    return tuple(_from(begin, special.between, points) for begin in leaving(special))
+    return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
 
 
-def _from(begin: Node, between: tuple[float, float], points: int) -> Branch:
+def followed_from(begin: Node, between: tuple[float, float], points: int) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
     way = Follower(begin, between, points).follow()
@@ -360,4 +369,4 @@ def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Bra
                 continue
             for begin in leaving(special):
                 if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
-                    yield _from(begin, one.between, points)
+                    yield followed_from(begin, one.between, points)

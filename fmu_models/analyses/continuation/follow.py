@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
 from fmu_models.analyses.continuation.discontinuous import Touch, exchanged, from_miss, other_word, repeats
-from fmu_models.analyses.continuation.equilibrium import hopf_of
+from fmu_models.analyses.continuation.equilibrium import amplitude, hopf_of
 from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
@@ -58,11 +59,11 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Ahead:
-    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a state
-    or a "tie" of two events."""
+    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a
+    state or a "tie" of two events, with its ``Touch``; of an equilibrium a "surface", with its ``Boundary``."""
 
     kind: str
-    touch: Touch
+    touch: Any
 
 
 @dataclass(eq=False)
@@ -251,7 +252,9 @@ class Follower:
 
     def _shrunk(self, node: Node) -> bool:
         """Whether the cycle is about to become an equilibrium."""
-        hopf = hopf_of(node)
+        before = self.way.nodes[-2]
+        grows = before.problem is node.problem and amplitude(node) >= amplitude(before)
+        hopf = None if grows else hopf_of(node)
         if hopf is None:
             return False
         self.way.found.append((len(self.way.nodes), Found("Hopf", hopf)))

@@ -19,14 +19,19 @@ def leaving(special: Special) -> list[Node]:
     if special.kind == "flip":
         return _doubled(node)[:1]
     if special.kind in ("pitchfork", "branch point"):
-        direction = other_direction(node)
-        return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
+        return beside_branch_point(node)
     if special.touch is not None and "-1" in special.crossings:
         try:
             return [other_word_once(special.touch)]
         except Lost:
             return []
     return []
+
+
+def beside_branch_point(node: Node) -> list[Node]:
+    """Motions on both sides of the branch that crosses at a branch point."""
+    direction = other_direction(node)
+    return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
 
 
 def _doubled(node: Node) -> list[Node]:

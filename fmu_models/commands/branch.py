@@ -69,7 +69,7 @@ def branch(
     told: dict[str, Any] = content(found)
     form = closed_form_of(curves[0], formula, {}) if formula and curves else None
     if second:
-        told["curves"] = [_curve(one, form) for one in curves]
+        told["curves"] = [curve_content(one, form) for one in curves]
     told["not_followed"] = list(whole.failures) if whole else []
     files.tell(replace(whole, closed_form=form) if whole else found, told)
     if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
@@ -114,7 +114,8 @@ def _special(special: Any) -> dict[str, Any]:
     }
 
 
-def _curve(curve: Any, form: Any) -> dict[str, Any]:
+def curve_content(curve: Any, form: Any = None) -> dict[str, Any]:
+    """One curve for JSON; ``form`` is a closed form of it."""
     return {
         "kind": curve.kind,
         "over": curve.over,

@@ -76,7 +76,7 @@ void tangents_end(const Pool *pool, int64_t slot)
         memcpy(wanted + n * MODEL_NX, lane->tangent[n], sizeof lane->tangent[n]);
     }
     memcpy(z, lane->z, MODEL_NX * sizeof *z);
-    memcpy(z + MODEL_NX, t->phasor[t->steps], 2 * LANES_HARMONICS * sizeof *z);
+    memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
     rates(t, &t->mode[lane->mode], z, f);
     for (int i = 0; i < MODEL_NX; i++) {
         square += f[i] * f[i];
@@ -130,7 +130,7 @@ void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const doubl
         for (int j = 0; j < LANES_Z; j++) {
             w[j] = (j < MODEL_NX ? d[j] : 0.0) + before[j] * later;
         }
-        if (lanes_kind[c] == KIND_IMPACT) {
+        if (lanes_kind[c] == KIND_IMPACT && m->state[c] == CONTACT_AWAY) {
             double y = 0.0;
             for (int j = 0; j < LANES_Z; j++) {
                 y += t->approach[c][j] * w[j];

@@ -317,6 +317,7 @@ Status lane_runs(Instance *m, Ensemble *e)
         }
         memset(t->asked, 0, sizeof t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
+            t->motion[slot].speed = (double)e->flow;
             give_tangents(&t->job[slot], tangents + slot * each);
         }
         s->step(room, t->motion, e->n_directions, tangents, resolve, t);

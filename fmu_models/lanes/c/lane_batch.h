@@ -9,7 +9,7 @@ typedef struct {
     M there, released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
-    M known[LANES_NG]; /* how many times over a guard is zero at the start */
+    M known[LANES_NG];                 /* how many times over a guard is zero at the start */
     V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
 } NAME(Batch);
 
@@ -72,20 +72,9 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
 static INLINE void NAME(expand)(const NAME(Batch) * b, V h, V (*y)[LANES_Z])
 {
     /* 1/k! */
-    static const double part[] = {1.0,
-                                  1.0,
-                                  1.0 / 2,
-                                  1.0 / 6,
-                                  1.0 / 24,
-                                  1.0 / 120,
-                                  1.0 / 720,
-                                  1.0 / 5040,
-                                  1.0 / 40320,
-                                  1.0 / 362880,
-                                  1.0 / 3628800,
-                                  1.0 / 39916800,
-                                  1.0 / 479001600,
-                                  1.0 / 6227020800};
+    static const double part[] = {
+        1.0,        1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,
+        1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800};
     V now[LANES_Z], rates[MODEL_NX], turn[LANES_NH], flow[LANES_NF];
     for (int j = 0; j < LANES_Z; j++) {
         y[0][j] = now[j] = b->z[j];
@@ -179,7 +168,8 @@ static INLINE M NAME(leaves)(const NAME(Batch) * b, const V *q, V rest)
     const V e1 = q[1] + q[2];
     const V e2 = e1 + q[2] + NAME(fill)(3.0) * q[3];
     const V end = q[0] + q[1] + q[2] + q[3];
-    return b->released & (NAME(most)(NAME(most)(q[1], e1), e2) + slope < NAME(fill)(0.0)) & (end + rest < NAME(fill)(0.0));
+    return b->released & (NAME(most)(NAME(most)(q[1], e1), e2) + slope < NAME(fill)(0.0))
+           & (end + rest < NAME(fill)(0.0));
 }
 
 /* lanes in which some guard may fall: what the terms up to the third order, by Bernstein's coefficients, and the bound of

@@ -90,7 +90,8 @@ static int64_t zeros(const LaneMode *m, const LaneEvent *e, const double *z, int
     const int slot = lanes_guard_slot[g];
     const int count = e->known[c][slot == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL];
     const int normal = lanes_kind[c] == KIND_RUB ? lanes_partner[c] - 1 : -1;
-    if (slot != GUARD_NORMAL && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK))) {
+    if (slot != GUARD_NORMAL
+        && (m->state[c] == CONTACT_AWAY || (slot == GUARD_MARGIN && m->state[c] != CONTACT_STICK))) {
         return 0; /* it watches nothing */
     }
     const int unloaded = normal >= 0 && e->known[normal][SLOT_NORMAL] > 0;
@@ -115,7 +116,8 @@ static void ask(Pool *pool, int64_t slot, double *z, const signed char *falls, d
         lane->motion.x[i] = z[i] + t->mode[lane->mode].shift[i];
     }
     for (int g = 0; g < LANES_GUARDS; g++) {
-        e.falls[lanes_guard_contact[g]][lanes_guard_slot[g] == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL] |= falls[g];
+        e.falls[lanes_guard_contact[g]][lanes_guard_slot[g] == GUARD_NORMAL ? SLOT_NORMAL : SLOT_TANGENTIAL] |=
+            falls[g];
     }
     const int mode = pool->resolve(pool->context, slot, &lane->motion, &e) ? table_mode(lane->motion.state) : -1;
     if (mode < 0 || !table_at(t, mode)->usable) {

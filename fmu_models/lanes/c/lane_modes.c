@@ -6,7 +6,6 @@
 
 #include "lane_held.h"
 
-
 static const signed char stop_states[] = {CONTACT_AWAY, CONTACT_TOUCHING, CONTACT_RELEASED};
 /* slipping ones first: they are at home */
 static const signed char slip_states[] = {CONTACT_SLIP_PLUS, CONTACT_SLIP_MINUS, CONTACT_STICK};
@@ -171,8 +170,8 @@ static void release_guard(const LaneRows *r, const LaneMode *m, int wall, int c,
         row[j] = sign * (r->release[c][0] * r->depth[c][j] + r->release[c][1] * r->slip[c][j]);
     }
     const double depth = c == wall ? 0.0 : shifted(r->depth[c], m->shift);
-    row[LANES_Z] =
-        sign * (r->release[c][0] * depth + r->release[c][1] * shifted(r->slip[c], m->shift) + r->release[c][2]);
+    row[LANES_Z] = sign
+                   * (r->release[c][0] * depth + r->release[c][1] * shifted(r->slip[c], m->shift) + r->release[c][2]);
 }
 
 static void full_guard(const LaneRows *r, const LaneMode *m, const Held *held, int wall, int g, double *row)

@@ -69,7 +69,8 @@ static INLINE V NAME(root)(const V *q, V u, V low, V high, M wanted, M *undecide
         const M inside = (next >= low) & (next <= high);
         next = NAME(pick)(inside, next, half * (low + high));
         const V step = NAME(size)(next - u);
-        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17) * square * square) & (step <= NAME(fill)(2e-6));
+        const M close = inside & (step * curved * curved <= NAME(fill)(1e-17) * square * square)
+                        & (step <= NAME(fill)(2e-6));
         const M there = (f == zero) | (high - low <= NAME(fill)(2e-16) * high);
         u = NAME(pick)(frozen | (f == zero), u, next);
         frozen |= close | there;

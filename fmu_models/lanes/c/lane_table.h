@@ -36,7 +36,6 @@ enum {
 /* which numbers those of point k of the grid are */
 static inline int lane_point(int k) { return LANES_HARMONICS > 0 ? k : 0; }
 
-
 /* rate times length of a step, over which a series of LANES_ORDER terms leaves rounding */
 #define LANES_REACH 0.42
 
@@ -60,11 +59,11 @@ typedef struct {
 
 typedef struct {
     signed char state[NC];
-    int usable; /* its held contacts have forces, which the motion says */
-    int home;    /* which home step is its own; -1: none */
-    int on_grid; /* its flow is that of a home mode */
+    int usable;      /* its held contacts have forces, which the motion says */
+    int home;        /* which home step is its own; -1: none */
+    int on_grid;     /* its flow is that of a home mode */
     int crossed[NC]; /* the mode on the other side of a switch */
-    int plain;   /* an impact of a smooth wall changes nothing but velocities */
+    int plain;       /* an impact of a smooth wall changes nothing but velocities */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
@@ -97,8 +96,8 @@ typedef struct {
     double approach[NC][LANES_Z + 1], push[NC][MODEL_NX], restitution[NC];
     double depth[NC][LANES_Z + 1];
     double W[MODEL_NX][NC], G[NC][NC], mu[NC];
-    signed char unique[NC]; /* what one contact alone decides has one solution (lane_transition.c) */
-    double entry_release[NC][2]; /* of stops: factor of the rate, and the rest, in the force that lets go */
+    signed char unique[NC];        /* what one contact alone decides has one solution (lane_transition.c) */
+    double entry_release[NC][2];   /* of stops: factor of the rate, and the rest, in the force that lets go */
     signed char made[LANES_MODES]; /* modes that are, the others when a motion comes to them */
     LaneMode mode[LANES_MODES];
     HomeStep home[LANES_HOMES];

@@ -371,9 +371,9 @@ int lane_transition(LaneTable *t, Lane *lane, double *z, int g, double time, int
     }
     if (lanes_guard_slot[g] == GUARD_NORMAL) {
         /* regions of friction are the engine's */
-        done = lanes_kind[c] != KIND_IMPACT  ? 0
-               : state == CONTACT_AWAY       ? arrives(t, lane, z, c, time, known)
-                                             : force_falls(t, lane, z, g, time, known);
+        done = lanes_kind[c] != KIND_IMPACT ? 0
+               : state == CONTACT_AWAY      ? arrives(t, lane, z, c, time, known)
+                                            : force_falls(t, lane, z, g, time, known);
     } else if (lanes_sticks[c] && state == CONTACT_STICK) {
         done = margin_falls(t, lane, z, g, time, known);
     } else if (lanes_sticks[c]) {

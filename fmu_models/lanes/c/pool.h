@@ -6,8 +6,8 @@
 
 /* what one motion has on its way over a period */
 typedef struct {
-    double z[LANES_Z]; /* states, from the origin of its mode, and harmonics, away from the groups */
-    double left;       /* time to the point of the grid that it goes to */
+    double z[LANES_Z];       /* states, from the origin of its mode, and harmonics, away from the groups */
+    double left;             /* time to the point of the grid that it goes to */
     int64_t known[LANES_NG]; /* how many times over a guard is zero now without falling; LANES_ZERO: it stays so */
     int goal, rounds;        /* that point; sub-steps in this period */
     int mode;

@@ -341,6 +341,15 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
         if (!wanted[l]) {
             continue;
         }
+        if (!open[l] && b->left[l] == 0.0 && gone[l] < 0.0 && b->mode[l]->home >= 0 && !b->lane[l]->failed) {
+            NAME(Group) *g = NAME(group)(pool, b->slot[l]);
+            for (int i = 0; i < MODEL_NX; i++) {
+                AT(g->x[i], b->slot[l] % LANES_W) = b->z[i][l];
+            }
+            NAME(save_tangents)(pool, b, l);
+            NAME(arrive)(pool, g, b->slot[l]);
+            continue;
+        }
         NAME(keep)(pool, b, l);
         if (open[l]) {
             pool_queue(pool, b->slot[l], QUEUE_EVENT);

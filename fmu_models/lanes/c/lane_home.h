@@ -55,17 +55,24 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
     }
 }
 
-/* a lane is at its goal, at home or at the end of the period */
-static void NAME(to_group)(Pool *pool, int64_t slot)
+/* no motion is anywhere: lanes of a group without one compute with whatever is there, to no effect */
+static void NAME(clear_groups)(Pool *pool)
 {
-    NAME(Group) *g = NAME(group)(pool, slot);
+    for (int64_t group = 0; group * LANES_W < pool->motions; group++) {
+        NAME(Group) *g = &NAME(home)(pool, group)->group;
+        memset(g->x, 0, sizeof g->x);
+        for (int h = 0; h < LANES_HOMES; h++) {
+            g->at[h] = NAME(fill)(-1.0);
+        }
+    }
+}
+
+/* a lane is in its mode at its goal, at home or at the end of the period; its states are in the group */
+static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
+{
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
-    const int l = (int)(slot % LANES_W);
     const int home = t->mode[lane->mode].home;
-    for (int i = 0; i < MODEL_NX; i++) {
-        AT(g->x[i], l) = lane->z[i];
-    }
     lane->brought = lane->goal;
     if (home < 0) {
         return;
@@ -74,7 +81,17 @@ static void NAME(to_group)(Pool *pool, int64_t slot)
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
     }
-    AT(g->at[home], l) = LANES_GRID - t->steps + lane->goal;
+    AT(g->at[home], slot % LANES_W) = LANES_GRID - t->steps + lane->goal;
+}
+
+/* the same with states from its record */
+static void NAME(to_group)(Pool *pool, int64_t slot)
+{
+    NAME(Group) *g = NAME(group)(pool, slot);
+    for (int i = 0; i < MODEL_NX; i++) {
+        AT(g->x[i], slot % LANES_W) = pool->lanes[slot].z[i];
+    }
+    NAME(arrive)(pool, g, slot);
 }
 
 /* a lane goes on by itself from point k of its grid */

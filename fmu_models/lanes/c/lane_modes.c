@@ -292,31 +292,30 @@ double row_bound(const LaneTable *t, const Full *f, const double *row, int n, do
 
 void flow_over(const LaneTable *t, const Full *f, double h, double (*whole)[LANES_Z + 1])
 {
-    for (int column = 0; column <= LANES_Z; column++) {
-        double now[LANES_Z + 1] = {0.0}, next[LANES_Z + 1];
-        double sum[MODEL_NX] = {0.0};
-        now[column] = 1.0;
-        for (int n = 0; n < 15; n++) {
-            const double factor = h / (n + 1);
+    enum { TERMS = 15 };
+    for (int row = 0; row < MODEL_NX; row++) {
+        double now[LANES_Z + 1] = {0.0};
+        now[row] = 1.0;
+        memcpy(whole[row], now, sizeof now);
+        for (int n = 1; n <= TERMS; n++) {
+            const double factor = h / n;
+            double next[LANES_Z + 1] = {0.0};
             for (int i = 0; i < MODEL_NX; i++) {
-                sum[i] += now[i];
-                next[i] = i < MODEL_NQ ? now[MODEL_NQ + i] : f->flow[i][LANES_Z] * now[LANES_Z];
+                next[i < MODEL_NQ ? MODEL_NQ + i : LANES_Z] += now[i] * (i < MODEL_NQ ? 1.0 : f->flow[i][LANES_Z]);
             }
             for (int e = 0; e < LANES_FLOW; e++) {
-                next[lanes_flow_row[e]] += f->flow[lanes_flow_row[e]][lanes_flow_column[e]] * now[lanes_flow_column[e]];
-            }
-            for (int i = 0; i < MODEL_NX; i++) {
-                next[i] *= factor;
+                const int i = lanes_flow_row[e];
+                const int j = lanes_flow_column[e];
+                next[j] += now[i] * f->flow[i][j];
             }
             for (int k = 0; k < LANES_HARMONICS; k++) {
-                next[MODEL_NX + 2 * k] = -factor * t->wave[k] * now[MODEL_NX + 2 * k + 1];
-                next[MODEL_NX + 2 * k + 1] = factor * t->wave[k] * now[MODEL_NX + 2 * k];
+                next[MODEL_NX + 2 * k] += now[MODEL_NX + 2 * k + 1] * t->wave[k];
+                next[MODEL_NX + 2 * k + 1] -= now[MODEL_NX + 2 * k] * t->wave[k];
             }
-            next[LANES_Z] = 0.0;
-            memcpy(now, next, sizeof now);
-        }
-        for (int i = 0; i < MODEL_NX; i++) {
-            whole[i][column] = sum[i];
+            for (int j = 0; j <= LANES_Z; j++) {
+                now[j] = factor * next[j];
+                whole[row][j] += now[j];
+            }
         }
     }
 }

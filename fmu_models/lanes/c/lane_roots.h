@@ -26,7 +26,7 @@ static INLINE void NAME(horner)(const V *q, int order, V u, V *f, V *d, V *dd)
 
 /* where u is, between low and high, by the cubic of Hermite for u as a function of q, where that rises all the way; else
    by the secant */
-static INLINE V NAME(guess)(V low, V f_low, V d_low, V high, V f_high, V d_high)
+static INLINE V NAME(near_root)(V low, V f_low, V d_low, V high, V f_high, V d_high)
 {
     const V zero = NAME(fill)(0.0);
     const V width = high - low;
@@ -151,7 +151,7 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
     M single = (falls | downward | upward) & ends_below & ~clear;
     M dips = open & upward & ~clear & ~single;
     V high = one;
-    V first = NAME(guess)(zero, q[0], q[1], one, end, slope_end);
+    V first = NAME(near_root)(zero, q[0], q[1], one, end, slope_end);
     if (NAME(any)(dips)) {
         V f, d, dd;
         /* what bends upward lies above the tangents at both ends */

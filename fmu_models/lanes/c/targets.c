@@ -99,7 +99,6 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
         pool->tables[i].steps = 0;
         pool->lanes[i].settled = 0;
     }
-    memset(pool->columns, 0, (size_t)((motions + width - 1) / width * group));
 }
 
 /* the same numbers as before, of this slot or of the one before it, need no table */
@@ -127,7 +126,11 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
 
 #define STEPPER(width)                                                                                                 \
     static int64_t room_##width(int64_t motions) { return layout(motions, width, group_bytes_##width()).used; }        \
-    static void open_##width(void *room, int64_t motions) { open_pool(room, motions, width, group_bytes_##width()); }  \
+    static void open_##width(void *room, int64_t motions)                                                              \
+    {                                                                                                                  \
+        open_pool(room, motions, width, group_bytes_##width());                                                        \
+        clear_groups_##width(room);                                                                                    \
+    }                                                                                                                  \
     static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents,                    \
                              LaneResolve resolve, void *context)                                                       \
     {                                                                                                                  \

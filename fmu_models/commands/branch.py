@@ -58,7 +58,7 @@ def branch(
         curves = found.curves(second[0], second[1:]) if second and not found.interrupted else ()
     told: dict[str, Any] = content(found)
     if second:
-        told["curves"] = [_curve(one) for one in curves]
+        told["curves"] = [curve_content(one) for one in curves]
     files.tell(Curves(curves) if curves else found, told)
     if found.interrupted or any(kind == "interrupted" for one in curves for kind, _ in one.ends):
         raise typer.Exit(130)
@@ -102,7 +102,8 @@ def _special(special: Any) -> dict[str, Any]:
     }
 
 
-def _curve(curve: Any) -> dict[str, Any]:
+def curve_content(curve: Any) -> dict[str, Any]:
+    """One curve for JSON."""
     return {
         "kind": curve.kind,
         "second": curve.second,

@@ -8,7 +8,8 @@
                                       contacts eliminated
     c/lane_code.h                     steps of all lanes, once per width, the same operations in each lane: at home
                                       (lane_home.h), and in batches of what wants the same, to events and over sub-steps
-                                      (lane_batch.h, lane_roots.h) or away from home (lane_stride.h), on lane_vectors.h
+                                      (lane_batch.h, lane_series.h, lane_fall.h, lane_roots.h) or away from home
+                                      (lane_stride.h), on lane_vectors.h
     c/lane_variation.h, lane_tangents.*  differences of neighbours, over sub-steps, at home and through events
     c/lane_event.*, lane_transition.* what one lane does at an event: by itself where one contact alone decides, else by
                                       asking the engine, from the same point

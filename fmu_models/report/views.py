@@ -9,7 +9,7 @@ import numpy as np
 
 from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
-from fmu_models.analyses.continuation.branch import MULTIPLIER, Branch, Branches
+from fmu_models.analyses.continuation.branch import MULTIPLIER, PERIOD, Branch, Branches
 from fmu_models.analyses.continuation.curve import Curve, Curves
 from fmu_models.analyses.continuation.equilibria import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.analyses.continuation.special import Special
@@ -42,7 +42,7 @@ DENSE = 20000  # points of a section from which on their density is drawn
 MARKS = {
     **{"fold": "s", "flip": "D", "Neimark-Sacker": "*", "pitchfork": "P", "branch point": "p", "Hopf": "h"},
     **{"grazing, compliant": "o", "grazing, rigid": "v", "grazing-sliding corner": "^", "touch": "<"},
-    **{"sliding exchange": ">", "jump": "X", "flip of the parent": "d"},
+    **{"sliding exchange": ">", "jump": "X", "flip of the parent": "d", "detachment": "o", "tie": "v"},
     **{"discontinuous Hopf": "H", "discontinuous fold": "8", "multiple crossing": "*", "boundary equilibrium": "o"},
     **{"end at a surface": "X"},
 }
@@ -173,7 +173,7 @@ def _(chart: Chart, axes: Axes) -> None:
 
 @draw.register(Branch)
 def _(branch: Branch, axes: Axes) -> None:
-    _draw_branches((branch,), branch.states[0], axes)
+    _draw_branches((branch,), branch.of, axes)
 
 
 @draw.register(Branches)
@@ -197,7 +197,8 @@ def _draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
         axes.axhline(bound, color="0.7", linewidth=0.7, zorder=0)
     axes.autoscale_view()
     axes.set_xlabel(_label(branches[0].over, branches[0].units))
-    axes.set_ylabel("real part of the largest multiplier" if of == MULTIPLIER else _label(of, branches[0].units))
+    said = {MULTIPLIER: "real part of the largest multiplier", PERIOD: "period"}
+    axes.set_ylabel(said[of] if of in said else _label(of, branches[0].units))
     axes.set_title(branches[0].model, fontsize="medium")
     _legend_below(axes, handles)
 
@@ -241,7 +242,10 @@ def _lines(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
     """What a branch is drawn by: values (m,), whether the pieces between are stable (m - 1,), heights (k, m) of each of
     its points; its specials lie among them, but for those where the word changes and with it the multipliers."""
     jumps = of == MULTIPLIER
-    lines = branch.multipliers[None, :, 0].real if jumps else branch.images[:, :, branch.states.index(of)]
+    if jumps:
+        lines = branch.nodes[0].problem.own(branch.multipliers)[None, :, 0].real
+    else:
+        lines = branch.periods[None] if of == PERIOD else branch.images[:, :, branch.states.index(of)]
     met = [(place, one) for place, one in zip(branch.places, branch.special, strict=True) if not (jumps and one.touch)]
     places, heights = [place for place, _ in met], [_heights(one, of, branch.every) for _, one in met]
     if jumps:
@@ -260,7 +264,9 @@ def _heights(special: Special, of: str, every: int) -> list[float]:
     """Where a special is drawn: at its points, or at the multipliers on both its sides."""
     if of == MULTIPLIER:
         sides = (special.multipliers, special.multipliers_with_event)
-        return [float(np.real(one[0])) for one in sides if one is not None]
+        return [float(special.node.problem.own(one)[0].real) for one in sides if one is not None]
+    if of == PERIOD:
+        return [special.period]
     place = list(special.state).index(of)
     return [float(special.state[of]), *(float(special.at(float(k))[place]) for k in range(1, every))]
 
@@ -391,7 +397,7 @@ def _(curve: Curve) -> str:
     lines = [curve._heading(), f"  {kind}: {why}"]
     for met in curve.meetings:
         at = ", ".join(f"{name} = {value:.15g}" for name, value in met.parameters.items())
-        lines.append(f"  {met.kind} at {at}; multipliers {', '.join(_number(one) for one in met.multipliers)}")
+        lines.append(f"  {met.kind} at {at}; {curve.called} {_numbers(met.multipliers)}")
     return "\n".join([*lines, f"  {last[0]}: {last[1]}"])
 
 

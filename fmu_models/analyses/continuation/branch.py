@@ -10,7 +10,8 @@ Semantics.
                  "flip"        a motion of twice the period has come to the flip of its parent
                  "parent"      the same, where the word changes
                  "start"       where it branched off another one
-                 "jump"        the motion touches something, and what then happens does not go on from it
+                 "jump"        the motion touches something, and what then happens does not go on from it; or it depends
+                               on which of two events that come at once is the first
                  "chatter"     impacts are added without end
                  "equilibrium" a cycle has shrunk to nothing
                  "points"      as many as were asked for
@@ -54,7 +55,7 @@ from fmu_models.base.shown import Pictured
 # special points of two branches that lie no further apart are one
 SAME = 1e-9
 # what a picture shows in place of a state
-MULTIPLIER = "multiplier"
+MULTIPLIER, PERIOD = "multiplier", "period"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +66,7 @@ class Branch(Pictured):
         model, over: names of the model and of the parameter.
         states: names.
         values: (m,) of the parameter.
-        points: (m, n) states at phase 0 of the forcing; where nothing forces the motion, where the first of them is
-            largest.
+        points: (m, n) states at phase 0 of the forcing; where nothing forces the motion, somewhere on it.
         periods: (m,) s.
         multipliers: (m, n) largest first.
         stable: (m,).
@@ -110,6 +110,11 @@ class Branch(Pictured):
             columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
         columns["word"] = [word_text(word) for word in self.words]
         return pandas.DataFrame(columns)
+
+    @property
+    def of(self) -> str:
+        """What a picture shows: the first state; where nothing forces the motion the period, which has no phase."""
+        return PERIOD if self.nodes and self.nodes[0].problem.autonomous else self.states[0]
 
     @cached_property
     def images(self) -> Vector:
@@ -243,7 +248,7 @@ class Branches(Pictured):
     """A branch and those that leave it.
 
     Attributes:
-        of: the state that a picture shows, or "multiplier": the real part of the largest one.
+        of: the state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
     """
@@ -309,19 +314,21 @@ def branches(
     Args:
         longest: period of a motion, in periods of the forcing.
         points: of each, at most.
-        of: the state that a picture shows; the first if left out. "multiplier": the real part of the largest one.
+        of: the state that a picture shows; that of the first branch if left out. "multiplier": the real part of the
+            largest one that may change; "period".
         switch: without, the branch alone.
 
     Raises:
         StickslipError: no such state.
     """
-    if of not in (None, MULTIPLIER, *first.states):
+    if of not in (None, MULTIPLIER, PERIOD, *first.states):
         raise StickslipError(
-            f"'{first.model}' has no state '{of}'.{nearest(str(of), first.states)} '{MULTIPLIER}' is drawn, too."
+            f"'{first.model}' has no state '{of}'.{nearest(str(of), first.states)} '{MULTIPLIER}' and '{PERIOD}' are "
+            "drawn, too."
         )
     known = [first]
     interrupted = spread(known, longest, points) if switch else _interrupted(first)
-    return Branches(of or first.states[0], tuple(known), interrupted)
+    return Branches(of or first.of, tuple(known), interrupted)
 
 
 def spread(known: list[Branch], longest: int, points: int = 2000) -> bool:

@@ -50,6 +50,7 @@ class Curve(Pictured):
         meetings: points of codimension 2, in order.
         ends: kind and a sentence, of both ends.
         units: of states and parameters.
+        called: what the multipliers are: of equilibria they are eigenvalues, 1/s.
     """
 
     kind: str
@@ -67,6 +68,7 @@ class Curve(Pictured):
     units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     condition: Any = field(default=None, repr=False)
+    called: str = "multipliers"
 
     @property
     def frame(self) -> Any:

@@ -37,7 +37,7 @@ SAME_TIME = 0.1
 # displacements of a start, in u, by which an event is made to happen
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # how far beyond a point, in u, the motion is looked for that goes on by other events
-BEYOND = (1e-6, 1e-5, 1e-4)
+BEYOND = (1e-6, 1e-5, 1e-4, 1e-7)
 # so near to its half, in u, a motion of twice the period is one of the period
 HALF = 1e-4
 

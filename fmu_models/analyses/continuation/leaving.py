@@ -10,7 +10,7 @@ from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.analyses.continuation.special import Special, beside, other_direction
 
 # how far from a special a branch begins that is switched to, in u
-BESIDE = (1e-3, 3e-3, 1e-2)
+BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7)
 
 
 def leaving(special: Special) -> list[Node]:

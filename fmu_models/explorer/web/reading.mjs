@@ -21,10 +21,12 @@ export function columns(model) {
   return { time: 0, states, memories, outputs, contacts: outputs + model.outputs.length, count: outputs + model.outputs.length + model.contacts.length };
 }
 
-// ascending times: coarse up to where the motion is taken to be settled, fine from there; with the strobes of a period
-export function sampling(until, settled, period, coarse, fine) {
+// ascending times: in the opening of a motion, from where it is taken to be settled, and in its last turns; with the
+// strobes of a period
+export function sampling({ until, opening, settled, last: ending, period }, coarse, fine) {
   const times = [];
-  for (let i = 0; i < coarse; i++) times.push((settled * i) / coarse);
+  for (let i = 0; i < fine; i++) times.push(ending + ((until - ending) * i) / fine);
+  for (let i = 0; i < coarse; i++) times.push((opening * i) / coarse);
   for (let i = 0; i <= fine; i++) times.push(settled + ((until - settled) * i) / fine);
   const last = period > 0 ? Math.floor(until / period * (1 + 1e-12)) : -1;
   const strobes = new Set();
@@ -37,6 +39,7 @@ export function sampling(until, settled, period, coarse, fine) {
 // of those the first that is met least often, which is that of the plane drawn where it is one of several
 export function findSection(rows, at, from, model, preferred) {
   const n = model.states.length, nq = model.coordinates, tail = rows.slice(from), tries = [];
+  if (rested(rows, from, at, model)) return null;
   for (let i = nq; i < Math.min(2 * nq, n); i++) tries.push({ state: i, level: 0, direction: -1 });
   tries.sort((a, b) => (b.state === preferred) - (a.state === preferred));
   const middles = Array.from({ length: n }, (_, i) => {
@@ -87,15 +90,22 @@ export function extremes(rows, column) {
   return [low, high];
 }
 
+// ranges of the states over rows
+export function ranges(rows, at, model) {
+  return model.states.map((_, i) => extremes(rows, at.states + i)).map(([low, high]) => high - low);
+}
+
+// whether the settled part of a motion does not move, in parts of what the motion did before
+export function rested(rows, from, at, model) {
+  const all = ranges(rows, at, model);
+  return ranges(rows.slice(from), at, model).every((range, i) => range <= CLOSED * all[i]);
+}
+
 // steps of the section after which the motion repeats itself; 0 if it does not. A coordinate may go on by equal steps.
-export function periodOf(points, at, model) {
+// sizes: of the states in the motion
+export function periodOf(points, at, model, sizes) {
   const n = model.states.length, m = points.length;
   if (m < 3) return 0;
-  const seen = points.slice(-2 * LONGEST);
-  const sizes = Array.from({ length: n }, (_, i) => {
-    const [low, high] = extremes(seen, at.states + i);
-    return Math.max(high - low, 1e-3 * Math.max(Math.abs(low), Math.abs(high)), 1e-12);
-  });
   const step = (k, n0, i) => points[m - 1 - k][at.states + i] - points[m - 1 - k - n0][at.states + i];
   for (let period = 1; period <= Math.min(LONGEST, Math.floor((m - 1) / 2)); period++) {
     let same = true;
@@ -111,7 +121,8 @@ export function periodOf(points, at, model) {
 // all of it, of a motion {rows, events, points}; over its last period where it has one, else over its settled part
 export function reading(motion, at, model, from) {
   const { rows, events, points } = motion;
-  const period = motion.complete ? periodOf(points, at, model) : 0;
+  const tail = rows.slice(from), rest = motion.complete && rested(rows, from, at, model);
+  const period = motion.complete && !rest ? periodOf(points, at, model, ranges(tail, at, model)) : 0;
   const end = period ? points[points.length - 1][0] : rows[rows.length - 1]?.[0] ?? 0;
   const begin = period ? points[points.length - 1 - period][0] : rows[from]?.[0] ?? 0;
   const inside = events.filter((event) => event.time > begin && event.time <= end);
@@ -128,9 +139,8 @@ export function reading(motion, at, model, from) {
     if (holds(contact.kind, state)) sum += end - since;
     return end > begin ? sum / (end - begin) : 0;
   });
-  const tail = rows.slice(from);
   return {
-    period, seconds: period ? end - begin : 0, word: period ? [period, ...counts].join("-") : "",
+    rest, period, seconds: period ? end - begin : 0, word: period ? [period, ...counts].join("-") : "",
     held, extremes: model.states.map((_, i) => extremes(tail, at.states + i)),
   };
 }

@@ -18,16 +18,16 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
-from fmu_models.explore.description import describe
-from fmu_models.explore.module import wasm
-from fmu_models.explore.subject import Subject, subject_of
+from fmu_models.explorer.description import describe
+from fmu_models.explorer.module import wasm
+from fmu_models.explorer.subject import Subject, subject_of
 from fmu_models.simulation.run import simulate
 
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "page.mjs")
+SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "pictures.mjs", "page.mjs")
 _SAMPLES = 400  # of the picture that stands where nothing can be computed
 _STILL = 20.0  # s
 _WIDTH, _HEIGHT, _EDGE = 480, 360, 44
@@ -39,10 +39,16 @@ class Explorer:
 
     Attributes:
         name: of the model.
+        version: of this suite, which the page tells.
+        planes: pairs of states that it draws, the second over the first.
+        notes: what it leaves out of what was asked for.
         html: the page.
     """
 
     name: str
+    version: str
+    planes: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
     html: str
 
     def __repr__(self) -> str:
@@ -91,9 +97,10 @@ def explore(model: Model, *, contacts: Sequence[str] | None = None, plot: Sequen
     """
     subject = subject_of(model, contacts)
     described = describe(subject, plot)
-    return Explorer(
-        str(described["name"]), rendered(described, wasm(subject.fmu), _still(subject, described["planes"][0]))
-    )
+    states = subject.fmu.states
+    planes = tuple((states[i], states[j]) for i, j in described["planes"])
+    page = rendered(described, wasm(subject.fmu), _still(subject, planes[0]))
+    return Explorer(str(described["name"]), str(described["version"]), planes, subject.notes, page)
 
 
 def rendered(model: dict[str, Any], module: bytes, still: str) -> str:
@@ -139,7 +146,7 @@ def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
-def _still(subject: Subject, plane: Sequence[int]) -> str:
+def _still(subject: Subject, plane: tuple[str, str]) -> str:
     """The portrait of the motion from the default start, as SVG without styles, which the policy would refuse."""
     fmu = subject.fmu
 
@@ -147,7 +154,7 @@ def _still(subject: Subject, plane: Sequence[int]) -> str:
         return {name: subject.values[name] for name in names if name in subject.values}
 
     until = subject.until or _STILL
-    x, y = (fmu.states[i] for i in plane)
+    x, y = plane
     try:
         run = simulate(
             fmu,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.version import version
 from fmu_models.codegen import contact_states
-from fmu_models.explore.subject import Subject
+from fmu_models.explorer.subject import Subject
 from fmu_models.fmu.fmu import Fmu
 
 if TYPE_CHECKING:
@@ -91,8 +91,8 @@ def _quantity(subject: Subject, variable: ScalarVariable) -> dict[str, Any]:
     value = float(subject.values.get(variable.name, variable.start or 0.0))
     low, high = (None if bound is None else float(bound) for bound in (variable.min, variable.max))
     size = abs(value) or float(variable.nominal or 1.0)
-    lower = -SPAN * size if low is None else low
-    upper = max(SPAN * size, lower + size) if high is None else high
+    lower = -_rounded(SPAN * size) if low is None else low
+    upper = _rounded(max(SPAN * size, lower + size)) if high is None else high
     return {
         **_named(variable),
         **{"value": value, "default": float(variable.start or 0.0), "min": low, "max": high},
@@ -104,9 +104,14 @@ def _decades(value: float, low: float | None, high: float | None) -> list[float]
     """The range of a logarithmic slider; None of what is not positive."""
     if not value > 0.0 or (low is not None and low < 0.0):
         return None
-    start = low if low else value * 10.0**-DECADES
-    end = high if high is not None else value * 10.0**DECADES
+    start = low if low else _rounded(value * 10.0**-DECADES)
+    end = high if high is not None else _rounded(value * 10.0**DECADES)
     return [start, end] if start < end else None
+
+
+def _rounded(value: float) -> float:
+    """The end of a range, without the last digits of a product."""
+    return float(f"{value:.6g}")
 
 
 def _contact(variable: ScalarVariable) -> dict[str, Any]:

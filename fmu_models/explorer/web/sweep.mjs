@@ -1,3 +1,4 @@
+import { Engine } from "./engine.mjs";
 // Many motions: where each stays at the section, over a parameter. The functions here run in workers too, to which they
 // go as text, together with those of the engine that they use.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shipped import is_scene
+from fmu_models.explorer.module import check
 from fmu_models.fmu.fmu import Fmu
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def subject_of(model: Model, contacts: Sequence[str] | None = None) -> Subject:
     """A declaration, the name, file or module of a model, a scene, or an FMU of this suite.
 
     Raises:
-        StickslipError: there is none of that name, or contacts are to be chosen of a scene or an FMU.
+        StickslipError: there is none of that name, contacts are to be chosen of a scene or an FMU, or as ``check``.
     """
     from fmu_models.fmu.load import load
 
@@ -57,8 +58,10 @@ def subject_of(model: Model, contacts: Sequence[str] | None = None) -> Subject:
 
         return _of_scene(read_scene(os.fspath(model)))
     chosen = None if contacts is None else tuple(contacts)
+    fmu = load(model, contacts=chosen)
+    check(fmu)
     return Subject(
-        fmu=load(model, contacts=chosen),
+        fmu=fmu,
         model=os.fspath(model) if isinstance(model, str | os.PathLike) else "",
         arguments="" if chosen is None else shlex.join(["--contacts", ",".join(chosen) or "none"]),
         values={},

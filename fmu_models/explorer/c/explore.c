@@ -20,8 +20,8 @@ enum {
     ROWS = 8192,
     CROSSINGS = 256,
     EVENTS = 2048,
-    MOST_ITERATIONS = 1000, /* of an instant, per contact: Tolerances */
-    COLUMNS = 1 + MODEL_NX + MODEL_NC + MODEL_NY + MODEL_NC, /* at most: not every contact has a memory */
+    MOST_ITERATIONS = 1000,                                   /* of an instant, per contact: Tolerances */
+    COLUMNS = 1 + MODEL_NX + MODEL_NC + MODEL_NY + MODEL_NC,  /* at most: not every contact has a memory */
     SETTABLE = MODEL_NP + 2 * MODEL_NU + MODEL_NX + MODEL_NC, /* the same */
     FIRST_SETTABLE = 2                                        /* reference of the first parameter; time is 1 */
 };

@@ -1,26 +1,21 @@
 // The page: a state, controls that change it, and what is drawn of the motion that follows from it.
 import { Engine } from "./engine.mjs";
-import { begins, columns, drifts, extremes, findSection, holds, reading, sampling } from "./reading.mjs";
+import { columns, drifts, findSection, sampling } from "./reading.mjs";
 import { deal } from "./sweep.mjs";
 import { Picture, brief } from "./plot.mjs";
+import { LAST, Pictures, element, make } from "./pictures.mjs";
 
 const FRAME = 24; // ms of work for one picture, and for each part of a run that takes longer
 const MOST_STEPS = 1e6; // of a run
-const PERIODS = 60, SECONDS = 20, COARSE = 700, FINE = 1100;
+// steps of the section: of a run, of what is drawn of its beginning, of its settled part
+const PERIODS = 60, OPENING = 6, SHOWN = 12;
+const SECONDS = 20; // of a run whose period is not known
+const COARSE = 400, FINE = 600; // samples of the beginning, and of the settled part and the finest each
 const STOPS = 1000; // of a slider
-const element = (id) => document.getElementById(id);
-const make = (name, attributes = {}, ...children) => {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== undefined) made.setAttribute(key, value);
-  }
-  made.append(...children);
-  return made;
-};
 
-export class Page {
+export class Page extends Pictures {
   constructor(model, module) {
+    super();
     this.model = model;
     this.module = module;
     this.engine = new Engine(module);
@@ -32,7 +27,7 @@ export class Page {
     this.rows = {};
     this.reset();
     this.build();
-    this.restore(linked(), false);
+    this.restore(linked());
     this.refresh();
     this.simulate();
     if (!linked()) this.leaveDrift();
@@ -47,6 +42,7 @@ export class Page {
 
   reset() {
     this.state = { values: Float64Array.from(this.settable, (q) => q.value), until: this.model.until, plane: 0, series: 0, section: null };
+    this.pace = null; // s, between crossings of the section
   }
 
   // state and its texts -----------------------------------------------------------------------------------------------
@@ -61,14 +57,15 @@ export class Page {
   }
 
   json() {
-    const { until, plane, series, section } = this.state;
+    const { plane, series, section } = this.state, until = this.until;
     const set = this.changed(this.settable, "value");
     return JSON.stringify({ model: this.model.name, version: this.model.version, set, until, plane, series, section });
   }
 
   // take a state from its JSON; a wrong one changes nothing and is told
-  restore(text, tell = true) {
+  restore(text) {
     if (!text) return;
+    const before = this.state, pace = this.pace;
     try {
       const given = JSON.parse(text);
       if (given.model !== this.model.name) throw new Error(`it is of the model '${given.model}', this page is of '${this.model.name}'`);
@@ -78,15 +75,16 @@ export class Page {
         if (i < 0 || !Number.isFinite(value)) throw new Error(`'${name}' = ${value} is no value of this model`);
         this.state.values[i] = value;
       }
-      if (given.until > 0) this.state.until = given.until;
-      if (this.model.planes[given.plane]) this.state.plane = given.plane;
-      if (given.series < this.drawable().length) this.state.series = given.series;
-      if (given.section) this.state.section = given.section;
+      const index = (value, list) => (Number.isInteger(value) && value >= 0 && value < list.length ? value : 0);
+      if (Number.isFinite(given.until) && given.until > 0) this.state.until = given.until;
+      this.state.plane = index(given.plane, this.model.planes);
+      this.state.series = index(given.series, this.drawable());
+      const { state, level, direction } = given.section ?? {};
+      if (index(state, this.model.states) === state && Number.isFinite(level)) this.state.section = { state, level, direction: direction < 0 ? -1 : 1 };
       if (given.version !== this.model.version) this.note(`The state was saved by version ${given.version}; this page is of ${this.model.version}.`);
     } catch (error) {
-      this.reset();
+      [this.state, this.pace] = [before, pace];
       this.note(`The state is not taken: ${error.message}.`);
-      if (tell) this.refresh();
     }
   }
 
@@ -142,7 +140,7 @@ export class Page {
     options(element("over"), [...model.parameters, ...model.inputs].map((q) => q.name), 0);
     element("plane").onchange = (e) => this.set("plane", Number(e.target.value));
     element("series-of").onchange = (e) => this.set("series", Number(e.target.value));
-    element("over").onchange = () => this.rangeOf();
+    element("over").onchange = () => (this.rangeOf(), this.diagram());
     element("until").onchange = (e) => this.set("until", Number(e.target.value) > 0 ? Number(e.target.value) : null);
     element("keep").onclick = () => this.keep();
     element("clear").onclick = () => ((this.kept = []), this.draw());
@@ -199,7 +197,6 @@ export class Page {
       this.note(`'${row.entry.value}' is not a number; ${row.q.name} stays as it is.`);
       return this.show(row);
     }
-    this.note("");
     this.change(row.index, value);
   }
 
@@ -219,12 +216,14 @@ export class Page {
   }
 
   change(index, value) {
+    this.note("");
     this.state.values[index] = value;
     this.show(this.rows[index]);
     this.simulate();
   }
 
   set(name, value) {
+    this.note("");
     this.state[name] = value;
     if (name === "plane") this.state.section = null;
     this.simulate();
@@ -243,31 +242,41 @@ export class Page {
   simulate() {
     const begin = performance.now();
     clearTimeout(this.later);
-    this.note("");
     this.run(begin);
-    if (!(this.period > 0) && this.motion.complete && this.motion.refused === null) {
-      const from = this.motion.from, preferred = this.model.planes[this.state.plane][1];
-      const known = this.state.section;
-      const found = findSection(this.motion.rows, this.at, from, this.model, preferred);
-      const meets = known && this.motion.points.length > 2;
-      if (found && !meets && JSON.stringify(found) !== JSON.stringify(known)) {
-        this.state.section = found;
-        this.run(begin);
-      }
-    }
+    for (let k = 0; k < 3 && this.adapted(); k++) this.run(begin);
     this.draw();
-    this.took = performance.now() - begin;
+    this.first ??= performance.now() - begin; // ms, of the first picture
     if (!this.motion.complete) this.later = setTimeout(() => this.goOn(), 0);
     this.share();
+  }
+
+  // whether the motion, once it is known to its end, asks to be looked at otherwise: at another section, or so long as
+  // sixty of its steps take
+  adapted() {
+    if (this.period > 0 || !this.motion.complete || this.motion.refused !== null) return false;
+    const { points } = this.motion, known = this.state.section, half = points.length >> 1;
+    if (!known || points.length < 3) {
+      const found = findSection(this.motion.rows, this.at, this.motion.from, this.model, this.model.planes[this.state.plane][1]);
+      const other = found && JSON.stringify(found) !== JSON.stringify(known);
+      if (other) this.state.section = found;
+      return Boolean(other);
+    }
+    if (this.state.until !== null || this.pace !== null || points.length < 4) return false;
+    this.pace = (points.at(-1)[0] - points[half][0]) / (points.length - 1 - half);
+    return true;
   }
 
   run(begin) {
     const { engine, state } = this;
     const refused = engine.start(state.values);
     this.period = refused === null ? engine.period : 0;
-    this.until = state.until ?? (this.period > 0 ? Number((PERIODS * this.period).toPrecision(6)) : SECONDS);
-    const settled = this.period > 0 ? Math.max(this.until / 2, this.until - 12 * this.period) : 0.7 * this.until;
-    this.plan = { settled, ...sampling(this.until, settled, this.period, COARSE, FINE) };
+    const turn = this.period > 0 ? this.period : this.pace;
+    this.until = state.until ?? (turn ? Number((PERIODS * turn).toPrecision(3)) : SECONDS);
+    const settled = turn ? Math.max(this.until / 2, this.until - SHOWN * turn) : 0.7 * this.until;
+    const opening = turn ? Math.min(settled, OPENING * turn) : settled;
+    const last = turn ? Math.max(settled, this.until - LAST * turn) : settled;
+    const spans = { until: this.until, opening, settled, last, period: this.period };
+    this.plan = { ...spans, ...sampling(spans, COARSE, FINE) };
     engine.ask(this.plan.times, this.period > 0 ? null : state.section);
     engine.go(() => performance.now() - begin > FRAME);
     this.collect();
@@ -279,7 +288,7 @@ export class Page {
     this.collect();
     if (!this.motion.complete && this.engine.steps < MOST_STEPS) this.later = setTimeout(() => this.goOn(), 0);
     else if (!this.motion.complete) this.note(`Stopped at t = ${brief(this.motion.rows.at(-1)?.[0] ?? 0)} s after ${this.engine.steps} steps: ask for a shorter run.`);
-    else if (!(this.period > 0) && !this.state.section) return this.simulate();
+    else if (this.adapted()) return this.simulate();
     this.draw();
   }
 
@@ -292,134 +301,7 @@ export class Page {
     this.motion = { rows, from, points, events: engine.events, complete: engine.status !== 1, refused: engine.refused };
   }
 
-  // pictures ----------------------------------------------------------------------------------------------------------
-
-  colours() {
-    const style = getComputedStyle(document.documentElement);
-    return Object.fromEntries(["ground", "ink", "line", "faint", "hold", "mark", "plus", "minus", "k0", "k1", "k2", "k3"].map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
-  }
-
-  axis(q) {
-    return q.unit === "1" ? q.name : `${q.name} (${q.unit})`;
-  }
-
-  draw() {
-    if (!this.motion) return;
-    this.read = reading(this.motion, this.at, this.model, this.motion.from);
-    const colours = this.colours();
-    this.drawPortrait(colours);
-    this.drawSeries(colours);
-    this.drawSection(colours);
-    if (this.swept) this.drawSweep(colours);
-    this.tell();
-  }
-
-  pairs(rows, i, j) {
-    const made = new Float64Array(2 * rows.length);
-    rows.forEach((row, k) => ((made[2 * k] = row[i]), (made[2 * k + 1] = row[j])));
-    return made;
-  }
-
-  // stretches [from, to, ...] in which a contact is in a state that the test likes
-  stretches(contact, likes) {
-    const { rows, events, from } = this.motion, found = [];
-    if (!rows.length) return found;
-    const begin = rows[from][0], end = rows[rows.length - 1][0];
-    let since = begin, state = rows[from][this.at.contacts + contact];
-    for (const event of events) {
-      if (event.contact !== contact || event.time <= begin || event.time > end) continue;
-      if (likes(state)) found.push(since, event.time);
-      since = event.time;
-      state = event.after;
-    }
-    if (likes(state)) found.push(since, end);
-    return found;
-  }
-
-  drawPortrait(colours) {
-    const { rows, from, points } = this.motion, [i, j] = this.model.planes[this.state.plane];
-    const [ci, cj] = [this.at.states + i, this.at.states + j], picture = this.pictures.portrait;
-    const around = [...rows, ...this.kept.filter((one) => one.plane === this.state.plane).flatMap((one) => one.rows)];
-    picture.begin({ x: [...extremes(around, ci), this.axis(this.model.states[i])], y: [...extremes(around, cj), this.axis(this.model.states[j])] }, colours);
-    picture.line(this.pairs(rows.slice(0, from + 1), ci, cj), colours.faint, 1);
-    this.kept.forEach((one, k) => one.plane === this.state.plane && picture.line(this.pairs(one.rows, ci, cj), colours[`k${k % 4}`], 1.2));
-    const tail = rows.slice(from), line = this.pairs(tail, ci, cj), held = line.slice();
-    picture.line(line, colours.line, 1.4);
-    tail.forEach((row, k) => {
-      const any = this.model.contacts.some((c, n) => c.kind !== "switch" && holds(c.kind, row[this.at.contacts + n]));
-      if (!any) held[2 * k] = NaN;
-    });
-    picture.line(held, colours.hold, 2.6);
-    picture.dots(this.pairs(points.slice(-64), ci, cj), colours.mark, 5);
-    picture.draw();
-  }
-
-  drawSeries(colours) {
-    const { rows, from } = this.motion, tail = rows.slice(from), column = this.columnOf(this.state.series);
-    const picture = this.pictures.series, [low, high] = extremes(tail, column), lanes = this.model.contacts.length;
-    const room = ((high - low) * 7 * lanes) / 100;
-    picture.begin({ x: [tail[0]?.[0] ?? 0, tail.at(-1)?.[0] ?? 1, "time (s)"], y: [low - room, high, this.axis(this.drawable()[this.state.series])], exact: tail.length > 1 }, colours);
-    this.model.contacts.forEach((contact, k) => {
-      const lane = lanes - 1 - k;
-      picture.shade(this.stretches(k, (s) => holds(contact.kind, s)), colours.hold, lane);
-      if (contact.kind === "friction" || contact.kind === "switch" || contact.kind === "impact_friction") {
-        picture.shade(this.stretches(k, (s) => s === 1), colours.plus, lane);
-        picture.shade(this.stretches(k, (s) => s === -1), colours.minus, lane);
-      } else {
-        const ticks = this.motion.events.filter((e) => e.contact === k && begins(contact.kind, e)).flatMap((e) => [e.time, e.time]);
-        picture.shade(ticks, colours.mark, lane);
-      }
-    });
-    picture.line(this.pairs(tail, 0, column), colours.line, 1.4);
-    picture.draw();
-  }
-
-  drawSection(colours) {
-    const { points } = this.motion, [i, j] = this.model.planes[this.state.plane], picture = this.pictures.section;
-    const states = this.model.states, strobe = this.period > 0;
-    // points of a periodic motion differ by rounding: an axis no finer than a part of the motion
-    const span = (all, column) => {
-      const [low, high] = extremes(all, column), [least, most] = extremes(this.motion.rows.slice(this.motion.from), column);
-      const edge = high - low < 1e-4 * (most - least) ? 0.05 * (most - least) : 0;
-      return [low - edge, high + edge];
-    };
-    if (strobe) {
-      const [ci, cj] = [this.at.states + i, this.at.states + j], late = points.slice(Math.floor(points.length / 3));
-      picture.begin({ x: [...span(late, ci), this.axis(states[i])], y: [...span(late, cj), this.axis(states[j])] }, colours);
-      picture.dots(this.pairs(late, ci, cj), colours.mark, 4);
-    } else {
-      const shown = this.state.section?.state === i ? j : i, column = this.at.states + shown;
-      const late = points.slice(Math.floor(points.length / 3)), pairs = new Float64Array(Math.max(0, 2 * (late.length - 1)));
-      for (let k = 0; k + 1 < late.length; k++) (pairs[2 * k] = late[k][column]), (pairs[2 * k + 1] = late[k + 1][column]);
-      const range = span(late, column);
-      picture.begin({ x: [...range, `${states[shown].name}, one crossing`], y: [...range, `${states[shown].name}, the next`] }, colours);
-      picture.line([range[0], range[0], range[1], range[1]], colours.faint, 1);
-      picture.dots(pairs, colours.mark, 4);
-    }
-    picture.draw();
-    const { section } = this.state;
-    element("section-of").textContent = strobe ? `Strobe at the period of the forcing, ${brief(this.period)} s`
-      : section ? `Return map where ${states[section.state].name} crosses ${brief(section.level)} ${section.direction < 0 ? "downward" : "upward"}`
-      : "No state crosses a level again and again";
-  }
-
-  tell() {
-    const { read, motion, model } = this, list = element("readout");
-    const rows = [["period", read.period ? `${read.period} × section, ${brief(read.seconds, 9)} s` : motion.complete ? "none found" : "…"],
-      ["n-p-q word", read.word || "–"],
-      ...model.contacts.map((c, i) => [c.kind === "stop" || c.kind === "impact" ? `${c.name} in contact` : `${c.name} sticks`, `${brief(100 * read.held[i], 4)} %`]),
-      ...model.states.map((q, i) => [q.name, `${read.extremes[i].map((x) => brief(x, 6)).join(" to ")} ${q.unit === "1" ? "" : q.unit}`])];
-    list.replaceChildren(...rows.flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]));
-    const why = element("refusal");
-    why.hidden = motion.refused === null;
-    why.textContent = motion.refused ?? "";
-    const [i, j] = model.planes[this.state.plane], said = read.period ? `period ${read.period}, word ${read.word}` : "no period found";
-    element("portrait").setAttribute("aria-label", `Phase portrait: ${model.states[j].name} over ${model.states[i].name}; ${said}. A click starts the motion there.`);
-    element("series").setAttribute("aria-label", `${this.drawable()[this.state.series].name} over time, with the states of contacts shaded`);
-    element("section").setAttribute("aria-label", `${element("section-of").textContent}; ${motion.points.length} points, ${said}`);
-    element("until").placeholder = String(this.until);
-    if (document.activeElement !== element("until")) element("until").value = this.state.until ?? "";
-  }
+  // texts and what is kept ----------------------------------------------------------------------------------------------
 
   share() {
     element("state").value = this.json();

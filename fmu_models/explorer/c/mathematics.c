@@ -1,7 +1,7 @@
 /*
  * Elementary functions from sums and products alone, by plain series after a reduction of the argument. What is lost
  * by rounding on the way is carried along as the low part of a number, so that results are within a digit of the last
- * place (tan, sinh, cosh and tanh: two).
+ * place (log2, tan, atan, sinh, cosh and tanh: up to three).
  *
  *     exp   x = n ln 2 + r,    exp(x) = 2^n exp(r),    |r| <= ln 2/2
  *     log   x = 2^n m,         log(x) = n ln 2 + 2 artanh((m - 1)/(m + 1)),    1/sqrt 2 <= m < sqrt 2
@@ -119,6 +119,8 @@ double same_log(double x)
     if (x <= 0.0) return x == 0.0 ? -INFINITY : NAN;
     return log_of(x).high;
 }
+
+double same_log2(double x) { return 1.4426950408889634 * same_log(x); }
 
 double same_pow(double x, double y)
 {

@@ -10,6 +10,7 @@
 
 double same_exp(double x);
 double same_log(double x);
+double same_log2(double x);
 double same_pow(double x, double y);
 /* nan beyond 2^52, where a digit is more than half a radian */
 double same_sin(double x);
@@ -26,6 +27,7 @@ static inline double same_fmax(double a, double b) { return b > a || a != a ? b 
 
 #define exp same_exp
 #define log same_log
+#define log2 same_log2
 #define pow same_pow
 #define sin same_sin
 #define cos same_cos

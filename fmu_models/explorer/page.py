@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "page.mjs")
+SCRIPTS = ("engine.mjs", "reading.mjs", "sweep.mjs", "plot.mjs", "pictures.mjs", "page.mjs")
 _SAMPLES = 400  # of the picture that stands where nothing can be computed
 _STILL = 20.0  # s
 _WIDTH, _HEIGHT, _EDGE = 480, 360, 44

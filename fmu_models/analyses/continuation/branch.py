@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
-from fmu_models.analyses.continuation.curve import Curve
+from fmu_models.analyses.continuation.curve import Curve, Curves
 from fmu_models.analyses.continuation.follow import Follower, Found, Way
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
@@ -279,25 +279,43 @@ class Branches(Pictured):
         """Of all branches."""
         return tuple(special for one in self.branches for special in one.special)
 
-    def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
+    def curves(
+        self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
+    ) -> Curves:
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once; where one
+        could not be followed, the others say why.
+
+        Args:
+            only: the kind of those that are followed.
 
         Raises:
-            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
-                the parameter takes apart.
+            StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
+                present value.
         """
         found: list[Curve] = []
+        failures: list[str] = []
         known: list[Special] = []
         for one in self.special:
+            if only is not None and one.kind != only:
+                continue
             if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
             known.append(one)
-            found.append(one.curve(second, between, points))
+            try:
+                found.append(one.curve(second, between, points))
+            except StickslipError as error:
+                failures.append(f"{one.kind} at {self.over} = {one.value:.9g}: {error}")
+                continue
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
+        if failures and not found:
+            raise StickslipError(failures[0])
         if not found:
-            raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")
-        return tuple(found)
+            kinds = ", ".join(sorted({one.kind for one in self.special})) or "none"
+            raise StickslipError(
+                f"There is no {only or 'special point'} of {self.model} to follow over '{second}'; it has: {kinds}."
+            )
+        return Curves(tuple(found), failures=tuple(failures))
 
     def _heading(self) -> str:
         return f"{len(self.branches)} branches of {self.model} over {self.over}"

@@ -36,7 +36,7 @@ typedef struct {
     /* the same of the events that lanes have left to the engine in the present period */
     Kept met[LANE_RUNS_TOGETHER];
     int asked[LANE_RUNS_TOGETHER];
-    int64_t loaded;                 /* the run whose numbers the instance has; -1: none */
+    int64_t loaded; /* the run whose numbers the instance has; -1: none */
 } Together;
 
 static int64_t in_lines(int64_t bytes) { return (bytes + 63) / 64 * 64; }

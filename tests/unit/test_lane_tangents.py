@@ -96,3 +96,10 @@ def test_starts_that_cannot_be_leave_their_places_empty():
     made = system.run(Jobs(starts, rows=2, derivatives=True), GO)
     assert made.filled.tolist() == [2, 0, 0, 0]
     assert all("is penetrated" in made.messages[i] for i in (1, 2, 3))
+
+
+def test_differences_of_what_is_held_are_those_of_the_series():
+    system = Strobe(load("woodpecker"), period=0.05, autonomous=True)
+    jobs = Jobs(system.start()[None], rows=6, derivatives=True)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.derivatives == pytest.approx(series.derivatives, abs=1e-8 * float(np.abs(series.derivatives).max()))

@@ -179,7 +179,7 @@ def test_the_ball_to_four_impacts(ball):
 
 def test_the_impact_pair():
     system = Strobe(load("impact_pair"), forcing="omega", parameters={"D": 6.0})
-    found = branch(system, "D", (0.4, 13.0), start={"x": -3.0, "v": -2.0}, settle=True, points=160)
+    found = branch(system, "D", (0.4, 13.0), start={"x": -3.0, "v": -2.0}, settle=True, points=60)
     for known in [*of("pair_e0.6_up"), *of("pair_e0.6_down")]:
         check(known, found.special)
     (known,) = [one for one in of("pair_e0.6_down") if "pitchfork" in one["kind"]]

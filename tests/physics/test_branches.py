@@ -107,6 +107,11 @@ def test_the_support_of_table_2(support):
     found = branch(system, "omega", (0.8, 1.0), settle=True)
     for known in of("support_T2_P1_down"):
         check(known, found.special)
+    # beside it, at 3e-6, the doubled branch loses its contact already; it ends at the other flip of its parent
+    (lower, upper) = [one for one in found.special if one.kind == "flip"]
+    (doubled,) = lower.switch()
+    assert len(doubled.special[0].words[0]) == 6 and doubled.special[0].value == pytest.approx(lower.value, abs=2e-6)
+    assert doubled.ends[1][0] == "flip" and doubled.special[-1].value == pytest.approx(upper.value, abs=1e-11)
 
 
 @pytest.fixture(scope="module")
@@ -255,3 +260,7 @@ def test_the_hinge_breaks_its_symmetry():
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
     assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10)
     assert near(counted(pitchfork, pitchfork.multipliers), as_complex(turn["multipliers"]), 1e-7)
+    # over a range that ends soon beyond it a step is as long as from there to the symmetric motions
+    short = branch(system, "f", (0.3635, 0.3665), start=start)
+    (again,) = [one for one in short.special if one.kind == "pitchfork"]
+    assert again.value == pytest.approx(pitchfork.value, abs=1e-11) and short.ends[0] == short.ends[1]

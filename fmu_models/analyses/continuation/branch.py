@@ -29,6 +29,7 @@ Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -39,13 +40,16 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.begin import begin_of, problem_of
 from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.follow import Follower, Way
+from fmu_models.analyses.continuation.follow import Follower
+from fmu_models.analyses.continuation.kept import Keeper
 from fmu_models.analyses.continuation.leaving import leaving
 from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
 from fmu_models.analyses.continuation.trace import SMOOTH
+from fmu_models.analyses.continuation.way import Way
+from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
@@ -128,6 +132,9 @@ def branch(
     start: Mapping[str, float] | Sequence[float] | None = None,
     settle: bool = False,
     points: int = 2000,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Branch:
     """Follow the periodic motion near a start over a parameter, both ways.
@@ -140,28 +147,70 @@ def branch(
         start: states at phase 0 near the motion; as the declaration says what is left out.
         settle: run for a while from the start first.
         points: motions in each direction, at most.
+        store, resume, overwrite: where they are kept as they are found; see ``Execution``.
         progress: called with the share of the range that is behind, or less.
 
     Raises:
         StickslipError: no such parameter, a range that is none or does not hold its value at the start, a section that
-            is no strobe, or no motion near the start.
+            is no strobe, or no motion near the start; as ``Execution``.
+    """
+    how: dict[str, Any] = {"start": start, "settle": settle, "points": points, "progress": progress}
+    how |= {"store": store, "resume": resume, "overwrite": overwrite}
+    return all_branches(system, over, between, switch=False, **how).branches[0]
+
+
+def all_branches(
+    system: SectionSystem,
+    over: str,
+    between: tuple[float, float],
+    *,
+    start: Mapping[str, float] | Sequence[float] | None = None,
+    settle: bool = False,
+    points: int = 2000,
+    switch: bool = True,
+    longest: int = 8,
+    of: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Callable[[float], Any] = lambda fraction: None,
+) -> Branches:
+    """The branch of the motion near a start, and all that leave it and one another.
+
+    Args:
+        others: of ``branch`` and ``branches``.
+
+    Raises:
+        StickslipError: as these.
     """
     low, high = sorted(float(one) for one in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     system.check(over, np.array([low, high]))
     problem = problem_of(system, over)
-    begin = begin_of(system, problem, (low, high), start, settle)
-    clock = time.process_time()
+    _check_state(of, problem.states, problem.name)
+    plan: dict[str, Any] = {"analysis": "branch", "over": over, "between": [low, high], "start": system.start(start)}
+    plan |= {"settle": settle, "points": points, "switch": switch} | ({"longest": longest} if switch else {})
+    with Execution(system, plan, store=store, resume=resume, overwrite=overwrite) as execution:
+        keeper = Keeper(execution.store, problem)
+        first_piece = keeper.pieces()
+        if not first_piece.known:
+            first_piece.put(begin_of(system, problem, (low, high), start, settle))
+        clock = time.process_time()
 
-    def tell(node: Node) -> None:
-        progress((node.value - low) / (high - low))
+        def tell(node: Node) -> None:
+            progress((node.value - low) / (high - low))
 
-    forward = Follower(begin, (low, high), points, tell).follow()
-    backward = None
-    if forward.end[0] not in ("closed", "interrupted"):
-        backward = Follower(begin.turned(), (low, high), points, tell).follow()
-    return made(problem, forward, backward, (low, high), time.process_time() - clock)
+        begin = first_piece.known[0]
+        forward = Follower(begin, (low, high), points, keeper.pieces(), tell).follow()
+        backward = None
+        if forward.end[0] not in ("closed", "interrupted"):
+            backward = Follower(begin.turned(), (low, high), points, keeper.pieces(), tell).follow()
+        first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
+        found = _with_others(first, longest, points, of, switch, keeper)
+        if not found.interrupted:
+            execution.finish(found)
+    return found
 
 
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
@@ -202,13 +251,14 @@ def _shown(node: Node, autonomous: bool) -> Vector:
 
 
 def _switched(special: Special, points: int) -> tuple[Branch, ...]:
-    return tuple(_from(begin, special.between, points) for begin in leaving(special))
+    beginnings = leaving(special)
+    return tuple(_from(one, special.between, points, Keeper(None, one.problem)) for one in beginnings)
 
 
-def _from(begin: Node, between: tuple[float, float], points: int) -> Branch:
+def _from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
-    way = Follower(begin, between, points).follow()
+    way = Follower(begin, between, points, keeper.pieces()).follow()
     return made(begin.problem, way, None, between, time.process_time() - clock)
 
 
@@ -248,6 +298,19 @@ class Branches(Pictured):
         """Of all branches."""
         return tuple(special for one in self.branches for special in one.special)
 
+    def to_xarray(self) -> Any:
+        """The points, and what is special beside them."""
+        of = [i for i, one in enumerate(self.branches) for _ in one.special]
+        places = [place for one in self.branches for place in one.places]
+        columns = {
+            "kind": np.array([one.kind for one in self.special], dtype=object),
+            "value": np.array([one.value for one in self.special]),
+            "contact": np.array([one.contact for one in self.special], dtype=object),
+            "branch": np.array(of, dtype=int),
+            "place": np.array(places, dtype=int),
+        }
+        return super().to_xarray().assign({f"special_{name}": ("special", one) for name, one in columns.items()})
+
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
         """Those of all special points that have one; see ``Special.curve``.
 
@@ -286,13 +349,21 @@ def branches(
     Raises:
         StickslipError: no such state.
     """
-    if of is not None and of not in first.states:
-        raise StickslipError(f"'{first.model}' has no state '{of}'.{nearest(of, first.states)}")
+    _check_state(of, first.states, first.model)
+    return _with_others(first, longest, points, of, switch, Keeper(None, first.nodes[0].problem))
+
+
+def _check_state(of: str | None, states: Sequence[str], model: str) -> None:
+    if of is not None and of not in states:
+        raise StickslipError(f"'{model}' has no state '{of}'.{nearest(of, states)}")
+
+
+def _with_others(first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper) -> Branches:
     known = [first]
     interrupted = _interrupted(first)
     if switch and not interrupted:
         try:
-            for one in _switched_at(known, longest, points):
+            for one in _switched_at(known, longest, points, keeper):
                 known.append(one)
                 interrupted = _interrupted(one)
                 if interrupted:
@@ -306,7 +377,7 @@ def _interrupted(one: Branch) -> bool:
     return any(kind == "interrupted" for kind, _ in one.ends)
 
 
-def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Branch]:
+def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper) -> Iterator[Branch]:
     """What leaves the branches that are known, and is not; the list may grow meanwhile."""
     for one in known:
         for special in one.special:
@@ -315,4 +386,4 @@ def _switched_at(known: list[Branch], longest: int, points: int) -> Iterator[Bra
                 continue
             for begin in leaving(special):
                 if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
-                    yield _from(begin, one.between, points)
+                    yield _from(begin, one.between, points, keeper)

@@ -35,8 +35,8 @@ SAME_TIME = 0.1
 DEPTHS = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 # how far beyond a point, in u, the motion is looked for that goes on by other events
 BEYOND = (1e-6, 1e-5, 1e-4)
-# so near to its half, in u, a motion of twice the period is one of the period
-HALF = 1e-4
+# so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
+HALF, SAME = 1e-4, 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,12 +205,12 @@ def other_word_once(touch: Touch) -> Node:
     raise Lost("no motion of twice the period has that event in one half alone")
 
 
-def repeats(node: Node) -> bool:
+def repeats(node: Node, within: float = HALF) -> bool:
     """Whether a motion of an even number of periods repeats itself after half of them."""
     if node.problem.turns % 2 and not node.problem.autonomous:
         return False
     half = node.problem.part(node.z, node.seen)
-    return bool(np.abs((half - node.z) / node.scales).max() < HALF)
+    return bool(np.abs((half - node.z) / node.scales).max() < within)
 
 
 def _down(touch: Touch) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -144,16 +144,26 @@ class FlowProblem(Problem):
 
     def folded(self, times: int) -> Problem:
         """So many periods of this one."""
-        strobe = Strobe(
-            self.strobe.fmu,
-            every=self.strobe.every * times,
-            forcing=self.strobe.forcing,
-            period=self.strobe.period,
-            autonomous=self.autonomous,
-            parameters=self.strobe.values,
-            tolerance=self.strobe.tolerance,
-        )
-        return replace(self, strobe=strobe, kept=self.kept)
+        return replace(self, strobe=self._strobe(every=self.strobe.every * times))
+
+    def told(self) -> dict[str, Any]:
+        known = self.strobe
+        return {
+            "phase": self.phase,
+            "every": known.every,
+            "period": known.period,
+            "forcing": known.forcing,
+            "autonomous": known.autonomous,
+        }
+
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        named = {name: told[name] for name in ("every", "period", "forcing")}
+        return replace(self, phase=told["phase"], strobe=self._strobe(**named, autonomous=told["autonomous"]))
+
+    def _strobe(self, **changed: Any) -> Strobe:
+        known = self.strobe
+        named = ("every", "forcing", "period", "autonomous", "tolerance")
+        return Strobe(known.fmu, parameters=known.values, **{name: getattr(known, name) for name in named} | changed)
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         return self._after(z, seen.length / 2)

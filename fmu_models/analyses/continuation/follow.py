@@ -12,17 +12,26 @@ until   the parameter leaves its range, the branch is back at its begin, or ther
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
-from fmu_models.analyses.continuation.discontinuous import Touch, exchanged, from_miss, other_word, repeats
+from fmu_models.analyses.continuation.discontinuous import (
+    SAME,
+    Touch,
+    exchanged,
+    from_miss,
+    other_word,
+    repeats,
+)
 from fmu_models.analyses.continuation.equilibrium import hopf_of
+from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
 from fmu_models.analyses.continuation.problem import Passing, Vector
 from fmu_models.analyses.continuation.same_motion import CLOSED, between, images, turned
+from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.codegen.contact_states import AWAY, STICK
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
@@ -38,20 +47,12 @@ LARGE = 50.0
 AHEAD = 6.0
 # so many changes of the word by one event more each, within so little of the range: there are infinitely many
 CHAIN, TOGETHER = 5, 1e-5
+# from this step on, in u, a test that may have been zero twice on the way is looked at nearer
+WARY = 1e-3
+# motions that are kept at once on the disk, at least
+PIECE = 16
 # so many short steps in a row that were cut by a change of the word that could not be found
 HIDDEN, SHORT = 4, 3e-5
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Something special on the way: its kind, the motion there, and, where the word changes, the point and the motions
-    on both sides."""
-
-    kind: str
-    node: Node
-    touch: Touch | None = None
-    before: Node | None = None
-    after: Node | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,31 +63,6 @@ class Ahead:
     touch: Touch
 
 
-@dataclass(eq=False)
-class Way:
-    """What has been passed so far.
-
-    Attributes:
-        nodes: motions, in order; found: specials, each with the number of motions before it.
-        end: kind of the end and a sentence on it.
-    """
-
-    nodes: list[Node] = field(default_factory=list)
-    found: list[tuple[int, Found]] = field(default_factory=list)
-    end: tuple[str, str] = ("unfinished", "it was stopped")
-
-    def add(self, node: Node) -> None:
-        """A motion, and what lies between it and the one before."""
-        if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
-            for kind, special in smooth.between(self.nodes[-1], node):
-                self.found.append((len(self.nodes), Found(kind, special)))
-                if kind == "branch point" and repeats(special):
-                    self.end = ("flip", "the motion is that of half its period: it has come to the flip of its parent")
-                    self.nodes.append(special)
-                    return
-        self.nodes.append(node)
-
-
 class Follower:
     """Follows one branch; see the module.
 
@@ -94,31 +70,62 @@ class Follower:
         between: range of the parameter.
         begin: the motion that it begins at; its tangent says in which direction.
         points: at most.
+        pieces: where it is kept, and what is there already.
         tell: called with every motion.
     """
 
     def __init__(
-        self, begin: Node, between: tuple[float, float], points: int, tell: Callable[[Node], None] = lambda node: None
+        self,
+        begin: Node,
+        between: tuple[float, float],
+        points: int,
+        pieces: Pieces,
+        tell: Callable[[Node], None] = lambda node: None,
     ) -> None:
-        self.begin, self.between, self.points, self.tell = begin, sorted(between), points, tell
+        self.begin, self.between, self.points, self.pieces, self.tell = begin, sorted(between), points, pieces, tell
         self.way = Way()
         self.hidden = 0
+        self.whole = not repeats(begin, SAME)
+        self._kept = (0, 0)
 
     def follow(self) -> Way:
         """To the end, or to where the keyboard interrupts it."""
         try:
-            self._go_on(self.begin, FIRST)
+            how = self._resumed() or self._begun(self.begin)
+            if self.way.end[0] == "unfinished":
+                self._go_on(*how)
+                self._keep(0.0, False, at_least=0)
         except KeyboardInterrupt:
-            self.way.end = ("interrupted", "what was found until then is kept")
+            self.way.end = ("interrupted", f"what was found until then is kept{self.pieces.where}")
         return self.way
 
-    def _go_on(self, node: Node, step: float) -> None:
-        if self._leaves(node):
-            self._add(node)
-            return
-        node, grows = self._placed(node), step < FIRST
-        self._add(node)
+    def _resumed(self) -> tuple[float, bool] | None:
+        """The next step after what is kept, and whether steps grow from nothing; None if nothing is."""
+        for nodes, found, *_ in self.pieces.known:
+            self.way.nodes += nodes
+            self.way.found += found
+        if not self.pieces.known:
+            return None
+        self._kept = len(self.way.nodes), len(self.way.found)
+        *_, how, self.hidden, self.way.end = self.pieces.known[-1]
+        return how
+
+    def _keep(self, step: float, grows: bool, at_least: int = PIECE) -> None:
+        """What has been passed since the last piece, if it is so much."""
+        nodes, found = self.way.nodes[self._kept[0] :], self.way.found[self._kept[1] :]
+        if len(nodes) >= at_least:
+            self.pieces.put((nodes, found, (step, grows), self.hidden, self.way.end))
+            self._kept = len(self.way.nodes), len(self.way.found)
+
+    def _begun(self, node: Node) -> tuple[float, bool]:
+        """The begin as the first motion; the first step."""
+        self._add(node if self._leaves(node) else self._placed(node))
+        return FIRST, False
+
+    def _go_on(self, step: float, grows: bool) -> None:
+        node = self.way.nodes[-1]
         while self.way.end[0] == "unfinished":
+            self._keep(step, grows)
             if len(self.way.nodes) >= self.points:
                 self.way.end = ("points", f"{self.points} motions were followed; ask for more")
                 return
@@ -176,7 +183,7 @@ class Follower:
         for _ in range(HALVINGS):
             try:
                 after, made = self._corrected(node, step)
-                if after.word == node.word and self._near(node, after, made):
+                if after.word == node.word and self._near(node, after, made) and not self._doubtful(node, after, made):
                     self.hidden = self.hidden + 1 if hidden and reasons and step < SHORT else 0
                     if self.hidden >= HIDDEN and looks:
                         break
@@ -221,6 +228,21 @@ class Follower:
         if step > FIRST and after.tests["branch point"] * node.tests["branch point"] < 0.0:
             return False  # a short step does not change over to the branch that crosses there
         return bool(turned > STRAIGHT and np.linalg.norm(after.u - node.u - step * node.tangent) < ASIDE * step)
+
+    def _repeats(self, node: Node) -> bool:
+        """Whether a motion is one of half the period, on a branch that began with another one."""
+        half = len(node.seen.word) // 2
+        return self.whole and node.seen.word[:half] == node.seen.word[half:] and repeats(node, SAME)
+
+    def _doubtful(self, node: Node, after: Node, step: float) -> bool:
+        """Whether a step has led over to another branch, or past two zeros of a test."""
+        if self._repeats(after):
+            return True
+        nodes = self.way.nodes
+        if step <= WARY or len(nodes) < 2 or node is not nodes[-1]:
+            return False
+        past = nodes[-2]
+        return past.word == node.word and past.problem is node.problem and smooth.hides(past, node, after)
 
     def _leaves(self, node: Node) -> bool:
         """Whether it begins at the end of the range, outward."""
@@ -309,7 +331,7 @@ class Follower:
         distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
         if self._closed_at(touch):
             return None
-        if not repeats(node) and repeats(after):
+        if self._repeats(after):
             self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
             return None
         self._add(after)

@@ -9,8 +9,8 @@ from fmu_models.analyses.continuation.node import Lost, Node, look, tangent_of
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.analyses.continuation.special import Special, beside, other_direction
 
-# how far from a special a branch begins that is switched to, in u
-BESIDE = (1e-3, 3e-3, 1e-2)
+# how far from a special a branch begins that is switched to, in u; nearer where its word ends before
+BESIDE = (1e-3, 3e-3, 1e-2, 1e-4, 1e-5, 1e-6)
 
 
 def leaving(special: Special) -> list[Node]:

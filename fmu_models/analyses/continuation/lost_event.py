@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fmu_models.analyses.continuation.discontinuous import (
     nearest,
     speed_border,
 )
-from fmu_models.analyses.continuation.node import Lost, Node, look, solved
+from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, look, solved
 from fmu_models.analyses.continuation.problem import Passing, Vector
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
@@ -33,7 +33,7 @@ def from_event(start: Node, event: Passing) -> Touch:
     if len(nodes) < 4:
         raise Lost("the event is not lost along the branch")
     own, last = nodes[-1]
-    limit = _extrapolated([one.value for one, _ in nodes[-5:]], np.array([node.u for _, node in nodes[-5:]]))
+    limit = extrapolated([one.value for one, _ in nodes[-5:]], np.array([node.u for _, node in nodes[-5:]]))
     gradient = own.gradient * last.scales
     gradient[len(last.problem.states) :] = 0.0
     without = None
@@ -72,7 +72,7 @@ def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
     shrink = 0.5
     while own.value > least:
         target = max(own.value * shrink, 0.99 * least)
-        guess = _extrapolated(np.array(speeds[-4:]) - target, np.array(us[-4:])) if len(us) > 1 else None
+        guess = extrapolated(np.array(speeds[-4:]) - target, np.array(us[-4:])) if len(us) > 1 else None
         if guess is None:
             rate = node.along(own.gradient)
             guess = node.u + node.tangent * (target - own.value) / rate
@@ -94,16 +94,6 @@ def _weaker(start: Node, event: Passing) -> Iterator[tuple[Passing, Node]]:
         yield own, node
 
 
-def _extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
-    """The polynomial through values (k, ...) at places (k,), at 0."""
-    places = np.asarray(at, dtype=float)
-    total = np.zeros_like(values[0])
-    for i, place in enumerate(places):
-        others = np.delete(places, i)
-        total = total + values[i] * np.prod(others / (others - place))
-    return total
-
-
 def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
     """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
 
@@ -119,7 +109,7 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
         while abs(own.value - target) > 1e-6 * target:
             goal = min(target, own.value * 4.0)
             speeds, us = [0.0, *(v for v, _ in nodes[-3:])], [touch.u, *(one.u for _, one in nodes[-3:])]
-            guess = _extrapolated(np.array(speeds) - goal, np.array(us))
+            guess = extrapolated(np.array(speeds) - goal, np.array(us))
             border = speed_border(own, goal, [own.time])
             node = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=first.word)
             found = nearest(node.seen.events, own, own.time, node.seen.length)
@@ -133,6 +123,6 @@ def with_event(touch: Touch, first: Node) -> tuple[Vector, float] | None:
     traces = [abs(np.trace(one.seen.monodromy)) for _, one in last]
     if traces[0] > 1.8 * traces[1] - 1e-9 and traces[0] > 10.0:
         return None
-    limit = _extrapolated([v for v, _ in last], np.array([one.seen.monodromy for _, one in last]))
-    value = _extrapolated([v for v, _ in last], np.array([one.z[-1:] for _, one in last]))
+    limit = extrapolated([v for v, _ in last], np.array([one.seen.monodromy for _, one in last]))
+    value = extrapolated([v for v, _ in last], np.array([one.z[-1:] for _, one in last]))
     return limit, float(value[0])

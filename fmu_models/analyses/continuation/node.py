@@ -7,7 +7,7 @@ speed of an impact, the least gap of a miss. Unknowns are measured by their scal
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -215,3 +215,13 @@ def parameter(value: float) -> Border:
         return float(z[-1]) - value, gradient
 
     return border
+
+
+def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
+    """The polynomial through values (k, ...) at places (k,), at 0."""
+    places = np.asarray(at, dtype=float)
+    total = np.zeros_like(values[0])
+    for i, place in enumerate(places):
+        others = np.delete(places, i)
+        total = total + values[i] * np.prod(others / (others - place))
+    return total

@@ -17,7 +17,9 @@ the indicator of each event falls, and the least value of every pending indicato
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,6 +150,14 @@ class Problem(ABC):
     @abstractmethod
     def folded(self, times: int) -> Problem:
         """The same, of a period that is so many times as long."""
+
+    @abstractmethod
+    def told(self) -> dict[str, float]:
+        """What tells this one from others of the same family."""
+
+    @abstractmethod
+    def like(self, told: Mapping[str, Any]) -> Problem:
+        """The one of the family that was told."""
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
         """The problem at another phase, and z there, where an event is too near to the strobe; None if none is."""

@@ -186,6 +186,17 @@ def test_the_impact_pair():
     assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
+    # where the symmetric motion touches both walls at once, it ends; two motions leave that touch one of them
+    (both,) = [one for one in found.special if one.kind == "grazing, rigid" and not one.words[1]]
+    left, right = both.switch(points=2)
+    for one, wall in ((left, "left"), (right, "right")):
+        assert [event[0] for event in one.words[0]].count(wall) == 2 and len(one.words[0]) == 3
+        speed = min(event.value for event in one.nodes[0].seen.events)
+        assert (one.values[0] - both.value) / speed == pytest.approx(1.3972, abs=5e-4)
+    assert left.values[0] == pytest.approx(right.values[0], abs=1e-8)
+    # a twin that comes from afar comes to that point too, with the same slope
+    (arrived,) = [one for twin in twins for one in twin.special if one.value == pytest.approx(both.value, abs=1e-10)]
+    assert arrived.slope == pytest.approx(1.3972, abs=5e-4) and "parent" in [twin.ends[1][0] for twin in twins]
 
 
 PAPER = {"N0": 5.0, "mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0}

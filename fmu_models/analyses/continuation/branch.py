@@ -381,9 +381,10 @@ def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper)
     """What leaves the branches that are known, and is not; the list may grow meanwhile."""
     for one in known:
         for special in one.special:
-            doubles = special.kind == "flip" or special.touch is not None
-            if one.every * (2 if doubles else 1) > longest:
+            if one.every * (2 if special.kind == "flip" else 1) > longest:
                 continue
             for begin in leaving(special):
-                if not any(other.every == begin.problem.turns and passes(other.nodes, begin) for other in known):
+                if begin.problem.turns <= longest and not any(
+                    other.every == begin.problem.turns and passes(other.nodes, begin) for other in known
+                ):
                     yield _from(begin, one.between, points, keeper)

@@ -201,10 +201,12 @@ class FlowProblem(Problem):
         later = (begin + pause / 2) % seen.length
         if pause < 2 * near or min(later, seen.length - later) < near / 4:
             return None
+        return self.later(z, seen, later)
+
+    def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
         forcing = seen.length / self.strobe.every
-        phase = later if self.autonomous else (self.phase + later / forcing) % self.strobe.every
-        moved = replace(self, phase=0.0 if self.autonomous else phase)
-        return moved, self._after(z, later)
+        phase = seconds if self.autonomous else (self.phase + seconds / forcing) % self.strobe.every
+        return replace(self, phase=0.0 if self.autonomous else phase), self._after(z, seconds)
 
     @property
     def turns(self) -> int:

@@ -29,8 +29,9 @@ from fmu_models.analyses.continuation.equilibrium import hopf_of
 from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
-from fmu_models.analyses.continuation.problem import Passing, Vector
-from fmu_models.analyses.continuation.same_motion import CLOSED, between, images, turned
+from fmu_models.analyses.continuation.problem import Passing
+from fmu_models.analyses.continuation.same_motion import CLOSED, begun_at, between, images
+from fmu_models.analyses.continuation.several import at_once, is_part, with_all
 from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.codegen.contact_states import AWAY, STICK
 
@@ -161,19 +162,10 @@ class Follower:
         moved = node.problem.rephased(node.z, node.seen)
         if moved is None:
             return node
-        problem, z = moved
         try:
-            placed = solved(problem, node.scales, z / node.scales, parameter(node.value), reach=0.05)
-            ahead = solved(
-                node.problem, node.scales, node.u + 1e-4 * node.tangent,
-                arclength(node.u, node.tangent, node.scales, 1e-4), word=node.word,
-            )  # fmt: skip
-            goal = turned(problem, ahead)
-            if placed.word != node.word:
-                return node
+            return begun_at(node, *moved)
         except Lost:
             return node
-        return replace_tangent(placed, goal / node.scales - placed.u)
 
     def _stepped(self, node: Node, step: float, looks: bool = True) -> tuple[Node, float] | Ahead | None:
         """The next motion of the same word and how far it is, or the change of the word that comes before; None where
@@ -316,13 +308,15 @@ class Follower:
         kind, touch = ahead.kind, ahead.touch
         if kind == "event":
             self._rescan(node, touch)
+            if self.way.end[0] != "unfinished":  # the parent of a doubled branch comes before
+                return None
             after = touch.node.turned() if touch.node.along(touch.miss.gradient) < 0.0 else touch.node
-            before: Node | None = touch.event_side[0]
+            before = touch.event_side[0]
         else:
             self._add(touch.node)
             before = touch.node
             try:
-                after = exchanged(touch) if touch.miss.turned else other_word(touch)
+                after = exchanged(touch) if touch.miss.turned else self._beyond(touch)
             except Lost as error:
                 self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
                 self.way.end = ("jump", f"the motion begins to touch '{touch.miss.contact}' there: {error}")
@@ -331,11 +325,26 @@ class Follower:
         distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
         if self._closed_at(touch):
             return None
+        if kind == "event" and is_part(touch, before):
+            self.way.end = (
+                "parent",
+                "several events come at once there: it has come to the motion without any of them",
+            )
+            return None
         if self._repeats(after):
             self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
             return None
         self._add(after)
         return None if self._accumulates(touch) else (after, distance)
+
+    def _beyond(self, touch: Touch) -> Node:
+        """The motion that goes on from a touch: with all events that come there, if there are several."""
+        if len(at_once(touch)) == 1:
+            return other_word(touch)
+        found = with_all(touch)
+        if found is None:
+            raise Lost("several events come at once, and no motion with all of them goes on from it")
+        return found
 
     def _accumulates(self, touch: Touch) -> bool:
         """Whether one event after the other is added at values of the parameter that come together."""
@@ -381,7 +390,8 @@ class Follower:
             at, step = made[0], min(2.0 * made[1], LONGEST)
             nodes.append(at)
         for one in reversed(nodes):
-            self._add(one.turned())
+            if self.way.end[0] == "unfinished":
+                self._add(one.turned())
 
 
 def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
@@ -398,8 +408,3 @@ def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
             if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:
                 coming.append((-event.value / (2.0 * rate), "event", event))
     return coming
-
-
-def replace_tangent(node: Node, towards: Vector) -> Node:
-    """With the tangent that points there."""
-    return replace(node, tangent=tangent_of(node.seen, node.scales, towards))

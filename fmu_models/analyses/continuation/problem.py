@@ -163,6 +163,10 @@ class Problem(ABC):
         """The problem at another phase, and z there, where an event is too near to the strobe; None if none is."""
         return None
 
+    def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
+        """The problem that begins so much later, and z there."""
+        return self, z
+
     @property
     @abstractmethod
     def turns(self) -> int:

@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from identification.estimators.base import Options as Options
     from identification.fit.fit import fit_friction as fit_friction
     from identification.fit.inverse import inverse_dynamics as inverse_dynamics
+    from identification.fit.posterior import posterior as posterior
     from identification.fit.result import FrictionFit as FrictionFit
     from identification.fit.result import read_fit as read_fit
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
     from identification.measurement.free_decay import FreeDecay as FreeDecay
     from identification.measurement.free_decay import fit_free_decay as fit_free_decay
-    from identification.measurement.pooling import Pool as Pool
+    from identification.measurement.pooled import Pool as Pool
     from identification.measurement.pooling import pool as pool
     from identification.measurement.recipe import read_recipe as read_recipe
     from identification.model_check.families import FamilyComparison as FamilyComparison

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     __version__: str
 
     from rig_io.bench.drive import Ripple as Ripple
-    from rig_io.bench.emulator import Disc as Disc
-    from rig_io.bench.emulator import Emulation as Emulation
-    from rig_io.bench.emulator import Material as Material
-    from rig_io.bench.emulator import MicroSlip as MicroSlip
+    from rig_io.bench.emulation import Disc as Disc
+    from rig_io.bench.emulation import Emulation as Emulation
+    from rig_io.bench.emulation import MicroSlip as MicroSlip
     from rig_io.bench.emulator import emulate as emulate
     from rig_io.bench.emulator import emulate_set as emulate_set
     from rig_io.bench.emulator import free_decay as free_decay
-    from rig_io.bench.emulator import material as material
     from rig_io.bench.emulator import standard_set as standard_set
+    from rig_io.bench.materials import Material as Material
+    from rig_io.bench.materials import material as material
     from rig_io.bench.scenes import emulations as emulations
     from rig_io.logs.log import Calibration as Calibration
     from rig_io.logs.log import EncoderCalibration as EncoderCalibration

@@ -1,8 +1,8 @@
 """The motion that a run ends in, measured to rounding: its period, its extremes, its shares of stick.
 
 A cycle begins where a contact starts to stick (or, where none ever does, at the last kind of event), and ends where
-that happens again in the same state. Extremes lie where the rate of a state vanishes, or at an event, just before it
-or after it.
+that happens again in the same state; a coordinate upon which nothing depends need not come back. Extremes lie where the rate
+of a state vanishes, or at an event, just before it or after it.
 """
 
 from __future__ import annotations
@@ -65,11 +65,13 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     marks = _marks(events)
     if len(marks) < 2:
         return None
-    states = simulate(fmu, marks[-1], output_times=marks[-MOST - 1 :], **run)
-    found = _closed(states, fmu.states)
+    marks = marks[-MOST - 1 :]
+    times = np.union1d(marks, np.linspace(marks[0], marks[-1], SAMPLES))
+    states = simulate(fmu, marks[-1], output_times=times, **run)
+    found = _closed(states, np.isin(times, marks), [name for name in fmu.states if name not in fmu.cyclic])
     if found is None:
         return None
-    start, stop = states.time[-1 - found], states.time[-1]
+    start, stop = marks[-1 - found], marks[-1]
     # a motion that came to rest long ago closes no cycle
     if until - stop > 2.0 * (stop - start):
         return None
@@ -100,11 +102,11 @@ def _marks(events: Sequence[Event]) -> list[float]:
     return [event.time for event in events if (event.contact, event.before, event.after) in kinds]
 
 
-def _closed(states: Trajectory, names: Sequence[str]) -> int | None:
+def _closed(states: Trajectory, marked: NDArray[np.bool_], names: Sequence[str]) -> int | None:
     """How many marks back from the last one the motion was where it is there."""
-    for back in range(1, len(states.time)):
-        gaps = [abs(states[n][-1] - states[n][-1 - back]) <= CLOSED * np.abs(states[n]).max() for n in names]
-        if all(gaps):
+    at, sizes = {n: states[n][marked] for n in names}, {n: np.abs(states[n]).max() for n in names}
+    for back in range(1, np.count_nonzero(marked)):
+        if all(abs(at[n][-1] - at[n][-1 - back]) <= CLOSED * sizes[n] for n in names):
             return back
     return None
 

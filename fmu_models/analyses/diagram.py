@@ -8,8 +8,8 @@ of two frequencies, or one that is not there yet, which the sign of the largest 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,11 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses import jobs as families
 from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.continuation.branch import Branches
+from fmu_models.analyses.continuation.overlay import Motion, branches_through
 from fmu_models.analyses.execution import Execution
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.jobs import Jobs
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.analyses.store import PROVENANCE, told
@@ -49,6 +53,8 @@ class Diagram(Pictured):
         steps: of the section, all runs together.
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
+        units: of states and of the parameter.
+        branches: laid over it, if that was asked for.
     """
 
     model: str
@@ -66,6 +72,8 @@ class Diagram(Pictured):
     of: str
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    branches: Branches | None = None
 
     @property
     def shown(self) -> Vector:
@@ -122,6 +130,7 @@ def orbit_diagram(
     longest: int = 24,
     exponents: bool = False,
     of: str | None = None,
+    branches: int = 0,
     workers: int | None = None,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -141,6 +150,8 @@ def orbit_diagram(
         longest: period that is looked for.
         exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
         of: the state that a picture shows; the first if left out.
+        branches: follow the motions that are found, and all that leaves them, stable or not, up to periods of so many
+            steps: branches laid over the diagram. 0 for none.
         workers, scheduler, store, resume, overwrite: who makes the runs, and where they are kept; see ``Execution``.
         progress: called with the fraction done.
 
@@ -153,9 +164,14 @@ def orbit_diagram(
         raise StickslipError(f"The direction of a sweep is one of {', '.join(DIRECTIONS)}, found '{direction}'.")
     if swept.ndim != 1 or swept.size < 1 or not np.isfinite(swept).all() or (np.diff(swept) <= 0).any():
         raise StickslipError(f"The values of '{over}' must be finite and ascending, found shape {swept.shape}.")
-    if points < 1 or transient < 0 or longest < 0:
+    if points < 1 or min(transient, longest, branches) < 0:
         raise StickslipError(
-            f"{transient} steps of transient, {points} points, longest period {longest}: none below 0."
+            f"{transient} steps of transient, {points} points, longest periods {longest} and {branches}: none below 0."
+        )
+    if branches and (system.autonomous or not isinstance(system, Strobe | Iteration)):
+        raise StickslipError(
+            "Branches are laid over the diagram of a map, or of a strobe of what forces the motion; this is one of "
+            f"{type(system).__name__}{', which nothing forces' if system.autonomous else ''}. Leave them out."
         )
     if of is not None and of not in system.states:
         raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
@@ -173,7 +189,15 @@ def orbit_diagram(
     ) as execution:
         found = _swept(execution, system, sweep, of or system.states[0])
         execution.finish(found)
-    return found
+    if not branches:
+        return found
+    return replace(found, branches=branches_through(system, over, _motions(found), (swept[0], swept[-1]), branches, of))
+
+
+def _motions(found: Diagram) -> Iterator[Motion]:
+    """Those of which a period was claimed, of all sweeps."""
+    for d, i in np.argwhere(found.periods > 0):
+        yield float(found.values[i]), int(found.periods[d, i]), found.points[d, i, 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,6 +259,7 @@ def _swept(execution: Execution, system: SectionSystem, sweep: _Sweep, of: str) 
         of,
         system.how,
         execution.provenance,
+        {name: system.unit_of(name) for name in (*system.states, sweep.over)},
     )
 
 

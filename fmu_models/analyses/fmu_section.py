@@ -204,6 +204,9 @@ class FmuSection(SectionSystem):
                 f"'{name}' is the frequency of the forcing and must be positive, found {min(values):g}."
             )
 
+    def unit_of(self, name: str) -> str:
+        return str(getattr(self.fmu.variables.get(name), "unit", None) or "1")
+
     def start(self, given: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) states by name, in SI units; what is not given has the default of the FMU."""
         starts = [self.fmu.variables[name].start if name in self.fmu.variables else 0.0 for name in self.states]
@@ -404,7 +407,7 @@ class FmuSection(SectionSystem):
             flow=jobs.flow,
             jacobians=jobs.derivatives,
             tolerance=self.tolerance,
-            stepper=None if jobs.tangents or jobs.derivatives else self._stepper(1 if jobs.chain > 1 else m),
+            stepper=self._stepper(1 if jobs.chain > 1 else m),
         )
 
     def _along(self, jobs: Jobs) -> list[int]:

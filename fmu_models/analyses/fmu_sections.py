@@ -42,6 +42,19 @@ class Strobe(FmuSection):
         if autonomous and self.forcing is not None:
             raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
 
+    def folded(self, times: int) -> Strobe:
+        """So many steps of this one as one."""
+        return Strobe(
+            self.fmu,
+            every=self.every * times,
+            forcing=self.forcing,
+            period=self.period,
+            autonomous=self.autonomous,
+            parameters=self.values,
+            tolerance=self.tolerance,
+            stepper=self.stepper,
+        )
+
     def log_volumes(self, points: Vector) -> Vector | None:
         """By the divergence of the rates, where no event changes volumes."""
         if not keeps_volumes(self.fmu):

@@ -70,6 +70,9 @@ class Iteration(SectionSystem):
         """Name of the map."""
         return self.map.name
 
+    def unit_of(self, name: str) -> str:
+        return next((one.unit for one in (*self.map.states, *self.map.parameters) if one.name == name), "1")
+
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""

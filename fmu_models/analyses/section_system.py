@@ -67,6 +67,10 @@ class SectionSystem(Shown, ABC):
         """See the class."""
         return len(self.states)
 
+    def unit_of(self, name: str) -> str:
+        """Of a state, parameter or input; "1" where it has none."""
+        return "1"
+
     @property
     @abstractmethod
     def parameters(self) -> Sequence[str]:

@@ -23,6 +23,11 @@ def files(part: str, suffix: str = ".toml") -> list[Path]:
     return sorted(folder(part).glob(f"*{suffix}"))
 
 
+def is_scene(model: str) -> bool:
+    """Whether what stands for a model is the path of a scene, or the name of one that comes along."""
+    return model.endswith(".toml") or model in {path.stem for path in files("scenes")}
+
+
 def items() -> dict[str, Path]:
     """All that can be copied, by a name such as "rigs/paper_rubber", "scenes/disc_rig_class_a", "machines/axis.csv"."""
     found = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}

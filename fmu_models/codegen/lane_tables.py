@@ -167,7 +167,8 @@ class _Tables:
                     for name, values in tables.items()
                 ),
                 "",
-                self._sums("FLOW", "A, y, d", self._flow_sums()),
+                self._sums("FLOW", "A, y, d", self._flow_sums(self.places)),
+                self._sums("VARIATION", "A, y, d", self._flow_sums([one for one in self.places if one[1] < self.n])),
                 self._sums("STEP_SUMS", "P, x, n", self._step_sums()),
                 self._sums("GUARD_SUMS", "R, y, g", _row_sums("g", "R", "y", guard_columns)),
                 self._sums("HOME_SUMS", "R, x, g", _row_sums("g", "R", "x", home_rows)),
@@ -185,11 +186,11 @@ class _Tables:
     def _guard_states(self, c: int) -> list[int]:
         return [j for j in self._guard_columns(c) if j < self.n]
 
-    def _flow_sums(self) -> list[str]:
+    def _flow_sums(self, places: Sequence[Place]) -> list[str]:
         nq = len(self.system.coordinates)
         lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq)]
         for i in self.flow:
-            parts = [f"A[{e}] * y[{j}]" for e, (row, j) in enumerate(self.places) if row == i]
+            parts = [f"A[{self.places.index(one)}] * y[{one[1]}]" for one in places if one[0] == i]
             lines.append(f"d[{i}] = {' + '.join(parts) or '0.0 * y[0]'};")
         return lines
 

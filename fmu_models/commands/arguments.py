@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
@@ -15,11 +14,6 @@ if TYPE_CHECKING:
 NAMED = "its name in 'stickslip models', my_model.py, my_model.py:NAME or package.module:NAME"
 Model = Annotated[str, typer.Argument(metavar="MODEL", help=f"A model: {NAMED}.")]
 ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help=f"A scene (.toml), or a model: {NAMED}.")]
-
-
-def is_scene(model: str) -> bool:
-    """Whether what stands for a model is the path of a scene, or the name of one that comes along."""
-    return model.endswith(".toml") or model in {path.stem for path in shipped.files("scenes")}
 
 
 def scene_of(path: str, contacts: str | None) -> Scene:

@@ -8,6 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.commands import families as f
+from fmu_models.commands.branch import content as branch_content
 from fmu_models.commands.bundles import bundled
 
 
@@ -24,6 +25,12 @@ def diagram(
         int | None, typer.Option(help="Points kept where a motion does not repeat itself.", min=1, show_default="50")
     ] = None,
     of: Annotated[str | None, typer.Option(help="State that is drawn.", show_default="the first")] = None,
+    branches: Annotated[
+        int | None,
+        typer.Option(
+            help="Lay branches of its motions over it, stable or not, to this period.", min=0, show_default="none"
+        ),
+    ] = None,
     runs: f.Runs,
     files: f.StoredFiles,
 ) -> None:
@@ -35,7 +42,9 @@ def diagram(
 
     files.check()
     ((name, values),) = section.axes("diagram", over, 1).items()
-    options = section.options("diagram", direction=direction, transient=transient, points=points, of=of)
+    options = section.options(
+        "diagram", direction=direction, transient=transient, points=points, of=of, branches=branches
+    )
     system = section.system()
     with console.progress("sweeping") as advance:
         found = orbit_diagram(
@@ -57,4 +66,6 @@ def diagram(
         "steps": found.steps,
         "failures": [f"{way}, {name} = {value:g}: {why}" for (way, value), why in found.failures.items()],
     }
+    if found.branches is not None:
+        content["branches"] = branch_content(found.branches)["branches"]
     files.tell(found, content)

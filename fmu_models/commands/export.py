@@ -10,8 +10,9 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.shipped import is_scene
 from fmu_models.codegen.rights import Rights
-from fmu_models.commands.arguments import ModelOrScene, is_scene, scene_of
+from fmu_models.commands.arguments import ModelOrScene, scene_of
 from fmu_models.maps import MAPS
 from fmu_models.oscillators import MODELS
 from fmu_models.toolchain.platforms import ALL, HOST, PLATFORMS

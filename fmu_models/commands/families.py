@@ -14,7 +14,8 @@ from fmu_models.base import console
 from fmu_models.base.console import Contacts, Json, Overwrite, Settings
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
-from fmu_models.commands.arguments import NAMED, is_scene, scene_of
+from fmu_models.base.shipped import is_scene
+from fmu_models.commands.arguments import NAMED, scene_of
 from fmu_models.commands.bundles import Without
 from fmu_models.maps import MAPS
 

@@ -152,6 +152,19 @@ class Fmu(Shown):
         return [str(v.derivative.name) for v in derivatives if v is not None and v.derivative is not None]
 
     @cached_property
+    def cyclic(self) -> list[str]:
+        """Names of the states upon which no rate and no indicator depends, as a height is that only falls; none where
+        the description does not tell what indicators depend on (FMI 2)."""
+        described = self.description
+        unknowns = [*described.derivatives, *described.eventIndicators]
+        if described.numberOfEventIndicators and not described.eventIndicators:
+            return []
+        if any(unknown.dependencies is None for unknown in unknowns):
+            return []
+        used = {str(one.name) for unknown in unknowns for one in unknown.dependencies or ()}
+        return [name for name in self.states if name not in used]
+
+    @cached_property
     def memories(self) -> list[str]:
         """Names of the speeds at which stops were entered, for the stops that remember them."""
         return [f"{name}_memory" for name in self.contacts if f"{name}_memory" in self.variables]

@@ -6,6 +6,7 @@
     c/lane_table.*                    numbers of one motion: a LaneMode per mode of the contacts, exact steps at home
     c/lane_code.h                     steps of all lanes, once per width; the same operations in each lane, on
                                       lane_vectors.h and lane_roots.h
+    c/lane_variation.h, lane_tangents.*  differences of neighbours, over sub-steps, at home and through events
     c/lane_event.*                    what one lane does at an event, and what it leaves to the series
     c/targets.c                       widths by target, and the choice by CPUID; the library's one function
     library.py                        builds and loads it beside the FMU

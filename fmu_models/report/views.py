@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
 from fmu_models.analyses.chart import Chart
-from fmu_models.analyses.continuation.branch import Branch, Branches
+from fmu_models.analyses.continuation.branch import MULTIPLIER, Branch, Branches
 from fmu_models.analyses.continuation.curve import Curve, Curves
 from fmu_models.analyses.continuation.special import Special
 from fmu_models.analyses.diagram import Diagram
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    Vector = NDArray[Any]
 
 # Okabe and Ito: told apart by all kinds of eyes
 COLOURS = (
@@ -33,9 +37,13 @@ NONE = "#E5E5E5"  # of motions that do not repeat themselves, in charts of perio
 DENSE = 20000  # points of a section from which on their density is drawn
 # of what is special on a branch
 MARKS = {
-    **{"fold": "s", "flip": "D", "flip of the parent": "D", "Neimark-Sacker": "*", "Hopf": "*", "pitchfork": "P"},
-    **{"branch point": "P", "grazing-sliding corner": "^", "jump": "X"},
+    **{"fold": "s", "flip": "D", "Neimark-Sacker": "*", "pitchfork": "P", "branch point": "p", "Hopf": "h"},
+    **{"grazing, compliant": "o", "grazing, rigid": "v", "grazing-sliding corner": "^", "touch": "<"},
+    **{"sliding exchange": ">", "jump": "X", "flip of the parent": "d"},
 }
+# of curves of specials, by the number of their kind
+DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 2)), (0, (3, 1)), *["-"] * 8)
+SAID, WIDTHS = ("stable", "unstable"), (2.0, 0.7)
 FEW = 200  # different points up to which each is a dot
 FLOOR = 1e-8  # of the largest line: those below are not drawn
 
@@ -53,15 +61,23 @@ def _(diagram: Diagram, axes: Axes) -> None:
             color=SWEEPS[way],
             markersize=(2.0, 0.9)[k],
             markeredgewidth=0.0,
-            label=way,
             rasterized=shown.size > DENSE,
         )
-    axes.set_xlabel(diagram.over)
-    axes.set_ylabel(diagram.of)
+    if diagram.branches is not None:
+        _draw_branches(diagram.branches.branches, diagram.of, axes)
+    axes.set_xlabel(_label(diagram.over, diagram.units))
+    axes.set_ylabel(_label(diagram.of, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
-        for line in axes.legend(frameon=False).get_lines():
-            line.set_markersize(5)
+        dots = [
+            axes.plot([], [], "o", color=SWEEPS[way], markersize=5, label=f"swept {way}")[0]
+            for way in diagram.directions
+        ]
+        legend = axes.get_legend()
+        if legend is None:
+            axes.legend(handles=dots, frameon=False)
+        else:
+            _legend_below(axes, [*dots, *legend.legend_handles])
 
 
 def colours_of(classes: Sequence[str]) -> list[str]:
@@ -161,28 +177,83 @@ def _(found: Branches, axes: Axes) -> None:
 
 
 def _draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
-    """Stable motions by thick lines, unstable ones by thin lines, what is special by marks."""
+    """Stable motions by thick lines, unstable ones by thin lines, what is special by marks; where the word changes a
+    dotted line between the multipliers on both sides."""
     from matplotlib.collections import LineCollection
 
-    used: dict[str, tuple[list[float], list[float]]] = {}
+    marks: dict[str, list[tuple[float, float]]] = {}
     for branch in branches:
-        y = branch.points[:, branch.states.index(of)]
-        pieces = np.stack([np.stack([branch.values, y], 1)[:-1], np.stack([branch.values, y], 1)[1:]], 1)
-        widths = np.where(branch.stable[:-1] & branch.stable[1:], 2.4, 0.7)
-        axes.add_collection(LineCollection(list(pieces), linewidths=widths, colors="black", capstyle="round"))
+        values, stable, lines = _lines(branch, of)
+        for y in lines:
+            points = np.stack([values, y], 1)
+            pieces, widths = np.stack([points[:-1], points[1:]], 1), np.where(stable, *WIDTHS)
+            axes.add_collection(LineCollection(list(pieces), linewidths=widths, colors="black", capstyle="round"))
         for special in branch.special:
-            x, height = used.setdefault(special.kind, ([], []))
-            x.append(special.value)
-            height.append(special.state[of])
-    for i, (kind, (x, height)) in enumerate(used.items()):
-        colour = COLOURS[i % len(COLOURS)]
-        axes.plot(x, height, MARKS.get(kind, "o"), color=colour, markeredgecolor="black", label=kind, zorder=3)
+            heights = _heights(special, of, branch.every)
+            marks.setdefault(special.kind, []).extend((special.value, height) for height in heights)
+            if len(heights) > 1 and of == MULTIPLIER:
+                axes.plot([special.value] * 2, heights, ":", color="black", linewidth=1.0)
+    handles = [
+        axes.plot([], [], "-", color="black", linewidth=w, label=name)[0] for name, w in zip(SAID, WIDTHS, strict=True)
+    ]
+    for kind, mark in MARKS.items():
+        if kind in marks:
+            x, y = np.array(marks[kind]).T
+            colour = COLOURS[list(MARKS).index(kind) % len(COLOURS)]
+            size = 9 if mark == "*" else 5
+            (drawn,) = axes.plot(
+                x, y, mark, color=colour, markeredgecolor="black", markersize=size, label=kind, zorder=4
+            )
+            handles.append(drawn)
+    for bound in (-1.0, 1.0) if of == MULTIPLIER else ():
+        axes.axhline(bound, color="0.7", linewidth=0.7, zorder=0)
     axes.autoscale_view()
-    axes.set_xlabel(branches[0].over)
-    axes.set_ylabel(of)
+    axes.set_xlabel(_label(branches[0].over, branches[0].units))
+    axes.set_ylabel("real part of the largest multiplier" if of == MULTIPLIER else _label(of, branches[0].units))
     axes.set_title(branches[0].model, fontsize="medium")
-    if used:
-        axes.legend(frameon=False, fontsize="small")
+    _legend_below(axes, handles)
+
+
+def _legend_below(axes: Axes, handles: Sequence[Any]) -> None:
+    """Where it hides nothing."""
+    columns = 3 if max(len(str(one.get_label())) for one in handles) < 25 else 2
+    axes.legend(
+        handles=handles, frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=columns
+    )
+
+
+def _lines(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
+    """What a branch is drawn by: values (m,), whether the pieces between are stable (m - 1,), heights (k, m) of each of
+    its points; its specials lie among them, but for those where the word changes and with it the multipliers."""
+    jumps = of == MULTIPLIER
+    lines = branch.multipliers[None, :, 0].real if jumps else branch.images[:, :, branch.states.index(of)]
+    met = [(place, one) for place, one in zip(branch.places, branch.special, strict=True) if not (jumps and one.touch)]
+    places, heights = [place for place, _ in met], [_heights(one, of, branch.every) for _, one in met]
+    if jumps:
+        changed = [i + 1 for i, (one, other) in enumerate(pairwise(branch.words)) if one != other]
+        places, heights = [*places, *changed], [*heights, *([np.nan] for _ in changed)]
+    known = np.insert(np.ones(len(branch.values), bool), places, False)
+    stable = np.insert(branch.stable, places, False)
+    values = np.insert(branch.values, places, [*(one.value for _, one in met), *(np.nan for _ in places[len(met) :])])
+    if places:
+        lines = np.insert(lines, places, np.array(heights).T, axis=1)
+    either = (stable[:-1] | ~known[:-1]) & (stable[1:] | ~known[1:]) & (known[:-1] | known[1:])
+    return values, either, lines
+
+
+def _heights(special: Special, of: str, every: int) -> list[float]:
+    """Where a special is drawn: at its points, or at the multipliers on both its sides."""
+    if of == MULTIPLIER:
+        sides = (special.multipliers, special.multipliers_with_event)
+        return [float(np.real(one[0])) for one in sides if one is not None]
+    place = list(special.state).index(of)
+    return [float(special.state[of]), *(float(special.at(float(k))[place]) for k in range(1, every))]
+
+
+def _label(name: str, units: Mapping[str, str]) -> str:
+    """With its unit."""
+    unit = units.get(name, "1")
+    return name if unit == "1" else f"{name} ({unit})"
 
 
 @draw.register(Curve)
@@ -196,22 +267,25 @@ def _(found: Curves, axes: Axes) -> None:
 
 
 def _draw_curves(curves: Sequence[Curve], axes: Axes) -> None:
-    """A colour for each kind, a dot with its name where a curve has a point of codimension 2."""
-    kinds = list(dict.fromkeys(one.kind for one in curves))
+    """A colour and a dash for each kind, a numbered dot where a curve has a point of codimension 2."""
+    kinds = [kind for kind in MARKS if any(one.kind == kind for one in curves)]
     said: set[str] = set()
+    met: dict[str, list[tuple[float, float]]] = {}
     for curve in curves:
-        colour = COLOURS[kinds.index(curve.kind) % len(COLOURS)]
+        style = {"color": COLOURS[kinds.index(curve.kind) % len(COLOURS)], "linestyle": DASHES[kinds.index(curve.kind)]}
         label = None if curve.kind in said else curve.kind
         said.add(curve.kind)
-        axes.plot(curve.seconds, curve.values, color=colour, label=label)
-        for met in curve.meetings:
-            at = met.parameters[curve.second], met.parameters[curve.over]
-            axes.plot(*at, "o", color=colour, markeredgecolor="black", markersize=4)
-            axes.annotate(met.kind, at, fontsize="x-small", xytext=(3, 3), textcoords="offset points")
-    axes.set_xlabel(curves[0].second)
-    axes.set_ylabel(curves[0].over)
+        axes.plot(curve.seconds, curve.values, label=label, **style)
+        for one in curve.meetings:
+            met.setdefault(one.kind, []).append((one.parameters[curve.second], one.parameters[curve.over]))
+    for i, (kind, places) in enumerate(met.items(), 1):
+        axes.plot(*np.array(places).T, "o", color="black", markersize=4, label=f"{i} {kind}", zorder=4)
+        for place in places:
+            axes.annotate(str(i), place, fontsize="small", xytext=(4, 4), textcoords="offset points")
+    axes.set_xlabel(_label(curves[0].second, curves[0].units))
+    axes.set_ylabel(_label(curves[0].over, curves[0].units))
     axes.set_title(curves[0].model, fontsize="medium")
-    axes.legend(frameon=False, fontsize="small")
+    _legend_below(axes, axes.get_legend_handles_labels()[0])
 
 
 @tell.register(Curve)
@@ -309,5 +383,10 @@ def _(section: PoincareSection, axes: Axes) -> None:
     axes.set_title(section.model, fontsize="medium")
 
 
-for kind in (Diagram, Basins, Chart, Spectrum, Exponents, PoincareSection):
+@tell.register(Diagram)
+def _(diagram: Diagram) -> str:
+    return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
+
+
+for kind in (Basins, Chart, Spectrum, Exponents, PoincareSection):
     tell.register(kind, repr)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +11,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
 from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import (
@@ -26,7 +29,7 @@ from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertaint
 
 if TYPE_CHECKING:
     from identification.fit.result import FrictionFit
-    from identification.measurement.pooling import Pool
+    from identification.measurement.pooled import Pool
 
 
 def fit(
@@ -55,8 +58,14 @@ def fit(
     ] = "auto",
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = "jackknife",
     bootstrap: Annotated[int, typer.Option(help="Draws of --covariance bootstrap.")] = 200,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap and of the posterior.")] = 0,
     profile: Annotated[bool, typer.Option("--profile", help="Intervals by profile likelihood.")] = False,
+    posterior: Annotated[
+        bool, typer.Option("--posterior", help="Sample what the logs leave open (MCMC), constants of the rig with it.")
+    ] = False,
+    corner: Annotated[
+        Path | None, typer.Option("--corner", metavar="FILE", help="Draw the posterior, .png, .svg or .pdf.")
+    ] = None,
     allow_no_stick: Annotated[bool, typer.Option("--allow-no-stick", help="Take logs that never stick.")] = False,
     result: Annotated[Path | None, typer.Option("--result", "-o", help="Write the fit as JSON.")] = None,
     figure: FigurePath = None,
@@ -69,12 +78,17 @@ def fit(
     Example: stickslip fit data/rigs/paper_rubber --result fit.json --figure friction.png
     """
     from identification.estimators.base import Options
+    from identification.fit.posterior import check_samplable
     from identification.inference.choice import Inference
 
-    refuse_existing(result, figure, overwrite=overwrite)
+    refuse_existing(result, figure, corner, overwrite=overwrite)
+    posterior = posterior or corner is not None
+    if posterior:
+        check_samplable(estimator)
     inference = Inference(covariance, bootstrap, seed, profile)
     # share of the work that comes before the fit, reading and pooling; a draw of a bootstrap costs a tenth of a fit
-    begun = 0.1 if covariance == "bootstrap" or profile else 0.25
+    begun = 0.02 if posterior else 0.1 if covariance == "bootstrap" or profile else 0.25
+    ended = 0.1 if posterior else 0.98  # of the work: where the fit is there
     with one_blas_thread(), console.progress("fitting") as advance:
         said = stated(settings, uncertainty)
         read = read_logs(logs, said.without(RATIOS), repair, reader)
@@ -89,31 +103,56 @@ def fit(
             disturbances=named(disturbances),
             law_spread=law_spread,
             inference=inference,
-            progress=lambda done: advance(begun + (0.98 - begun) * done),
+            progress=lambda done: advance(begun + (ended - begun) * done),
             allow_no_stick=allow_no_stick,
         )
+        advance(ended)
+        if posterior:
+            found = sampled(found, ready, seed, workers, lambda done: advance(ended + (0.98 - ended) * done))
         advance(0.98)
-        files, interrupted = _kept(found, ready, result, figure, overwrite)
+        files, interrupted = _kept(found, ready, {"result": result, "figure": figure, "corner": corner}, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
 
 
-def _kept(
-    found: FrictionFit, ready: Pool, result: Path | None, figure: Path | None, overwrite: bool
-) -> tuple[list[str], bool]:
+def sampled(
+    found: FrictionFit, ready: Pool, seed: int, workers: int | None, progress: Callable[[float], None]
+) -> FrictionFit:
+    """The fit with its posterior; without it, in words, where chains had not converged or an interrupt came."""
+    from identification.fit.posterior import posterior
+
+    if found.interrupted:
+        return found
+    try:
+        drawn = posterior(ready, found, seed=seed, workers=workers, progress=progress)
+    except StickslipError as error:
+        return replace(found, warnings=(f"No posterior: {error}", *found.warnings))
+    except KeyboardInterrupt:
+        return replace(found, warnings=("Interrupted: the posterior was not sampled to its end.", *found.warnings))
+    return replace(found, posterior=drawn)
+
+
+def _kept(found: FrictionFit, ready: Pool, paths: Mapping[str, Path | None], overwrite: bool) -> tuple[list[str], bool]:
     """Write what is asked for, the numbers first, so that an interrupt leaves what is finished; the files written, and
-    whether there was one."""
+    whether there was one. paths: of "result", "figure" and "corner"."""
+    from fmu_models.report.figures import save_figure
+    from identification.report.posterior_figure import posterior_figure
+
     files = []
+    result, figure, corner = paths["result"], paths["figure"], paths["corner"]
     if result:
         write_text(result, found.to_json(), overwrite)
         files.append(str(result))
     interrupted = found.interrupted
-    if figure and not interrupted:
-        try:
+    try:
+        if figure and not interrupted:
             draw_friction(found, ready, figure, overwrite)
             files.append(str(figure))
-        except KeyboardInterrupt:
-            interrupted = True
+        if corner and found.posterior is not None:
+            save_figure(posterior_figure(found), corner, overwrite=overwrite)
+            files.append(str(corner))
+    except KeyboardInterrupt:
+        interrupted = True
     return files, interrupted

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
-    from identification.measurement.pooling import Pool
+    from identification.measurement.pooled import Pool
     from identification.model_check.families import FamilyComparison
     from rig_io.logs.log import RigLog
 

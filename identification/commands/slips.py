@@ -8,6 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.console import Json, Overwrite, Settings
+from fmu_models.base.errors import StickslipError
 from identification.commands.fits import FigurePath, print_files
 from identification.commands.logs import ReaderOption, Repairs, repairs
 from identification.commands.recipes import Log, RecipeArgument, ResultPath, check_targets, finish
@@ -19,6 +20,12 @@ def slips(
     settings: Settings = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
+    events: Annotated[
+        str,
+        typer.Option(
+            help="What counts as a slip: large (beyond a share of the usual fall), or every fall beyond noise."
+        ),
+    ] = "large",
     seed: Annotated[int, typer.Option(help="Of the bootstrap.", min=0)] = 0,
     result: ResultPath = None,
     figure: FigurePath = None,
@@ -38,23 +45,27 @@ def slips(
     check_targets(result, figure, overwrite)
     with console.warnings_said(), console.progress("looking for slips") as advance:
         given = console.assignments(settings, "constant")
-        asked = {"seed": seed, "reader": reader, "repair": repairs(repair)}
-        statistics, events = slip_statistics(read_recipe(recipe), log, given, **asked)
+        asked = {"definition": events, "seed": seed, "reader": reader, "repair": repairs(repair)}
+        statistics, found_events = slip_statistics(read_recipe(recipe), log, given, **asked)
         advance(0.4)
-        model = fit_slip_model(statistics)
+        try:
+            model, missing = fit_slip_model(statistics), ""
+        except StickslipError as error:
+            model, missing = None, str(error)
         advance(0.8)
         if figure:
             from fmu_models.report.figures import save_figure
             from identification.report.machine_figures import slip_figure
 
-            save_figure(slip_figure(statistics, events, model), figure, overwrite=overwrite)
-    found = {**statistics.to_dict(), "model": model.to_dict() if model else None, "table": events.to_dict()}
+            save_figure(slip_figure(statistics, found_events, model), figure, overwrite=overwrite)
+    found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
+    found |= {"no_model": missing, "table": found_events.to_dict()}
     content = finish(found, result, figure, overwrite)
 
     def show(out: Any) -> None:
         from identification.report.machine_tables import slip_report
 
-        out.print(slip_report(statistics, model))
+        out.print(slip_report(statistics, model, missing))
         print_files(content["files"], out)
 
     console.say(json, content, show)

@@ -13,7 +13,7 @@ from identification.estimators.disturbances import Term
 from identification.inference.lmfit_exchange import NOTHING, Given
 from identification.inference.problem import Prior, Problem, Progress, Solution
 from identification.laws import FittableLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 GAIN_STEP, DELAY_STEP, CONSTANT_STEP = 1e-4, 1e-5, 1e-4  # relative, s, relative: for differences of smooth functions
 

@@ -25,7 +25,8 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from identification.inference.problem import Prior, Unknown
-from identification.measurement.pooling import Pool, weighed
+from identification.measurement.pooled import Pool
+from identification.measurement.stated import weighed
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu

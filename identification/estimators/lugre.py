@@ -21,7 +21,7 @@ from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import Solution, solve
 from identification.laws import FittableLaw, bristled
 from identification.laws.joint_law import JointLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 from identification.measurement.presliding import presliding
 
 SCAN = (1e4, 3e4, 1e5, 3e5)  # N/m

@@ -22,7 +22,7 @@ from identification.estimators.disturbances import WHERE, Place, Term, disturbed
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown, solve
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import DiscMotion, drive_angle
-from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
 Made = TypeVar("Made")

@@ -21,7 +21,7 @@ from fmu_models.language.law_parameter import T_0
 from identification.inference.problem import Prior
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import SMOOTHING, drive_angle, savitzky_golay
-from identification.measurement.pooling import Pool, RigValues, rig_values
+from identification.measurement.pooled import Pool, RigValues, rig_values
 from identification.measurement.slip_segments import stretches
 
 STEP = 8e-3  # s, of the motion from the release on

@@ -24,7 +24,7 @@ from identification.estimators.windows import coloured
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import local_polynomial, odd_count, savitzky_golay
-from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough
 
 ORDER = 5

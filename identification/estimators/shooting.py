@@ -20,13 +20,14 @@ from fmu_models.base.threads import in_threads
 from identification.estimators import savitzky_golay, weak_form
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import Bend, bends_of, solve_straight
+from identification.estimators.segment_runs import ShootingSegment, Start
 from identification.estimators.shooting_problem import LEAST_EDGES, MARGIN, drive_signals, sensed, shooting_problem
-from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment, Start
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.estimators.two_discs import joint_rows, segments_at
 from identification.inference.problem import Solution
 from identification.laws.joint_law import JointLaw
 from identification.laws.law import FittableLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 from identification.measurement.slip_segments import SlipSegment
 
 SHORTEST = 0.1  # natural periods that a segment must last

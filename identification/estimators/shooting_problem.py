@@ -12,11 +12,12 @@ from fmu_models.simulation.signal import Signal
 from identification.estimators.base import Options
 from identification.estimators.disturbances import Term, disturbed_oscillator
 from identification.estimators.regression import load_factor
-from identification.estimators.shooting_segments import LINE, Runs, ShootingProblem, ShootingSegment, Start, directions
+from identification.estimators.segment_runs import Runs, ShootingSegment, Start, directions
+from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.inference.problem import Prior, Unknown
 from identification.laws.law import FittableLaw, unknowns
 from identification.measurement.motion import DiscMotion, drive_angle
-from identification.measurement.pooling import SPEED, Pool
+from identification.measurement.pooled import SPEED, Pool
 from rig_io.logs.arrangement import MODELS
 
 MARGIN = 0.005  # s by which a segment begins before its first sample, so that the delay may move

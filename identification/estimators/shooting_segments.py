@@ -13,10 +13,8 @@ Derivatives of the motion are exact (fmu_models.simulation.sensitivity), also th
 
 from __future__ import annotations
 
-import weakref
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -29,113 +27,25 @@ from fmu_models.simulation.signal import Signal
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.disturbances import MIDDLE_ANGLE, Term, disturbed, misread
 from identification.estimators.savitzky_golay import friction_samples
+from identification.estimators.segment_runs import STARTS, Moves, Runs, ShootingSegment, Start, chain, directions
 from identification.estimators.two_discs import joint_rows
 from identification.inference.problem import Evaluation, Prior, Solution, Unknown
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
-from identification.measurement.pooling import SPEED, Pool, RigValues, rig_values, speed_name
+from identification.measurement.pooled import Pool, RigValues, rig_values, speed_name
 
 if TYPE_CHECKING:
-    from fmu_models.fmu.fmu import Fmu
-    from fmu_models.simulation.sensitivity import SensitiveRun, Sensitivity
+    from fmu_models.simulation.sensitivity import Sensitivity
 
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12
 SEEN = 1.0  # noise deviations per rad and rad/s: a start state that shows less, as in stick, cannot be found
 SILENT = 0.5  # of the deviation, rms residuals below which say nothing where it is but assumed
 STUCK = 1e-9  # m/s, of rounding: slower is no slip
-STARTS = ("theta", "omega")
 LINE = "line_"  # before the number of a line of the encoder: its misplacement as an unknown
 KEPT = 3  # evaluations: a search asks again for its last ones, and so does what follows it
 
-Moves = dict[str, dict[str, float]]
 """What moves parameters of the FMU -> derivatives of these by it."""
-
-
-@dataclass(frozen=True, eq=False)
-class ShootingSegment:
-    """One initial-value problem.
-
-    time: (n,) s, ascending; measured: (n,) m (rad where the log states angles); cluster: (n,) labels; deviation: sd of
-    the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
-    on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
-    rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip;
-    lines: (n,) numbers of the encoder's lines where samples are its edges; memory: s, of the noise (0: white).
-    """
-
-    start_time: float
-    time: np.ndarray
-    measured: np.ndarray
-    cluster: np.ndarray
-    deviation: float
-    log: int
-    drives: tuple[Signal, ...]
-    sign: int
-    laser: bool
-    guess: np.ndarray
-    bristles: float = 0.0
-    lines: np.ndarray | None = None
-    memory: float = 0.0
-
-    def whitened(self, rows: np.ndarray) -> np.ndarray:
-        """Rows (n, m) over the deviation of the noise, less what the noise has kept from the sample before."""
-        if not self.memory:
-            return rows / self.deviation
-        # samples that a bootstrap has drawn twice have the same one before
-        before = np.searchsorted(self.time, self.time) - 1
-        kept = np.where(before < 0, 0.0, np.exp((self.time[before] - self.time) / self.memory))
-        share = self.deviation * np.sqrt(1 - kept**2)
-        return (rows - kept[:, None] * rows[before]) / share[:, None]
-
-    def of(self, clusters: np.ndarray) -> ShootingSegment | None:
-        """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""
-        rows = [np.flatnonzero(self.cluster == label) for label in clusters]
-        labels = np.repeat(np.arange(len(clusters)), [len(part) for part in rows])
-        chosen = np.concatenate(rows)
-        if not len(chosen):
-            return None
-        order = np.argsort(self.time[chosen], kind="stable")
-        chosen = chosen[order]
-        lines = None if self.lines is None else self.lines[chosen]
-        return replace(self, time=self.time[chosen], measured=self.measured[chosen], cluster=labels[order], lines=lines)
-
-
-@dataclass(eq=False)
-class Start:
-    """Best start states of a segment: states (2,) at x, and how they follow it, slope (2, m)."""
-
-    states: np.ndarray
-    x: np.ndarray | None = None
-    slope: np.ndarray | None = None
-
-    def at(self, x: np.ndarray) -> np.ndarray:
-        """To first order, at another x (m,)."""
-        return self.states if self.x is None or self.slope is None else self.states + self.slope @ (x - self.x)
-
-
-class Runs:
-    """Kept instances of an FMU, one for each thread that runs it, opened when first needed; another process opens its
-    own."""
-
-    def __init__(self, fmu: Fmu, by: Sequence[str]) -> None:
-        self.fmu, self.by = fmu, tuple(by)
-        self._idle: deque[SensitiveRun] = deque()
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return Runs, (self.fmu, self.by)
-
-    @contextmanager
-    def taken(self) -> Iterator[SensitiveRun]:
-        """An instance that nobody else has."""
-        from fmu_models.simulation.sensitivity import SensitiveRun
-
-        try:
-            run = self._idle.pop()
-        except IndexError:
-            run = SensitiveRun(self.fmu, by=self.by, recorded=STARTS)
-            weakref.finalize(self, run.close)
-        yield run
-        self._idle.append(run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +108,18 @@ class ShootingProblem(FrictionProblem):
         )
         self._last.append((key, found, [replace(start) for start in self.starts]))
         return found
+
+    def squares(self) -> Callable[[np.ndarray], float]:
+        """As in `Problem`; every evaluation begins with the start states of the last one before this call."""
+        runs = {on: Runs(one.fmu, directions(self.law, (), on)) for on, one in self.runs.items()}
+        begin = tuple(replace(start) for start in self.starts)
+
+        def of(x: np.ndarray) -> float:
+            light = replace(self, runs=runs, starts=tuple(replace(start) for start in begin))
+            residual = light._all(x, ())[0]
+            return float(residual @ residual)
+
+        return of
 
     def _begin_at(self, starts: Sequence[Start]) -> None:
         for mine, other in zip(self.starts, starts, strict=True):
@@ -445,43 +367,3 @@ class ShootingProblem(FrictionProblem):
         return {
             term.name: term.drift(share) for term in self.terms if term.moves == "drift" and term.log == segment.log
         }
-
-
-def directions(
-    law: FittableLaw, names: Sequence[str], contacts: Sequence[str], terms: Sequence[Term] = ()
-) -> tuple[str, ...]:
-    """Parameters of the FMU that the named unknowns move, and the start states: what a run is differentiated by."""
-    moved: dict[str, tuple[str, ...]] = {"k/J": ("k",), "c/J": ("c",), "J": ("J", "k", "c")}
-    moved |= {one: (one,) for one in ("k", "c", "R", "r")}
-    moved |= {name: ("r",) for name in names if name.startswith(SPEED)}
-    for one in laws_of(law, contacts):
-        moved |= {f"{name}{one.suffix}": (f"{name}{one.disc}",) for name in ("N", *one.law.names)}
-    if isinstance(law, JointLaw) and law.changeover is not None and len(contacts) == 2:
-        moved[law.changeover] = (law.changeover,)
-    moved |= {term.name: (term.parameter,) for term in terms if not term.of_sensor}
-    # what the laser alone has, or the disc that is away, moves nothing
-    return (*dict.fromkeys(one for name in names for one in moved.get(name, ())), *STARTS)
-
-
-def chain(
-    law: FittableLaw,
-    known: Mapping[str, float],
-    names: Sequence[str],
-    parameters: Sequence[str],
-    contacts: Sequence[str],
-    moved: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
-) -> np.ndarray:
-    """Derivatives (len(parameters), len(names)) of the FMU's parameters by what the names stand for. moved: by
-    disturbances."""
-    rig = rig_values(dict(known))
-    by: dict[str, Mapping[str, float]] = {one: {one: 1.0} for one in ("k", "c", "R", "r")}
-    by["J"] = {"J": 1.0} | {letter: known[f"{letter}/J"] for letter in ("k", "c") if f"{letter}/J" in known}
-    by |= moved
-    by |= {f"{letter}/J": {letter: rig.J} for letter in ("k", "c")}
-    for part in laws_of(law, contacts):
-        by |= {f"{name}{part.suffix}": {f"{name}{part.disc}": 1.0} for name in ("N", *part.law.names)}
-    if isinstance(law, JointLaw) and law.changeover is not None:
-        by[law.changeover] = {law.changeover: 1.0}
-    return np.array([[by.get(name, {}).get(one, 0.0) for name in names] for one in parameters]).reshape(
-        len(parameters), len(names)
-    )

@@ -32,7 +32,7 @@ from identification.inference.problem import TOLERANCE, Solution
 from identification.laws.joint_law import DISCS, JointLaw, touching
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import odd_count, savitzky_golay
-from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough, slip_segments
 from rig_io.logs.log import RigLog
 

@@ -35,7 +35,7 @@ from identification.estimators.windows import SPACING, SPEED_ORDER, SPEED_WINDOW
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
 from identification.measurement.motion import odd_count, savitzky_golay
-from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment
 
 THIN = 6  # samples of a window between nodes of the averages of what is searched often

@@ -22,12 +22,13 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators import shooting
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.estimators.chart import solve_straight
+from identification.estimators.segment_runs import ShootingSegment
 from identification.estimators.shooting_problem import sensed, shooting_problem
-from identification.estimators.shooting_segments import ShootingProblem, ShootingSegment
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import Solution
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
-from identification.measurement.pooling import Pool, RigValues
+from identification.measurement.pooled import Pool, RigValues
 
 ONSET = 0.04  # natural periods before a slip passes the threshold, where the cycle before it ends
 EXCESS = 1.5  # of the noise: residuals beyond are those of a wrong model

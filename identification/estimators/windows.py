@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.measurement.pooling import RigValues
+from identification.measurement.pooled import RigValues
 
 WINDOW = 0.264  # natural periods
 SPACING = 0.022  # natural periods between windows

@@ -27,7 +27,7 @@ from identification.inference.adjustment import (
 )
 from identification.inference.problem import Evaluation, Held, Prior, determines, information, solve
 from identification.inference.whiteness import whiteness
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 ROUNDS = 12
 NEAR = 0.05  # of the deviation of a constant: a step of it that is not worth another search

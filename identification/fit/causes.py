@@ -36,12 +36,12 @@ from identification.estimators.disturbances import (
     terms_of,
 )
 from identification.estimators.regression import RegressionProblem
-from identification.fit.result import Cause
+from identification.fit.parts import Cause
 from identification.inference.choice import coloured_covariance
 from identification.inference.problem import Solution, determines, information, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.laws import FittableLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 CHANCE = 0.01  # of any cause being taken up where there is none, by F alone
 AUTO, NONE = "auto", "none"  # disturbances: those that the logs show, or none

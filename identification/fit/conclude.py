@@ -9,7 +9,6 @@ apart).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
 
 import numpy as np
 
@@ -22,7 +21,9 @@ from identification.estimators.regression import RegressionProblem
 from identification.estimators.releases import Constants, breakaway
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
-from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin, StatedConstant
+from identification.fit.parts import Constant, FittedParameter, StatedConstant
+from identification.fit.result import FrictionFit
+from identification.fit.summaries import bins, sensors, summaries
 from identification.inference.choice import Inference, coloured_covariance, infer
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.problem import (
@@ -37,12 +38,11 @@ from identification.inference.problem import (
 from identification.inference.uncertainty import autocorrelation, correlation
 from identification.laws import FittableLaw
 from identification.laws.joint_law import JointLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 from identification.measurement.presliding import PreSliding, presliding
 from rig_io.logs.log import RIG_UNITS
 
 FEW_SEGMENTS = 10  # fewer independent slips leave the standard deviations themselves uncertain by a quarter
-BINS = 12
 UNSEEN = 0.5  # of the range of friction: where more lies below all slip speeds seen, friction at rest is not known
 STIFFNESS = "sigma0"  # of bristles, N/m
 # relative, of a stiffness by cycles: the softest (2e4 N/m) is found 3.4 % too large, for slips see micro-slip too
@@ -120,9 +120,9 @@ def conclude(
         constants=constants,
         constants_correlation=_correlations(solved.covariance[np.ix_(loose, loose)], loose),
         contradictions=contradictions,
-        logs=_summaries(ready, rows),
-        bins=tuple(b for place, contact in enumerate(ready.contacts) for b in _bins(rows, place, contact)),
-        sensors=_sensors(ready),
+        logs=summaries(ready, rows),
+        bins=tuple(b for place, contact in enumerate(ready.contacts) for b in bins(rows, place, contact)),
+        sensors=sensors(ready),
         segments=segments,
         values=len(found.evaluation.residual),
         rms_residual=problem.rms(found.values),
@@ -341,66 +341,6 @@ def _contradicting(readings: Sequence[StatedConstant], solved: Adjusted) -> Iter
             f"{mine[0].deviations:.2g} standard deviations. {which}: {sides}. What disagrees was "
             "taken as that many times less sure, so that the intervals hold it. Measure again."
         )
-
-
-def _summaries(ready: Pool, rows: FrictionRows) -> tuple[LogSummary, ...]:
-    summaries = []
-    for number, motion in enumerate(ready.motions):
-        mine = rows.log == number
-        least, greatest = (
-            (float(rows.least[mine].min()), float(rows.greatest[mine].max())) if mine.any() else (0.0, 0.0)
-        )
-        segments = len(np.unique(rows.cluster[mine]))
-        speeds = tuple(float(np.mean(drive)) for drive in motion.drives)
-        duration = float(motion.time[-1] - motion.time[0])
-        summaries.append(LogSummary(motion.log.name, speeds, segments, least, greatest, duration))
-    return tuple(summaries)
-
-
-def _bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
-    """Measured and fitted coefficient of one disc in ranges of slip speed of equal counts; standard errors over slip
-    segments."""
-    mine = rows.place == disc
-    if not mine.any():
-        return []
-    edges = np.quantile(rows.speed[mine], np.linspace(0, 1, BINS + 1))
-    range_of = np.where(mine, np.clip(np.searchsorted(edges, rows.speed, side="right") - 1, 0, BINS - 1), -1)
-    range_of = np.where(mine & (rows.speed < 0), range_of - BINS - 1, range_of)  # a range holds slips of one way
-    bins = []
-    for number in np.unique(range_of[mine]):
-        inside = range_of == number
-        off, labels = (rows.measured - rows.fitted)[inside], rows.cluster[inside]
-        means = [float(np.mean(off[labels == label])) for label in np.unique(labels)]
-        error = float(np.std(means, ddof=1) / np.sqrt(len(means))) if len(means) > 1 else None
-        bins.append(
-            SpeedBin(
-                float(np.mean(rows.speed[inside])),
-                float(np.mean(rows.measured[inside])),
-                error,
-                float(np.mean(rows.fitted[inside])),
-                int(np.sum(inside)),
-                contact,
-            )
-        )
-    return bins
-
-
-def _sensors(ready: Pool) -> dict[str, float]:
-    fit, velocity = ready.sensors, ready.sensors.velocity
-    found: dict[str, float] = {}
-    if velocity is not None:
-        found = {f"velocity_{one.name}": getattr(velocity, one.name) for one in fields(velocity)[1:]}
-    if fit.lines == 0:
-        return found
-    deviation = np.sqrt(np.diag(fit.covariance))
-    return found | {
-        "laser_gain_correction": fit.gain,
-        "laser_gain_correction_sd": float(deviation[0]),
-        "laser_delay": fit.delay,
-        "laser_delay_sd": float(deviation[1]),
-        "encoder_line_error": fit.rms,
-        "encoder_lines": fit.lines,
-    }
 
 
 def _warnings(

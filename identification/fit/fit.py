@@ -15,13 +15,15 @@ from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_st
 from identification.fit.causes import AUTO, NONE, WIDER, asked_for, explain_more, find_causes, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.law_spread import MODES, causes_beside_law, contest, with_spread
-from identification.fit.result import Cause, FrictionFit
+from identification.fit.parts import Cause
+from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.inference.choice import Inference
 from identification.inference.lmfit_exchange import given
 from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from rig_io.logs.log import RigLog
 
 if TYPE_CHECKING:

@@ -25,12 +25,13 @@ from identification.estimators.regression import RegressionProblem
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.causes import find_causes
 from identification.fit.conclude import white_covariance
-from identification.fit.result import Cause, FrictionFit, RivalLaw
+from identification.fit.parts import Cause, RivalLaw
+from identification.fit.result import FrictionFit
 from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
 from identification.inference.comparison import akaike_weights, criteria
 from identification.laws import FittableLaw, slip_laws
 from identification.laws.joint_law import JointLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 WIDER, WIDER_ELASTIC = 1.5, 2.5
 # in AIC of the weak form, which knows a tenth of what shooting does: laws that are further behind are out

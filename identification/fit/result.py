@@ -20,10 +20,21 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
-from fmu_models.base.shown import Pictured, Shown
+from fmu_models.base.shown import Pictured
 from identification.estimators.releases import Breakaway
+from identification.fit.parts import (
+    AT_LEAST,
+    Cause,
+    Constant,
+    FittedParameter,
+    LogSummary,
+    RivalLaw,
+    SpeedBin,
+    StatedConstant,
+)
 from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Given, Solved
+from identification.inference.posterior import Posterior
 from identification.inference.problem import identifier
 from identification.inference.profile import Interval
 from identification.inference.uncertainty import student
@@ -37,7 +48,6 @@ if TYPE_CHECKING:
 VERSION = 4  # of the format of a fit
 LEVEL = 0.95  # of intervals
 MOVED = 1e-3  # d ln(parameter) / d ln(constant) below which a constant does not move a parameter
-AT_LEAST = "at least "  # before an interval that lacks the uncertainty of a constant
 NAMES = {  # in JSON, as the tables have them
     "standard_deviation": "sd_noise",
     "plain_deviation": "sd_white",
@@ -50,147 +60,6 @@ NAMES = {  # in JSON, as the tables have them
 }
 LISTED = ("parameters", "nuisance", "plain", "constants")  # whose members have these
 WRITTEN = ("low", "high", "at_least")  # of each parameter in JSON, for people: they follow from the rest
-
-
-@dataclass(frozen=True)
-class FittedParameter(Shown):
-    """One parameter. standard_deviation: from noise, colour of the residuals included; plain_deviation: as if they were
-    white (for comparison); scale_deviation: from the rig's constants; law_deviation: from the choice of the law, None
-    where other laws were not asked or have no such quantity; bounds of the search, None where there is none;
-    ``at_bound``: it ended on one; bound: standard deviation of Cramer and Rao, None where the sensors' noise is not
-    known.
-    """
-
-    name: str
-    value: float
-    unit: str
-    standard_deviation: float
-    plain_deviation: float
-    scale_deviation: float
-    minimum: float | None
-    maximum: float | None
-    at_bound: bool
-    description: str = ""
-    bound: float | None = None
-    law_deviation: float | None = None
-
-    @property
-    def held(self) -> bool:
-        """Whether it was held at its value rather than found: its bounds are one."""
-        return self.minimum is not None and self.minimum == self.maximum
-
-    @property
-    def efficiency(self) -> float | None:
-        """Variance of the Cramer-Rao bound over the stated one: 1 is the best that the sensors allow (a stated one
-        below the bound is chance, and counts as 1); None where their noise is not known."""
-        if self.bound is None or not self.standard_deviation > 0:
-            return None
-        return min((self.bound / self.standard_deviation) ** 2, 1.0)
-
-    @property
-    def total_deviation(self) -> float:
-        """Noise, scale and law together, same unit."""
-        return float(np.hypot(self.standard_deviation, self.given_deviation))
-
-    @property
-    def given_deviation(self) -> float:
-        """Of what is taken as given, the constants of the rig and the law."""
-        return float(np.hypot(self.scale_deviation, self.law_deviation or 0.0))
-
-
-@dataclass(frozen=True)
-class Constant(Shown):
-    """A constant that the fit took as given. sensitivity: d ln(parameter) / d ln(constant), by parameter (None where
-    that is zero); stated: whether it is known how well. before: as it was stated, with its standard uncertainty (None:
-    not stated), where it was adjusted to the logs."""
-
-    name: str
-    value: float
-    unit: str
-    standard_uncertainty: float
-    source: str
-    sensitivity: Mapping[str, float | None]
-    stated: bool = True
-    before: float | None = None
-    before_uncertainty: float | None = None
-
-
-@dataclass(frozen=True)
-class StatedConstant(Shown):
-    """A stated constant that contradicts the others. other: what it would have to be by them; deviations: by which it
-    is off; together: readings that cannot be told apart by this; parameters: of the law, if this reading is right."""
-
-    name: str
-    value: float
-    unit: str
-    other: float
-    deviations: float
-    together: tuple[str, ...]
-    parameters: Mapping[str, float]
-
-    @property
-    def sentence(self) -> str:
-        """What is said of it."""
-        law = ", ".join(f"{name} = {value:.4g}" for name, value in self.parameters.items())
-        return f"with {self.name} as stated {law} (the others ask for {self.name} = {self.other:.5g} {self.unit})"
-
-
-@dataclass(frozen=True)
-class LogSummary:
-    """What one log gave: mean drive speed rad/s of each disc in contact, number of slip segments used, least and
-    greatest slip speed m/s, duration s."""
-
-    name: str
-    drive_speeds: tuple[float, ...]
-    segments: int
-    least_slip: float
-    greatest_slip: float
-    duration: float
-
-
-@dataclass(frozen=True)
-class SpeedBin:
-    """Friction of one driving disc in one range of slip speeds: mean slip speed m/s, friction coefficient and its
-    standard error, the fitted law there, number of values; the error is None where one slip segment gave all of them.
-    Of two discs that touch together the modelled friction of the other is taken off."""
-
-    slip: float
-    coefficient: float
-    standard_error: float | None
-    fitted: float
-    count: int
-    contact: str = "disc0"
-
-
-@dataclass(frozen=True)
-class Cause(Shown):
-    """A disturbance that was found. size: greatest change of friction that it makes in the logs, either way, relative,
-    or greatest error of the sensor, in ``unit`` (rad, m); gain: by which BIC falls with it, the others being there;
-    chance: probability of its F by chance, corrected."""
-
-    name: str
-    words: str
-    size: float
-    unit: str
-    gain: float
-    chance: float
-
-    @property
-    def sentence(self) -> str:
-        """What is said of it."""
-        size = f"{100 * self.size:.2g} %" if self.unit == "1" else f"{1e3 * self.size:.2g} m{self.unit}"
-        return f"{self.name}: {self.words}, ± {size} (BIC {self.gain:.3g} better with it)."
-
-
-@dataclass(frozen=True)
-class RivalLaw(Shown):
-    """A law on the same residuals, that of the fit among them. weight: Akaike's; lead: by which its AIC exceeds the
-    least; values: what it makes of the parameters of the fit, those that mean the same in it."""
-
-    law: str
-    weight: float
-    lead: float
-    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -208,7 +77,7 @@ class FrictionFit(Pictured):
     constants_correlation: of the constants, in their order; contradictions: stated constants that contradict others;
     declaration: file or module of a law that is none of ours; causes: disturbances of friction that were estimated
     beside the law; plain: the parameters without them, empty where there are none; rivals: laws that were asked beside
-    that of the fit, itself among them, empty where none were.
+    that of the fit, itself among them, empty where none were; posterior: where it was sampled.
     solved: the problem behind it, None in a fit that was read back.
     """
 
@@ -244,6 +113,7 @@ class FrictionFit(Pictured):
     constants_correlation: tuple[tuple[float, ...], ...] = ()
     contradictions: tuple[StatedConstant, ...] = ()
     rivals: tuple[RivalLaw, ...] = ()
+    posterior: Posterior | None = None
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -388,8 +258,11 @@ class FrictionFit(Pictured):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `from_dict`. An open end of an interval is null."""
-        plain = asdict(replace(self, solved=None))
+        sampled = None if self.posterior is None else replace(self.posterior, samples=None)
+        plain = asdict(replace(self, solved=None, posterior=sampled))
         del plain["solved"]
+        if sampled is not None:
+            del plain["posterior"]["samples"]
         for one in plain["parameters"]:
             ends = (end if np.isfinite(end) else None for end in self.interval(one["name"]))
             first = {key: one.pop(key) for key in ("name", "value", "unit")}

@@ -19,11 +19,12 @@ from identification.estimators import weak_form
 from identification.estimators.base import Estimate, FrictionProblem, Options
 from identification.estimators.chart import Charted
 from identification.estimators.regression import RegressionProblem
+from identification.estimators.segment_runs import Start
 from identification.estimators.shooting_problem import under
-from identification.estimators.shooting_segments import ShootingProblem, Start
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.inference.problem import Evaluation, Solution, solve
 from identification.laws import FittableLaw
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 SEARCH = 1e-7  # relative: of some 4e4 residuals of unit variance 0.004, to an AIC that is read to 0.1
 MOST = 40  # evaluations of a law, which starts near its best where the logs do not rule it out

@@ -12,7 +12,7 @@ from identification.fit.causes import terms_found
 from identification.fit.result import FrictionFit
 from identification.laws import find_law
 from identification.laws.joint_law import JointLaw, sought_law
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 
 def samples_by_disc(fit: FrictionFit, ready: Pool) -> dict[str, FrictionSamples]:

@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from identification.fit.result import FrictionFit
 from identification.laws import bristled, find_law
-from identification.measurement.pooling import RigValues, rig_values
+from identification.measurement.pooled import RigValues, rig_values
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 
 if TYPE_CHECKING:

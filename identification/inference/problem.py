@@ -103,6 +103,13 @@ class Problem(ABC):
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Residuals and gradient at x (m,)."""
 
+    def squares(self) -> Callable[[np.ndarray], float]:
+        """What gives the sum of squares at x (m,), for those who want no gradient; near where it was evaluated last.
+
+        It raises as `evaluate`.
+        """
+        return lambda x: self.evaluate(x).sum
+
     @abstractmethod
     def resampled(self, clusters: np.ndarray) -> Problem:
         """The problem of these clusters alone (k,), labels as in `Evaluation.cluster`; one that is drawn several times

@@ -22,7 +22,7 @@ from fmu_models.base.digits import value_with_sd
 from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.disc_motion import nominal_drives
 from identification.measurement.motion import SMOOTHING, DiscMotion, drive_angle
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 from identification.measurement.slip_segments import stretches
 
 BREAKAWAY = 0.93  # of the breakaway force, up to which a stick is used

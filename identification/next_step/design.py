@@ -33,7 +33,7 @@ from identification.fitted_model.model import SimulatedMotion, fitted_model, fit
 from identification.inference.identifiability import HIGHEST
 from identification.inference.problem import determines
 from identification.laws import FittableLaw, find_law, slip_laws
-from identification.measurement.pooling import RigValues
+from identification.measurement.pooled import RigValues
 from identification.measurement.slip_segments import THRESHOLD, stretches
 
 if TYPE_CHECKING:

@@ -20,7 +20,8 @@ from identification.fit.rivals import fit_rivals, not_far, weak_fits
 from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
 from identification.inference.whiteness import whiteness
 from identification.laws import FittableLaw, find_law, slip_laws
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from identification.measurement.presliding import presliding
 from rig_io.logs.log import RigLog
 

@@ -13,6 +13,7 @@ from identification.report.tables import (
     nuisance_table,
     parameter_table,
     plain_table,
+    posterior_table,
     rivals_table,
     sensors_table,
     velocity_table,
@@ -36,6 +37,7 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     tables += [rivals_table(fit)] if len(fit.rivals) > 1 else []
     tables += [nuisance_table(fit.nuisance)] if fit.nuisance else []
     tables += [constants_table(fit)]
+    tables += [posterior_table(fit)] if fit.posterior is not None else []
     tables += [sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
     tables += [velocity_table(fit)] if "velocity_gain" in fit.sensors else []
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]

@@ -48,12 +48,17 @@ def _scores(result: InverseResult) -> table:
     return shown
 
 
-def slip_report(statistics: SlipStatistics, model: SlipModel | None) -> Group:
-    """Statistics of slip events, and the model beside them."""
+def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: str = "") -> Group:
+    """Statistics of slip events, and the model beside them, or why there is none."""
     from rich.console import Group
 
     shown = table(
-        "", ">value", ">95 %", ">sd of one", "unit", title=f"{statistics.events} slip events of {statistics.log}"
+        "",
+        ">value",
+        ">95 %",
+        ">sd of one",
+        "unit",
+        title=f"{statistics.events} slip events ({statistics.definition}) of {statistics.log}",
     )
     for name, one, unit in (
         ("peak friction, median", statistics.peak, "1"),
@@ -78,5 +83,6 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None) -> Group:
             compared.add_row(f"{one.name}{'' if one.unit == '1' else f', {one.unit}'}", *row)
         values = f"mu_s = {model.mu_s:.4g}, mu_k = {model.mu_k:.4g}, p = {model.p:.3g} s/m assumed"
         parts += [compared, plain(f"{values}. {model.verdict}")]
+    parts += [plain(f"No model beside it. {missing}")] if missing else []
     parts += [plain(f"- {verdict}") for verdict in statistics.verdicts]
     return Group(*parts)

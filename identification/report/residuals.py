@@ -14,7 +14,7 @@ from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 SAME = 0.1  # standard deviations, up to which the fit counts as reproduced
 

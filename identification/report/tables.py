@@ -6,11 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fmu_models.base.table import Cell, Column, Table, interval, known_to, measured, number, sd, table
 from rig_io.packages.sidecar import file_hash
 
 if TYPE_CHECKING:
-    from identification.fit.result import Constant, FittedParameter, FrictionFit
+    from identification.fit.parts import Constant, FittedParameter
+    from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
     from identification.next_step.design import Design
     from rig_io.logs.log import RigLog
@@ -24,6 +27,7 @@ PLACED = frozenset(
         *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
         *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
         *("causes", "plain", "constants_correlation", "contradictions", "rivals"),
+        "posterior",
     }
 )
 
@@ -91,6 +95,28 @@ def nuisance_table(parameters: Sequence[FittedParameter]) -> Table:
     """What else was estimated, from these logs and what was known of it."""
     rows = [[q.name, measured(q.value, q.standard_deviation), q.unit, q.description] for q in parameters]
     return table("Estimated beside the law", ("", "value ± sd", "unit", "meaning"), rows)
+
+
+def posterior_table(fit: FrictionFit) -> Table:
+    """Medians and intervals of the posterior, beside the widths of the intervals of the fit."""
+    found = fit.posterior
+    assert found is not None
+    own = {one.name: fit.interval(one.name) for one in fit.parameters}
+    rows = []
+    for one in found.marginals:
+        low, high = own.get(one.name, (np.nan, np.nan))
+        reach = one.quantiles[-1] - one.quantiles[0]
+        rows.append([
+            one.name,
+            known_to(one.quantiles[2], one.standard_deviation),
+            interval(one.quantiles[0], one.quantiles[-1], one.standard_deviation),
+            interval(one.quantiles[1], one.quantiles[3], one.standard_deviation),
+            number(reach / (high - low) if np.isfinite(high - low) else None, ".2f"),
+            one.unit,
+            f"open {one.open_side}" if one.open_side else "",
+        ])  # fmt: skip
+    title = f"Posterior ({found.independent:.0f} independent samples of {found.walkers * found.steps})"
+    return table(title, ("", "median", "95 %", "68 %", "width over the fit's", "unit", ""), rows)
 
 
 def correlation_table(fit: FrictionFit) -> Table:

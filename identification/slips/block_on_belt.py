@@ -19,7 +19,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.measurement.signals import GRAVITY
 from identification.slips.events import find_slips
-from identification.slips.statistics import SMOOTHING, SlipStatistics
+from identification.slips.statistics import SMOOTHING, SlipStatistics, natural_period, swings
 
 STEEP = 200.0  # slip speeds 1/p in v_max
 CYCLES = 6
@@ -77,10 +77,17 @@ def fit_slip_model(statistics: SlipStatistics) -> SlipModel | None:
     """Fit the block on a belt; None where mass, stiffness or speed is unknown.
 
     Raises:
-        StickslipError: no friction coefficients give the measured peak and after-slip value.
+        StickslipError: no friction coefficients give the measured peak and after-slip value, or the slider swings
+            instead of sticking.
     """
     if any(name not in statistics.known for name in NEEDED):
         return None
+    if swings(statistics.known, statistics.period):
+        raise StickslipError(
+            f"Slips come every {statistics.period.value:.4g} s, as fast as the slider swings on its spring (natural "
+            f"period {natural_period(statistics.known):.4g} s): peaks of a swing are not static friction, and no law "
+            "of friction is fitted to them."
+        )
     target = np.array([statistics.peak.value, statistics.after.value])
     # a steep fall without damping overshoots as far as it fell: the middle is mu_k
     guess = np.array([target[0], target.mean()])
@@ -111,7 +118,7 @@ class _Block:
         self.fmu = Fmu.open(built("block_on_belt"))
         self.weight = known["mass"] * GRAVITY
         self.known, self.p = known, p
-        self.natural_period = float(2 * np.pi * np.sqrt(known["mass"] / known["stiffness"]))
+        self.natural_period = natural_period(known)
         self.length = CYCLES * statistics.period.value
 
     def cycle(self, mu_s: float, mu_k: float) -> _Cycle:

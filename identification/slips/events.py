@@ -2,8 +2,10 @@
 
 The log is smoothed by a running median. Peaks and valleys alternate; a fall from a peak to the valley after it counts
     beyond noise       larger than 6 standard deviations of the noise (log less smoothed log)
-    as a slip event    larger than a share of the root mean square of those beyond noise, smaller ones are partial slips
-(the energy that a slip frees goes with the square of its fall).
+    as a slip event    of which there are two definitions, by name:
+        "large"  larger than a share of the root mean square of those beyond noise, smaller ones are partial slips
+                 (the energy that a slip frees goes with the square of its fall)
+        "every"  all of those beyond noise: what a detector of falling pieces of the log, as in the source, counts
 
 Source of the measurement: Colas, Pustelnik, Oliver, Abry, Geminard, Vidal, Nonlinear denoising for solid friction
 dynamics characterization, Physical Review E.
@@ -19,6 +21,7 @@ from identification.measurement.motion import odd_count
 
 NOISE_FACTOR = 6.0  # standard deviations: noise alone falls so far in one of 1e9 samples
 STICK = (0.2, 0.8)  # part of the loading between two events where its rate is measured: off the rounded ends
+DEFINITIONS = ("large", "every")
 ORDINARY = 0.9  # of the falls' heights: begin at 5 %, end at 95 %
 
 

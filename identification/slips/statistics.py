@@ -21,7 +21,7 @@ from fmu_models.base.shown import Tabular
 from identification.inference.uncertainty import lag_count
 from identification.measurement.recipe import FRICTION, TIME, Recipe
 from identification.measurement.signals import GRAVITY, prepare
-from identification.slips.events import SlipEvents, find_slips
+from identification.slips.events import DEFINITIONS, SlipEvents, find_slips
 from rig_io.packages.datapackage import read_columns
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 UNITS = {"mass": "kg", "stiffness": "N/m", "speed": "m/s", "damping": "N s/m", "smoothing": "s"}
 SETTINGS = (*UNITS, "share")
 SMOOTHING = 0.1  # of the natural period: a tenth of a slip's two halves keeps its edges
+INERTIAL = 0.1  # of the natural period: what a mean period lasts longer at most where the slider swings
 LEAST_EVENTS = 5
 LOADING_SUSPECT = 0.15  # relative difference of the loading rate from k V/(m g)
 SLOW = 1.0  # natural periods: a slip that lasts longer is not one of a free slider
@@ -48,13 +49,14 @@ class Statistic:
 
 @dataclass(frozen=True)
 class SlipStatistics(Tabular):
-    """Statistics of a log. period_variation: standard deviation over mean; loading_expected: k V/(m g), None where a
-    constant is unknown; verdicts: in words."""
+    """Statistics of a log. definition: of a slip event, one of `events.DEFINITIONS`; period_variation: standard
+    deviation over mean; loading_expected: k V/(m g), None where a constant is unknown; verdicts: in words."""
 
     title: str
     source: str
     log: str
     duration: float
+    definition: str
     events: int
     beyond_noise: int
     threshold: float
@@ -95,22 +97,31 @@ def slip_statistics(
     log: str | os.PathLike[str],
     settings: Mapping[str, float] | None = None,
     *,
+    definition: str = "large",
     seed: int = 0,
     reader: Reference | None = None,
     repair: Collection[str] = (),
 ) -> tuple[SlipStatistics, SlipEvents]:
     """Slip events of a log and what they amount to. settings: SI values of `SETTINGS`, in place of
-    the recipe's. reader, repair: as in `rig_io.read_log`.
+    the recipe's. definition: of a slip event, "large" or "every", see `events`. reader, repair: as in
+    `rig_io.read_log`.
 
     Raises:
-        StickslipError: unknown setting, the log cannot be read or does not fit the recipe, a constant is missing or not
-            above zero, or there are hardly any slip events.
+        StickslipError: unknown setting or definition, the log cannot be read or does not fit the recipe, a constant is
+            missing or not above zero, or there are hardly any slip events.
     """
     if "slips" not in recipe.document.data or FRICTION not in recipe.signals:
         raise StickslipError(
             f"Recipe {recipe.name} needs [slips] and [signals.{FRICTION}] for slip statistics; without them it is one "
             "for 'stickslip inverse'."
         )
+    if definition not in DEFINITIONS:
+        raise StickslipError(
+            f"There is no definition '{definition}' of a slip event; there are {' and '.join(DEFINITIONS)}."
+            f"{nearest(definition, DEFINITIONS)}"
+        )
+    if definition == "every" and "share" in (settings or {}):
+        raise StickslipError("'share' tells large slips from partial ones; with the definition 'every' there is none.")
     for name in settings or {}:
         if name not in SETTINGS:
             raise StickslipError(f"There is no setting '{name}'.{nearest(name, SETTINGS)}")
@@ -124,13 +135,13 @@ def slip_statistics(
     window = _window(recipe, known)
     prepared = prepare(recipe, read_columns(log, reader=reader), repair)
     pieces = [(piece.values[TIME], piece.values[FRICTION]) for piece in prepared.pieces]
-    events = find_slips(pieces, prepared.step, window, share)
+    events = find_slips(pieces, prepared.step, window, 0.0 if definition == "every" else share)
     if len(events.time) < LEAST_EVENTS:
         raise StickslipError(
             f"{prepared.source} shows {len(events.time)} slip events (noise {events.noise:.2g}); statistics need "
             f"{LEAST_EVENTS} or more. Check the column, 'smoothing' and 'share', or record for longer."
         )
-    return _summary(recipe, os.fspath(log), known, events, seed), events
+    return _summary(recipe, os.fspath(log), known, definition, events, seed), events
 
 
 def read_slips(recipe: Recipe) -> dict[str, float]:
@@ -154,7 +165,7 @@ def _window(recipe: Recipe, known: Mapping[str, float]) -> float:
     if "smoothing" in known:
         return known["smoothing"]
     if "mass" in known and "stiffness" in known:
-        return SMOOTHING * _natural_period(known)
+        return SMOOTHING * natural_period(known)
     missing = ", ".join(f"{name}=..." for name in ("mass", "stiffness") if name not in known)
     raise StickslipError(
         f"Recipe {recipe.name} does not say how far to smooth: give {missing} (from which follows the time a slip "
@@ -162,22 +173,33 @@ def _window(recipe: Recipe, known: Mapping[str, float]) -> float:
     )
 
 
-def _natural_period(known: Mapping[str, float]) -> float:
+def swings(known: Mapping[str, float], period: Statistic) -> bool:
+    """Whether slips come at the natural period or faster, which leaves no time to stick, as far as that is known."""
+    if "mass" not in known or "stiffness" not in known:
+        return False
+    return period.value <= (1 + INERTIAL) * natural_period(known)
+
+
+def natural_period(known: Mapping[str, float]) -> float:
     return float(2 * np.pi * np.sqrt(known["mass"] / known["stiffness"]))
 
 
-def _summary(recipe: Recipe, log: str, known: dict[str, float], events: SlipEvents, seed: int) -> SlipStatistics:
+def _summary(
+    recipe: Recipe, log: str, known: dict[str, float], definition: str, events: SlipEvents, seed: int
+) -> SlipStatistics:
     interval = events.interval[np.isfinite(events.interval)]
     loading = float(np.nanmedian(events.loading)) if np.isfinite(events.loading).any() else float("nan")
     expected = None
     if all(name in known for name in ("mass", "stiffness", "speed")):
         expected = known["stiffness"] * known["speed"] / (known["mass"] * GRAVITY)
     slip_time = statistic(events.duration, seed)
+    period = statistic(interval, seed, mean=True)
     return SlipStatistics(
         recipe.title,
         recipe.source,
         log,
         float(events.smooth_time[-1] - events.smooth_time[0]),
+        definition,
         len(events.time),
         events.beyond_noise,
         events.threshold,
@@ -185,13 +207,13 @@ def _summary(recipe: Recipe, log: str, known: dict[str, float], events: SlipEven
         statistic(events.peak, seed),
         statistic(events.after, seed),
         statistic(events.drop, seed),
-        statistic(interval, seed, mean=True),
+        period,
         float(np.std(interval) / np.mean(interval)),
         slip_time,
         loading,
         expected,
         known,
-        tuple(_verdicts(events, known, slip_time.value, loading, expected)),
+        tuple(_verdicts(events, known, period, slip_time.value, loading, expected)),
     )
 
 
@@ -207,14 +229,19 @@ def statistic(values: np.ndarray, seed: int, *, mean: bool = False, draws: int =
 
 
 def _verdicts(
-    events: SlipEvents, known: Mapping[str, float], slip_time: float, loading: float, expected: float | None
+    events: SlipEvents,
+    known: Mapping[str, float],
+    period: Statistic,
+    slip_time: float,
+    loading: float,
+    expected: float | None,
 ) -> list[str]:
     said = []
     partial = events.beyond_noise - len(events.time)
     if partial > 0:
         said.append(
             f"{partial} smaller falls beyond noise (below {events.threshold:.3g}) are counted as partial slips: the "
-            "number of events and the period depend on 'share'."
+            "number of events and the period depend on 'share' (the definition 'every' counts them too)."
         )
     if expected is not None:
         ratio = loading / expected
@@ -226,9 +253,15 @@ def _verdicts(
                 f"{rate}: a stiffness, speed or mass is not that of this log, or the slider creeps or swings instead "
                 "of sticking."
             )
-    if "mass" in known and "stiffness" in known and slip_time > SLOW * _natural_period(known):
+    if swings(known, period):
         said.append(
-            f"A slip takes {slip_time:.3g} s, longer than the natural period of {_natural_period(known):.3g} s: what "
+            f"A slip comes every {period.value:.4g} s, the natural period is {natural_period(known):.4g} s: the slider "
+            "swings on its spring instead of sticking (inertial regime). Peaks and drops are those "
+            "of its swing; draw it slower for static friction."
+        )
+    if "mass" in known and "stiffness" in known and slip_time > SLOW * natural_period(known):
+        said.append(
+            f"A slip takes {slip_time:.3g} s, longer than the natural period of {natural_period(known):.3g} s: what "
             "falls is not a free slider."
         )
     return said

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, nearest
-from identification.fit.result import AT_LEAST, FrictionFit
+from identification.fit.parts import AT_LEAST
+from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, fitted_model
 
 if TYPE_CHECKING:

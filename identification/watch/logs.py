@@ -13,7 +13,8 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from identification.measurement.sensor_checks import stick_ratio
 from identification.watch.chart import FIRST, control_chart
 from identification.watch.state import DECAY, FITTED, REFUSED, Entry, State

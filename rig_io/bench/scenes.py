@@ -22,7 +22,8 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.scene.scene import Drive, Scene
 from rig_io.bench.drive import Ripple, held_duration
-from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, Material
+from rig_io.bench.emulation import RIG, Disc, Emulation
+from rig_io.bench.materials import MATERIALS, Material
 from rig_io.logs.arrangement import MODELS, Arrangement
 from rig_io.logs.log import RigConstants
 from rig_io.sensors.encoder import Encoder

@@ -14,7 +14,7 @@ from fmu_models.base.errors import StickslipError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from rig_io.bench.emulator import Emulation
+    from rig_io.bench.emulation import Emulation
 
 SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
 
@@ -89,7 +89,8 @@ def emulate(
     from dataclasses import replace
 
     from rig_io.bench.disturbances import Disturbances
-    from rig_io.bench.emulator import MicroSlip, standard_set
+    from rig_io.bench.emulation import MicroSlip
+    from rig_io.bench.emulator import standard_set
     from rig_io.sensors.load_cell import LoadCell
     from rig_io.sensors.speed_sensor import speed_sensor
 
@@ -140,8 +141,8 @@ def _with_second(settings: list[Emulation], speeds: list[float], material: str) 
     """The settings with a second disc; one speed (rad/s) for all logs, or one for each."""
     from dataclasses import replace
 
-    from rig_io.bench.emulator import Disc
-    from rig_io.bench.emulator import material as named
+    from rig_io.bench.emulation import Disc
+    from rig_io.bench.materials import material as named
 
     *runs, decay = settings
     if len(speeds) not in (1, len(runs)):

@@ -25,7 +25,9 @@ from fmu_models.base.errors import StickslipError
 from identification.fit.fit import fit_friction
 from identification.measurement.pooling import pool
 from rig_io.bench.disturbances import Disturbances
-from rig_io.bench.emulator import MATERIALS, RIG, MicroSlip, emulate, material, standard_set
+from rig_io.bench.emulation import RIG, MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.bench.materials import MATERIALS, material
 from rig_io.logs.log import RigLog
 from rig_io.sensors.load_cell import LoadCell
 from rig_io.sensors.speed_sensor import SPEED_SENSORS

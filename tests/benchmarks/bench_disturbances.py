@@ -23,7 +23,8 @@ from identification.fit.fit import fit_friction
 from identification.measurement.pooling import pool
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
-from rig_io.bench.emulator import emulate, material, standard_set
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.bench.materials import material
 
 NAMES = ("mu_s", "mu_k", "p")
 SIX = Disturbances(once=0.005, angle=0.01, per_log=0.005, within=0.005, drift=5e-5, zero=5e-4, offset=2e-5)

@@ -22,7 +22,9 @@ from identification.estimators import ESTIMATORS
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.measurement.pooling import pool
-from rig_io.bench.emulator import RIG, MicroSlip, emulate, material, standard_set
+from rig_io.bench.emulation import RIG, MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.bench.materials import material
 from rig_io.logs.log import RigConstants
 from rig_io.sensors.laser import Laser
 

@@ -3,8 +3,9 @@
     python tests/benchmarks/bench_lanes.py [repetitions]
 
 Per model 256 motions over a range of a parameter, 100 periods; ns per motion and period, and how many times the series
-take, for every number of lanes that this processor has; share of the steps that lanes left to the series; median and
-largest difference after 10 periods, in parts of the largest point.
+take, for every number of lanes that this processor has; what the derivative of each step and all exponents take,
+in parts of that; share of the steps that lanes left to the series; median and largest difference after 10 periods, in
+parts of the largest point.
 """
 
 from __future__ import annotations
@@ -59,6 +60,16 @@ def main(repetitions: int) -> None:
                 vars(system)["_lanes"] = stepper
                 taken = 1e9 * seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions) / work
                 cells.append(f"{width}: {taken:5.0f} ({base / taken:4.1f})")
+        vars(system).pop("_lanes")
+        plain, derived, grown = (
+            seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions)
+            for jobs in (
+                jobs,
+                dataclasses.replace(jobs, derivatives=True),
+                dataclasses.replace(jobs, tangents=system.dimension),
+            )
+        )
+        cells.append(f"tangents {derived / plain:.2f}, {grown / plain:.2f}")
         made, other = system.run(few, GO).points[:, 0], series.run(few, GO).points[:, 0]
         errors = np.abs(made - other).max(axis=1) / np.abs(other).max()
         left = 1.0 - system.run(jobs, GO).in_lanes.sum() / work

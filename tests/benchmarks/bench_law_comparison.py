@@ -28,7 +28,9 @@ from identification.measurement.pooling import pool
 from identification.next_step.laws import compare_contacts, compare_laws
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
-from rig_io.bench.emulator import STANDARD_SPEEDS, Disc, Emulation, Material, MicroSlip, emulate, material
+from rig_io.bench.emulation import Disc, Emulation, MicroSlip
+from rig_io.bench.emulator import emulate
+from rig_io.bench.materials import STANDARD_SPEEDS, Material, material
 from rig_io.logs.log import RigLog
 
 

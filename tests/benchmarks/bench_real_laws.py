@@ -19,7 +19,9 @@ import numpy as np
 from identification.fit.fit import fit_friction
 from identification.measurement.pooling import pool
 from rig_io.bench.drive import Ripple, held_duration
-from rig_io.bench.emulator import RIG, Disc, Emulation, Material, emulate, free_decay
+from rig_io.bench.emulation import RIG, Disc, Emulation
+from rig_io.bench.emulator import emulate, free_decay
+from rig_io.bench.materials import Material
 from rig_io.logs.log import Quantity
 
 FORWARD = (0.41, 0.83, 1.4)

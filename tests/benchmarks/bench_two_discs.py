@@ -17,7 +17,9 @@ import numpy as np
 
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from rig_io.bench.emulator import RIG, Disc, Emulation, MicroSlip, emulate, material
+from rig_io.bench.emulation import RIG, Disc, Emulation, MicroSlip
+from rig_io.bench.emulator import emulate
+from rig_io.bench.materials import material
 from rig_io.logs.arrangement import CHANGEOVER, Arrangement
 from rig_io.logs.log import Quantity
 

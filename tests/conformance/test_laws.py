@@ -30,7 +30,8 @@ from identification.fit.fit import fit_friction
 from identification.laws import find_law
 from identification.laws.law import FittableLaw
 from identification.measurement.pooling import pool
-from rig_io.bench.emulator import Disc, Emulation, emulate
+from rig_io.bench.emulation import Disc, Emulation
+from rig_io.bench.emulator import emulate
 
 # a stop pushes along its depth; what a stop's law must do is in tests/unit/test_stops.py
 STOPS = ("kelvin_voigt", "lankarani_nikravesh")

@@ -25,7 +25,8 @@ from identification.laws.joint_law import sought_law
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
-from rig_io.bench.emulator import RIG, Disc, Emulation, emulate, free_decay, standard_set
+from rig_io.bench.emulation import RIG, Disc, Emulation
+from rig_io.bench.emulator import emulate, free_decay, standard_set
 from rig_io.logs.log import Quantity, RigLog
 from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors.laser import Laser

@@ -19,7 +19,8 @@ from identification.fitted_model.model import fitted_model
 from identification.laws import find_law, slip_laws
 from identification.measurement.pooling import pool
 from identification.next_step.laws import compare_contacts, compare_laws
-from rig_io.bench.emulator import MicroSlip, emulate, standard_set
+from rig_io.bench.emulation import MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_package
 

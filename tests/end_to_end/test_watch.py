@@ -15,7 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig_io.bench.emulator import Disc, Emulation, Material, emulate, free_decay
+from rig_io.bench.emulation import Disc, Emulation
+from rig_io.bench.emulator import emulate, free_decay
+from rig_io.bench.materials import Material
 from rig_io.logs.log import RigLog
 
 KNOWN = ["J=0.0548±0.0003", "R=0.125±0.00005", "r=0.06±0.00005", "N0=4.905±0.005"]

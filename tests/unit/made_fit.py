@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.fit.result import Constant, FittedParameter, FrictionFit
+from identification.fit.parts import Constant, FittedParameter
+from identification.fit.result import FrictionFit
 
 MATERIALS = {"paper/paper": (0.35, 0.25, 15.0), "liner/rubber": (0.5, 0.33, 20.0), "paper/rubber": (0.65, 0.35, 15.0)}
 UNITS = {"mu_s": "1", "mu_k": "1", "p": "s/m"}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from identification.measurement.pooling import Pool, pool
-from rig_io.bench.emulator import MicroSlip, emulate, standard_set
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
+from rig_io.bench.emulation import MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
 
 
 def bench(micro_slip: MicroSlip | None) -> Pool:

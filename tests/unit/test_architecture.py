@@ -25,7 +25,7 @@ FLOORS = (
     ("fmu_models.analyses", "fmu_models.coupling"),
     ("fmu_models.scene",),
     ("fmu_models.report",),
-    ("fmu_models.validation",),
+    ("fmu_models.explore", "fmu_models.validation"),
     ("fmu_models.commands",),
     ("rig_io.logs",),
     ("rig_io.readers", "rig_io.repair", "rig_io.sensors"),

@@ -11,7 +11,8 @@ import pytest
 from fmu_models.base.errors import StickslipError
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from identification.next_step.design import Candidate, design
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import RigLog

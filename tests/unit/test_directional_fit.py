@@ -11,9 +11,11 @@ from identification.fit.fit import fit_friction
 from identification.fit.samples import samples_by_disc
 from identification.laws import find_law
 from identification.laws.joint_law import joint_law
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from identification.report.friction_figure import friction_figure
-from rig_io.bench.emulator import Disc, Emulation, emulate
+from rig_io.bench.emulation import Disc, Emulation
+from rig_io.bench.emulator import emulate
 from rig_io.logs.log import RigLog
 
 LAW = "Conti by direction"

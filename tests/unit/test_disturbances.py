@@ -19,12 +19,14 @@ from identification.fit.fit import fit_friction, stuck
 from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
 from identification.laws import find_law
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from identification.next_step.design import design
 from identification.report.friction_figure import friction_figure
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple
-from rig_io.bench.emulator import Emulation, MicroSlip, emulate, standard_set
+from rig_io.bench.emulation import Emulation, MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
 from rig_io.sensors.motion import integrated
 
 TRUTH = np.array([0.65, 0.35, 15.0])

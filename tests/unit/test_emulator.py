@@ -9,18 +9,10 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from rig_io.bench import emulator
-from rig_io.bench.emulator import (
-    MATERIALS,
-    Disc,
-    Emulation,
-    MicroSlip,
-    emulate,
-    emulate_set,
-    free_decay,
-    material,
-    standard_set,
-)
+from rig_io.bench.emulation import RIG, Disc, Emulation, MicroSlip
+from rig_io.bench.emulator import emulate, emulate_set, free_decay, standard_set
+from rig_io.bench.materials import MATERIALS, material
+from rig_io.bench.oscillator import simulated
 from rig_io.logs.log import Quantity
 from rig_io.packages.datapackage import read_package
 from rig_io.sensors import (
@@ -42,7 +34,7 @@ def truth(settings: Emulation) -> Motion:
     """The motion behind a log with even drives, on the log's clock."""
     total = settings.transient + settings.duration
     drives = [(np.array([0.0, total]), np.full(2, disc.drive_speed), 0.0) for disc in settings.discs]
-    motion = emulator._simulated(settings, drives, total)
+    motion = simulated(settings, drives, total)
     return Motion(motion.time - settings.transient, motion.angle, motion.speed)
 
 
@@ -231,6 +223,6 @@ def test_settings_that_make_no_log_are_refused() -> None:
         emulate(Emulation("a"), seed=-1)
     with pytest.raises(StickslipError, match=re.escape("no material 'paper/ruber'. Did you mean 'paper/rubber'?")):
         material("paper/ruber")
-    wrong = replace(emulator.RIG, J=Quantity(-0.05, "kg*m^2"))
+    wrong = replace(RIG, J=Quantity(-0.05, "kg*m^2"))
     with pytest.raises(StickslipError, match="J"):
         emulate(Emulation("a", rig=wrong))

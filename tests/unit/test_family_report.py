@@ -15,7 +15,7 @@ from made_fit import made_fit
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.inline_svg import inline_svg
-from identification.fit.result import LogSummary
+from identification.fit.parts import LogSummary
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness
 from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.families import FamilyComparison

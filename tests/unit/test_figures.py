@@ -22,7 +22,7 @@ from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.judge import Cell
 from fmu_models.validation.stress.report import heat_map
 from identification.estimators.savitzky_golay import FrictionSamples
-from identification.fit.result import LogSummary, SpeedBin
+from identification.fit.parts import LogSummary, SpeedBin
 from identification.laws import find_law
 from identification.report.friction_figure import friction_figure
 

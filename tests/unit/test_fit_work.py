@@ -21,7 +21,7 @@ from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
 from identification.laws import find_law
 from identification.measurement.motion import savitzky_golay
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 
 CONTI = find_law("Conti")
 NAMED = ("wear",)

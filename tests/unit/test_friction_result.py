@@ -16,7 +16,8 @@ from made_fit import made_fit
 from fmu_models.base.errors import StickslipError
 from fmu_models.report.figures import save_figure
 from identification.estimators.savitzky_golay import FrictionSamples
-from identification.fit.result import Constant, FittedParameter, FrictionFit, LogSummary, SpeedBin
+from identification.fit.parts import Constant, FittedParameter, LogSummary, SpeedBin
+from identification.fit.result import FrictionFit
 from identification.inference.identifiability import Collinearity
 from identification.inference.profile import Interval
 from identification.inference.whiteness import LogResiduals, SpeedResidual, Whiteness

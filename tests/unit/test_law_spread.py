@@ -15,8 +15,11 @@ from identification.fit.law_spread import contest
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import fit_rivals
 from identification.laws import find_law, slip_laws
-from identification.measurement.pooling import Pool, pool
-from rig_io.bench.emulator import Disc, Emulation, Material, emulate
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
+from rig_io.bench.emulation import Disc, Emulation
+from rig_io.bench.emulator import emulate
+from rig_io.bench.materials import Material
 
 EXPONENTIAL = Material("paper/rubber", {"mu_s": 0.65, "mu_k": 0.35, "v_s": 0.08}, "tustin")
 

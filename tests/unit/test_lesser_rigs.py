@@ -18,7 +18,8 @@ from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
 from rig_io.bench.disturbances import Disturbances
-from rig_io.bench.emulator import MATERIALS, emulate, standard_set
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.bench.materials import MATERIALS
 from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors.load_cell import LoadCell

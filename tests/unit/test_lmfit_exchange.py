@@ -20,10 +20,10 @@ from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import information, solve
 from identification.inference.profile import profile
 from identification.inference.uncertainty import student
-from identification.measurement.pooling import Pool
+from identification.measurement.pooled import Pool
 from identification.measurement.recipe import read_recipe
 from identification.next_step.design import design
-from rig_io.bench.emulator import MicroSlip
+from rig_io.bench.emulation import MicroSlip
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from identification.fit.fit import fit_friction
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from identification.measurement.presliding import PreSliding, presliding
-from rig_io.bench.emulator import MicroSlip, emulate, standard_set
+from rig_io.bench.emulation import MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import EncoderCalibration
 
 MU_S = 0.65

@@ -17,7 +17,8 @@ from identification.measurement.pooling import pool
 from identification.next_step.design import _holds
 from identification.report.fit_summary import _certainty
 from rig_io.bench.drive import RAMP, RUN, Ripple, held_duration, with_holds
-from rig_io.bench.emulator import Disc, Emulation, emulate, free_decay
+from rig_io.bench.emulation import Disc, Emulation
+from rig_io.bench.emulator import emulate, free_decay
 from rig_io.bench.scenes import emulations
 
 B = 0.02

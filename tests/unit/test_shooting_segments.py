@@ -13,15 +13,17 @@ from scipy.optimize import least_squares
 from fmu_models.base.errors import StickslipError
 from identification.estimators import ESTIMATORS, shooting
 from identification.estimators.base import Options
+from identification.estimators.segment_runs import Start
 from identification.estimators.shooting_problem import noise
-from identification.estimators.shooting_segments import ShootingProblem, Start
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.adjust import as_stated
 from identification.fit.conclude import conclude
 from identification.fit.fit import fit_friction
 from identification.inference.choice import Inference
 from identification.inference.problem import solve
 from identification.laws import find_law
-from identification.measurement.pooling import Pool, pool
+from identification.measurement.pooled import Pool
+from identification.measurement.pooling import pool
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import Quantity, RigLog
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from machine_log import coloured, recipe_of
+from typer.testing import CliRunner
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
+from identification.commands.application import app
 from identification.measurement.recipe import read_recipe
 from identification.measurement.signals import GRAVITY
 from identification.slips.block_on_belt import fit_slip_model
@@ -149,6 +153,23 @@ def test_the_model_that_made_a_log_is_found_again(tmp_path, run):
     assert any("stiffness, speed and mass fit the log" in verdict for verdict in statistics.verdicts)
 
 
+def test_a_slider_that_swings_keeps_its_statistics_and_gets_no_law(tmp_path):
+    """Slips at the natural period are those of a swing; in words, beside the statistics, by the command too."""
+    time = np.arange(0.0, 30.0, STEP)
+    write(tmp_path / "log.csv", {"time": time, "f": 0.4 + 0.05 * np.sin(2 * np.pi * time / PERIOD)})
+    recipe = recipe_of(tmp_path, RECIPE)
+    statistics, _ = slip_statistics(read_recipe(recipe), tmp_path / "log.csv")
+    assert statistics.period.value == pytest.approx(PERIOD, rel=1e-3)
+    assert statistics.drop.value == pytest.approx(0.1, rel=2e-2)  # what the running median takes off
+    assert any("inertial regime" in verdict for verdict in statistics.verdicts)
+    with pytest.raises(StickslipError, match="as fast as the slider swings"):
+        fit_slip_model(statistics)
+    done = CliRunner().invoke(app, ["slips", str(recipe), str(tmp_path / "log.csv"), "--json"])
+    said = json.loads(done.stdout)
+    assert (done.exit_code, said["events"], said["model"]) == (0, statistics.events, None)
+    assert "as fast as the slider swings" in said["no_model"]
+
+
 def test_a_wrong_stiffness_shows_in_the_loading(tmp_path, run):
     done, friction = run
     write(tmp_path / "log.csv", {"time": done.time, "f": friction})
@@ -175,6 +196,8 @@ def test_the_interval_of_a_median_grows_with_the_memory_of_the_series():
         (RECIPE, {"stifness": 2.0}, "no setting 'stifness'. Did you mean 'stiffness'"),
         (RECIPE, {"mass": 0.0}, "'mass' must be above 0"),
         (RECIPE, {"share": 1.2}, "'share' must lie from 0 to below 1"),
+        (RECIPE, {"definition": "evry"}, "no definition 'evry'.* Did you mean 'every'"),
+        (RECIPE, {"definition": "every", "share": 0.3}, "with the definition 'every' there is none"),
         (RECIPE.replace('mass = "0.5 kg"\n', ""), {}, r"give mass=\.\.\."),
         (RECIPE.split("[slips]")[0] + '[terms]\nc = "viscous"\n', {}, r"needs \[slips\]"),
     ],
@@ -183,7 +206,9 @@ def test_what_is_missing_or_wrong_is_said(tmp_path, run, text, setting, message)
     done, friction = run
     write(tmp_path / "log.csv", {"time": done.time[:5000], "f": friction[:5000]})
     with pytest.raises(StickslipError, match=message):
-        slip_statistics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.csv", setting)
+        how = {"definition": setting["definition"]} if "definition" in setting else {}
+        said = {name: value for name, value in setting.items() if name != "definition"}
+        slip_statistics(read_recipe(recipe_of(tmp_path, text)), tmp_path / "log.csv", said, **how)
 
 
 def test_a_log_without_slips_is_refused(tmp_path):

@@ -17,7 +17,9 @@ from identification.laws import find_law
 from identification.laws.joint_law import joint_law
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import long_enough
-from rig_io.bench.emulator import MATERIALS, RIG, Disc, Emulation, emulate
+from rig_io.bench.emulation import RIG, Disc, Emulation
+from rig_io.bench.emulator import emulate
+from rig_io.bench.materials import MATERIALS
 from rig_io.logs.arrangement import Arrangement
 from rig_io.logs.log import Experiment, Quantity, RigLog
 from rig_io.packages import sidecar

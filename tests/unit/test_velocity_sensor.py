@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from identification.estimators.shooting_segments import ShootingSegment
+from identification.estimators.segment_runs import ShootingSegment
 from identification.estimators.windows import coloured, whitening
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.measurement.disc_motion import disc_motion, fuse
 from identification.measurement.pooling import pool
-from rig_io.bench.emulator import MATERIALS, emulate, standard_set
+from rig_io.bench.emulator import emulate, standard_set
+from rig_io.bench.materials import MATERIALS
 from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_package, write_package
 from rig_io.sensors.speed_sensor import SpeedSensor

@@ -14,12 +14,14 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.scene.read import read_scene
 from identification.estimators import lugre, shooting, whole_cycle
 from identification.estimators.base import Options
-from identification.estimators.shooting_segments import ShootingProblem, Start
+from identification.estimators.segment_runs import Start
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fitted_model.model import fitted_model
 from identification.laws import find_law
-from identification.measurement.pooling import Pool
-from rig_io.bench.emulator import Disc, Emulation, MicroSlip, emulate
+from identification.measurement.pooled import Pool
+from rig_io.bench.emulation import Disc, Emulation, MicroSlip
+from rig_io.bench.emulator import emulate
 
 CONTI = find_law("Conti")
 TRUTH = np.array([0.65, 0.35, 15.0])

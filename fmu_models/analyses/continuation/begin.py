@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.flow_problem import FlowProblem, held_at_start, pauses
 from fmu_models.analyses.continuation.map_problem import MapProblem
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved
 from fmu_models.analyses.continuation.problem import Problem, Vector
@@ -17,7 +17,6 @@ from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.analyses.iteration import Iteration
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import TOUCHING
 from fmu_models.simulation.run import simulate
 
 # periods of a run that settles to its motion
@@ -37,7 +36,7 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
         z = _last_cycle(problem, point, value)
     else:
         point = _settled(system, point) if settle else point
-        if isinstance(problem, FlowProblem) and point[len(problem.states) :].any():
+        if isinstance(problem, FlowProblem) and (problem.autonomous or point[len(problem.states) :].any()):
             problem, point = _freed(problem, point, value)
         z = point[: len(problem.states)]
         if isinstance(problem, FlowProblem) and problem.autonomous:
@@ -71,30 +70,28 @@ def _settled(system: SectionSystem, point: Vector) -> Vector:
 
 
 def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProblem, Vector]:
-    """The problem at a phase where no stop remembers, and the state there of a motion that begins in one that does."""
+    """The problem at a phase where nothing holds, sticks or remembers, and the state there of a motion that begins where
+    something does."""
     strobe = problem.strobe.at(**{problem.over: value})
     length = strobe.every * float(strobe.periods({}, 1)[0])
     events = strobe.trajectory(point, np.array([length])).events
-    memories = [name.removesuffix("_memory") for name in strobe.fmu.memories]
-    inside = {name for name, one in zip(memories, point[len(problem.states) :], strict=True) if one}
-    longest, middle = 0.0, 0.0
-    for i, event in enumerate(events):
-        (inside.add if event.after == TOUCHING else inside.discard)(event.contact)
-        pause = (events[i + 1].time if i + 1 < len(events) else length) - event.time
-        if not inside.intersection(memories) and pause > longest:
-            longest, middle = pause, event.time + pause / 2
-    if longest == 0.0:
+    if not held_at_start(events):
+        return problem, point
+    held, begin, pause = pauses(events, length)[0]
+    if held and point[len(problem.states) :].any():
         raise StickslipError(
             f"The motion of '{strobe.name}' near that start is never free of a stop that remembers its speed of entry: "
             "start where it is."
         )
+    middle = (begin + pause / 2) % length
     moved = strobe.trajectory(point, np.array([middle]))
-    turns = middle / length * strobe.every
-    return replace(problem, phase=turns), np.array([float(moved[name][0]) for name in problem.states])
+    phase = problem.phase if problem.autonomous else middle / length * strobe.every
+    return replace(problem, phase=phase), np.array([float(moved[name][0]) for name in problem.states])
 
 
 def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
-    """z of the cycle that a run from a point ends in, in the middle of its longest pause between events."""
+    """z of the cycle that a run from a point ends in, in the middle of its longest pause between events, free of held
+    contacts if there is one."""
     strobe = problem.strobe.at(**{problem.over: value})
     run: dict[str, Any] = {name: one for name, one in strobe.as_run(point).items() if name != "start_time"}
     cycle = last_cycle(strobe.fmu, SETTLE * float(strobe.period or 0.0), **run)
@@ -103,9 +100,8 @@ def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
             f"'{strobe.name}' does not settle to a cycle with events in {SETTLE} times {strobe.period:g} s. Start on "
             "the cycle, or choose other values."
         )
-    marks = np.array([*(one.time for one in cycle.events), cycle.events[0].time + cycle.period])
-    longest = int(np.diff(marks).argmax())
-    middle = float(marks[longest] + marks[longest + 1]) / 2
+    _, begin, pause = pauses(cycle.events, cycle.period)[0]
+    middle = begin + pause / 2
     moved = simulate(strobe.fmu, middle, output_times=[middle], **run)
     return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
 

@@ -33,6 +33,8 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -47,12 +49,16 @@ from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
-from fmu_models.analyses.continuation.trace import SMOOTH
 from fmu_models.analyses.continuation.way import Way
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Pictured
+
+# special points of two branches that lie no further apart are one
+SAME = 1e-9
+# what a picture shows in place of a state
+MULTIPLIER = "multiplier"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +80,7 @@ class Branch(Pictured):
         ends: kind and a sentence, of both ends.
         every: periods of the forcing in one of the motion.
         seconds: CPU time.
+        units: of states and of the parameter.
     """
 
     model: str
@@ -90,6 +97,7 @@ class Branch(Pictured):
     ends: tuple[tuple[str, str], tuple[str, str]]
     every: int = 1
     seconds: float = 0.0
+    units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
 
@@ -106,6 +114,14 @@ class Branch(Pictured):
             columns[f"multiplier{i + 1}_imag"] = self.multipliers[:, i].imag
         columns["word"] = [word_text(word) for word in self.words]
         return pandas.DataFrame(columns)
+
+    @cached_property
+    def images(self) -> Vector:
+        """(every, m, n) points at phases 0, 1, ... of the forcing."""
+        if self.every == 1 or not self.nodes:
+            return self.points[None]
+        others = [[state_at(node, float(turn)) for node in self.nodes] for turn in range(1, self.every)]
+        return np.stack([self.points, *np.array(others)])
 
     def passes(self, other: Branch) -> bool:
         """Whether this branch runs through the middle of another one."""
@@ -188,7 +204,7 @@ def all_branches(
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
     system.check(over, np.array([low, high]))
     problem = problem_of(system, over)
-    _check_state(of, problem.states, problem.name)
+    _check_shown(of, problem.states, problem.name)
     plan: dict[str, Any] = {"analysis": "branch", "over": over, "between": [low, high], "start": system.start(start)}
     plan |= {"settle": settle, "points": points, "switch": switch} | ({"longest": longest} if switch else {})
     with Execution(system, plan, store=store, resume=resume, overwrite=overwrite) as execution:
@@ -241,6 +257,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         (ends[0], ends[1]),
         problem.turns,
         seconds,
+        problem.units,
         tuple(nodes),
         between,
     )
@@ -267,7 +284,7 @@ class Branches(Pictured):
     """A branch and those that leave it.
 
     Attributes:
-        of: the state that a picture shows.
+        of: the state that a picture shows, or "multiplier": the real part of the largest one.
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
     """
@@ -312,15 +329,18 @@ class Branches(Pictured):
         return super().to_xarray().assign({f"special_{name}": ("special", one) for name, one in columns.items()})
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of all special points that have one; see ``Special.curve``.
+        """Those of all special points; see ``Special.curve``. One that two branches meet is followed once.
 
         Raises:
-            StickslipError: none has one, no such parameter, a range that does not hold its present value.
+            StickslipError: there is none, no such parameter, a range that does not hold its present value, one that
+                the parameter takes apart.
         """
-        found = []
+        found: list[Curve] = []
+        known: list[Special] = []
         for one in self.special:
-            if one.touch is None and one.kind not in SMOOTH:
+            if any(one.contact == other.contact and abs(one.value - other.value) <= SAME for other in known):
                 continue
+            known.append(one)
             found.append(one.curve(second, between, points))
             if any(kind == "interrupted" for kind, _ in found[-1].ends):
                 break
@@ -343,34 +363,39 @@ def branches(
     Args:
         longest: period of a motion, in periods of the forcing.
         points: of each, at most.
-        of: the state that a picture shows; the first if left out.
+        of: the state that a picture shows; the first if left out. "multiplier": the real part of the largest one.
         switch: without, the branch alone.
 
     Raises:
         StickslipError: no such state.
     """
-    _check_state(of, first.states, first.model)
+    _check_shown(of, first.states, first.model)
     return _with_others(first, longest, points, of, switch, Keeper(None, first.nodes[0].problem))
 
 
-def _check_state(of: str | None, states: Sequence[str], model: str) -> None:
-    if of is not None and of not in states:
-        raise StickslipError(f"'{model}' has no state '{of}'.{nearest(of, states)}")
+def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
+    if of not in (None, MULTIPLIER, *states):
+        raise StickslipError(f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' is drawn, too.")
 
 
 def _with_others(first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper) -> Branches:
     known = [first]
-    interrupted = _interrupted(first)
-    if switch and not interrupted:
-        try:
-            for one in _switched_at(known, longest, points, keeper):
-                known.append(one)
-                interrupted = _interrupted(one)
-                if interrupted:
-                    break
-        except KeyboardInterrupt:
-            interrupted = True
+    interrupted = spread(known, longest, points, keeper) if switch else _interrupted(first)
     return Branches(of or first.states[0], tuple(known), interrupted)
+
+
+def spread(known: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:
+    """Append to branches what leaves the last of them, and one another; whether the keyboard interrupted it."""
+    if _interrupted(known[-1]):
+        return True
+    try:
+        for one in _switched_at(known, longest, points, keeper or Keeper(None, known[-1].nodes[0].problem)):
+            known.append(one)
+            if _interrupted(one):
+                return True
+    except KeyboardInterrupt:
+        return True
+    return False
 
 
 def _interrupted(one: Branch) -> bool:
@@ -378,8 +403,8 @@ def _interrupted(one: Branch) -> bool:
 
 
 def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper) -> Iterator[Branch]:
-    """What leaves the branches that are known, and is not; the list may grow meanwhile."""
-    for one in known:
+    """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
+    for one in islice(known, len(known) - 1, None):
         for special in one.special:
             if one.every * (2 if special.kind == "flip" else 1) > longest:
                 continue

@@ -49,6 +49,7 @@ class Curve(Pictured):
         multipliers: (m, n) largest first; without the event, where the word changes.
         meetings: points of codimension 2, in order.
         ends: kind and a sentence, of both ends.
+        units: of states and parameters.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class Curve(Pictured):
     multipliers: NDArray[np.complex128]
     meetings: tuple[CurvePoint, ...]
     ends: tuple[tuple[str, str], tuple[str, str]]
+    units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     condition: Any = field(default=None, repr=False)
 

@@ -20,14 +20,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
+from fmu_models.analyses.continuation.flow_problem import FlowProblem
 from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, look, parameter, solved
 from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
 from fmu_models.analyses.continuation.same_motion import begun_at
+from fmu_models.codegen.contact_states import AWAY, STICK
 
 # the least value of a miss, in its change by a unit of u, from where the rest is linear
 LEAST_MISS = 1e-9
@@ -54,6 +56,8 @@ class Touch:
         miss: the near miss of the node.
         event_side: motions with the event, of growing speed; empty if none is known.
         value_from_event: of the parameter, from the other side; nan if none.
+        monodromy: (n, n) its limit there, where it is not that of the node.
+        trail: motions on the way to it, where the multipliers change fast there; the last one is the node.
     """
 
     node: Node
@@ -61,6 +65,8 @@ class Touch:
     miss: Passing
     event_side: tuple[Node, ...] = ()
     value_from_event: float = np.nan
+    monodromy: Vector | None = None
+    trail: tuple[Node, ...] = ()
 
     @property
     def u(self) -> Vector:
@@ -266,9 +272,10 @@ def exchanged(touch: Touch) -> Node:
         Lost: none is near.
     """
     node = touch.node
-    for distance in BEYOND:
-        guess = touch.u.copy()
-        guess[-1] += distance * np.sign(node.tangent[-1])
+    straight = np.zeros_like(touch.u)
+    straight[-1] = np.sign(node.tangent[-1])
+    for distance, way in product(BEYOND, (straight, node.tangent / abs(node.tangent[-1]))):
+        guess = touch.u + distance * way
         try:
             border = parameter(float(guess[-1] * node.scales[-1]))
             found = solved(node.problem, node.scales, guess, border, towards=node.tangent, reach=100 * distance)
@@ -317,3 +324,17 @@ def growing(node: Node, event: Passing) -> Node:
     """With the tangent along which the event grows stronger."""
     own = nearest(node.seen.events, event, event.time, node.seen.length)
     return node.turned() if own is not None and node.along(own.gradient) < 0.0 else node
+
+
+def is_rigid(problem: Problem, contact: str) -> bool:
+    """Whether a contact impacts."""
+    return isinstance(problem, FlowProblem) and contact in problem.strobe.fmu.impacts
+
+
+def event_kind(problem: Problem, event: Passing) -> str:
+    """What it is called that an event comes or goes."""
+    if is_rigid(problem, event.contact):
+        return "grazing, rigid"
+    if event.before == AWAY:
+        return "grazing, compliant"
+    return "grazing-sliding corner" if event.after == STICK else "touch"

@@ -4,21 +4,59 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.problem import Passing, Problem, Seen, Vector
+from fmu_models.analyses.continuation.problem import TIE, Passing, Problem, Seen, Vector
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.contact_states import STICK, TOUCHING
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
+from fmu_models.simulation.trajectory import Event
 
 # share of the orbit's length that an event must keep from the strobe, beyond which the strobe moves to another phase
 CLEAR = 0.01
+
+
+def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool, float, float]]:
+    """Of a period with these events: whether a contact holds, sticks or remembers, begin and length; longest first, those
+    in which one does last."""
+    times = [one.time for one in events]
+    last = {one.contact: one.after for one in events}
+    gaps = []
+    for i, one in enumerate(events):
+        last[one.contact] = one.after
+        after = times[i + 1] if i + 1 < len(times) else times[0] + length
+        gaps.append((_held(last.values()), times[i] - after, times[i]))
+    return [(held, begin, -negative) for held, negative, begin in sorted(gaps)]
+
+
+def _ties(events: Sequence[Passing], gradients: Sequence[Vector]) -> tuple[Passing, ...]:
+    """Times between an event and the next one, of another contact, with their derivatives."""
+    instants = [i for i, one in enumerate(events) if i == 0 or one.time > events[i - 1].time]
+    return tuple(
+        Passing(
+            events[j].contact, TIE, 0, events[j].before, events[j].after, events[j].time,
+            events[j].time - events[i].time, gradients[j] - gradients[i],
+        )
+        for i, j in pairwise(instants)
+        if events[i].contact != events[j].contact and np.isfinite(gradients[j] - gradients[i]).all()
+    )  # fmt: skip
+
+
+def held_at_start(events: Sequence[Passing | Event]) -> bool:
+    """Whether a period with these events begins in a contact that closes, sticks or remembers."""
+    return _held({one.contact: one.after for one in events}.values())
+
+
+def _held(states: Iterable[int]) -> bool:
+    return any(state in (STICK, TOUCHING) for state in states)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +84,18 @@ class FlowProblem(Problem):
     def autonomous(self) -> bool:  # type: ignore[override]
         return self.strobe.autonomous
 
+    @cached_property
+    def cyclic(self) -> list[int]:
+        """Places of the states upon which nothing depends."""
+        return [self.states.index(name) for name in self.strobe.fmu.cyclic]
+
     @property
-    def name(self) -> str:
-        return self.strobe.name
+    def neutral(self) -> int:  # type: ignore[override]
+        return self.autonomous + len(self.cyclic)
+
+    @property
+    def system(self) -> Strobe:
+        return self.strobe
 
     def opened(self, second: str) -> Problem:
         self.strobe.check(second, np.array([self.present(second)]) if second in self.strobe.parameters else np.zeros(1))
@@ -92,14 +139,16 @@ class FlowProblem(Problem):
         if not (whole > 0.0 and math.isfinite(whole)):
             raise StickslipError(f"A period of {whole:g} s is none.")
         start = 0.0 if self.autonomous else self.phase * whole / self.strobe.every
-        result, by, _, one_sided, passage = self._run(z, start, start + whole)
+        result, by, by_times, one_sided, passage = self._run(z, start, start + whole)
         f0, f1 = passage.rates
         monodromy = by[:, :n]
         # by how much start and length change with a parameter, where that is the frequency
         rates = np.array([-1.0 / one if name == self.strobe.forcing else 0.0 for name, one in self.values(z).items()])
         by_values = by[:, n:] + np.outer(f1, rates * (start + whole)) - np.outer(monodromy @ f0, rates * start)
         residual, jacobian = result.values[1] - z[:n], monodromy - np.eye(n)
+        residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic] = 0.0, 0.0, np.eye(n)[self.cyclic]
         if self.autonomous:
+            f0[self.cyclic] = f1[self.cyclic] = 0.0
             jacobian = np.column_stack([jacobian, by_values[:, :-1], f1, by_values[:, -1]])
             jacobian = np.vstack([jacobian, np.append(f0, np.zeros(self.size - n))])
             residual = np.append(residual, 0.0)
@@ -127,12 +176,13 @@ class FlowProblem(Problem):
             Passing(
                 names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
                 float(row["time"]) - start, float(row["value"]), gradient(passage.miss_derivatives[i]),
-                bool(row["slope"] != 0.0),
+                bool(row["slope"] != 0.0), bool(row["begins"]),
             )
             for i, row in enumerate(passage.misses)
         )  # fmt: skip
+        ties = _ties(events, [gradient(row) for row in by_times])
         word = tuple((one.contact, one.before, one.after) for one in events)
-        return Seen(residual, jacobian, monodromy, whole, word, events, misses, one_sided)
+        return Seen(residual, jacobian, monodromy, whole, word, events, misses + ties, one_sided)
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """What the states do over a period."""
@@ -144,7 +194,7 @@ class FlowProblem(Problem):
 
     def folded(self, times: int) -> Problem:
         """So many periods of this one."""
-        return replace(self, strobe=self._strobe(every=self.strobe.every * times))
+        return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
 
     def told(self) -> dict[str, Any]:
         known = self.strobe
@@ -157,13 +207,10 @@ class FlowProblem(Problem):
         }
 
     def like(self, told: Mapping[str, Any]) -> Problem:
-        named = {name: told[name] for name in ("every", "period", "forcing")}
-        return replace(self, phase=told["phase"], strobe=self._strobe(**named, autonomous=told["autonomous"]))
-
-    def _strobe(self, **changed: Any) -> Strobe:
         known = self.strobe
-        named = ("every", "forcing", "period", "autonomous", "tolerance")
-        return Strobe(known.fmu, parameters=known.values, **{name: getattr(known, name) for name in named} | changed)
+        named = {name: told[name] for name in ("every", "period", "forcing", "autonomous")}
+        strobe = Strobe(known.fmu, parameters=known.values, tolerance=known.tolerance, **named)
+        return replace(self, phase=told["phase"], strobe=strobe, kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         return self._after(z, seen.length / 2)
@@ -171,33 +218,15 @@ class FlowProblem(Problem):
     def unfolded(self, z: Vector, times: int) -> Vector:
         return np.append(z[:-2], [times * z[-2], z[-1]]) if self.autonomous else z
 
-    def _free_gaps(self, seen: Seen) -> Sequence[tuple[float, float]]:
-        """Begins and lengths of the pauses between events, longest first; those in which a contact holds, sticks or
-        remembers come last."""
-        times = [one.time for one in seen.events]
-        last = {one.contact: one.after for one in seen.events}
-        gaps = []
-        for i, one in enumerate(seen.events):
-            last[one.contact] = one.after
-            after = times[i + 1] if i + 1 < len(times) else times[0] + seen.length
-            held = any(state in (STICK, TOUCHING) for state in last.values())
-            gaps.append((held, times[i] - after, times[i]))
-        return [(begin, -length) for _, length, begin in sorted(gaps)]
-
-    def held_at_start(self, seen: Seen) -> bool:
-        """Whether the strobe falls into a contact that closes, sticks or remembers."""
-        last = {one.contact: one.after for one in seen.events}
-        return any(state in (STICK, TOUCHING) for state in last.values())
-
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
         near = CLEAR * seen.length
         crowded = any(one.time < near or one.time > seen.length - near for one in seen.events)
-        if not crowded and not self.held_at_start(seen):
+        if not crowded and not held_at_start(seen.events):
             return None
-        gaps = self._free_gaps(seen)
+        gaps = pauses(seen.events, seen.length)
         if not gaps:
             return None
-        begin, pause = gaps[0]
+        _, begin, pause = gaps[0]
         later = (begin + pause / 2) % seen.length
         if pause < 2 * near or min(later, seen.length - later) < near / 4:
             return None
@@ -223,4 +252,6 @@ class FlowProblem(Problem):
         n = len(self.states)
         start = 0.0 if self.autonomous else self.phase * self.length(z) / self.strobe.every
         result, *_ = self._run(z, start, start + later)
-        return np.append(result.values[1], z[n:])
+        moved = np.append(result.values[1], z[n:])
+        moved[self.cyclic] = z[self.cyclic]
+        return moved

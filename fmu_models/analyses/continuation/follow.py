@@ -17,19 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
-from fmu_models.analyses.continuation.discontinuous import (
-    SAME,
-    Touch,
-    exchanged,
-    from_miss,
-    other_word,
-    repeats,
-)
+from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
+from fmu_models.analyses.continuation.discontinuous import SAME, Touch, exchanged, from_miss, other_word, repeats
 from fmu_models.analyses.continuation.equilibrium import hopf_of
 from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
-from fmu_models.analyses.continuation.problem import Passing
+from fmu_models.analyses.continuation.problem import TIE, Passing
 from fmu_models.analyses.continuation.same_motion import CLOSED, begun_at, between, images
 from fmu_models.analyses.continuation.several import at_once, is_part, with_all
 from fmu_models.analyses.continuation.way import Found, Way
@@ -58,10 +52,15 @@ HIDDEN, SHORT = 4, 3e-5
 
 @dataclass(frozen=True, eq=False)
 class Ahead:
-    """A change of the word that lies ahead: of what the present motion has, a "miss" or an "event"."""
+    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a state
+    or a "tie" of two events."""
 
     kind: str
     touch: Touch
+
+
+# how the point is located where one vanishes
+LOCATED = {"miss": from_miss, "event": from_event, "begin": from_vanishing, "tie": from_vanishing}
 
 
 class Follower:
@@ -294,7 +293,7 @@ class Follower:
             if name in reasons:
                 continue
             try:
-                touch = from_miss(node, passing) if kind == "miss" else from_event(node, passing)
+                touch = LOCATED[kind](node, passing)
                 ahead = node.tangent @ (touch.u - node.u) >= -1e-9
                 if not ahead or not self.between[0] <= touch.z[-1] <= self.between[1]:
                     raise Lost("the point lies elsewhere")
@@ -313,15 +312,20 @@ class Follower:
             after = touch.node.turned() if touch.node.along(touch.miss.gradient) < 0.0 else touch.node
             before = touch.event_side[0]
         else:
-            self._add(touch.node)
+            for one in touch.trail or (touch.node,):
+                self._add(one)
             before = touch.node
             try:
-                after = exchanged(touch) if touch.miss.turned else self._beyond(touch)
+                after, touch = _beyond(kind, touch)
             except Lost as error:
                 self.way.found.append((len(self.way.nodes), Found("jump", touch.node, touch, touch.node)))
-                self.way.end = ("jump", f"the motion begins to touch '{touch.miss.contact}' there: {error}")
+                name = touch.miss.contact
+                reason = f"what follows an event of '{name}' and the one before it depends on which comes first"
+                reason = reason if kind == "tie" else f"the motion begins to touch '{name}' there"
+                self.way.end = ("jump", f"{reason}: {error}")
                 return None
-        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after)))
+        other = from_other_side(touch, after) if kind == "begin" else None
+        self.way.found.append((len(self.way.nodes), Found("change", touch.node, touch, before, after, other)))
         distance = max(float(np.linalg.norm(after.u - touch.u)), 1e-7)
         if self._closed_at(touch):
             return None
@@ -334,17 +338,10 @@ class Follower:
         if self._repeats(after):
             self.way.end = ("parent", "the motion is that of half its period: it has come to the branch of its parent")
             return None
+        for one in reversed(other.trail if other else ()):
+            self._add(one.turned())
         self._add(after)
         return None if self._accumulates(touch) else (after, distance)
-
-    def _beyond(self, touch: Touch) -> Node:
-        """The motion that goes on from a touch: with all events that come there, if there are several."""
-        if len(at_once(touch)) == 1:
-            return other_word(touch)
-        found = with_all(touch)
-        if found is None:
-            raise Lost("several events come at once, and no motion with all of them goes on from it")
-        return found
 
     def _accumulates(self, touch: Touch) -> bool:
         """Whether one event after the other is added at values of the parameter that come together."""
@@ -400,11 +397,31 @@ def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
     for miss in node.seen.misses:
         rate = node.along(miss.gradient)
         if rate < 0.0 and -miss.value / rate < AHEAD * step:
-            coming.append((-miss.value / rate, "miss", miss))
+            kind = "begin" if miss.begins else "tie" if miss.slot == TIE else "miss"
+            coming.append((-miss.value / rate, kind, miss))
+    begun = [miss.time for _, kind, miss in coming if kind == "begin"]
     for event in node.seen.events:
         begins = event.before == AWAY or event.after == STICK or event.before * event.after == -1
-        if begins and np.isfinite(event.gradient).all():
+        if begins and event.time not in begun and np.isfinite(event.gradient).all():
             rate = node.along(event.gradient)
             if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:
                 coming.append((-event.value / (2.0 * rate), "event", event))
     return coming
+
+
+def _beyond(kind: str, touch: Touch) -> tuple[Node, Touch]:
+    """A motion of other events beyond a point, and the point: that of an exchange, if that is what it is. Of several
+    events that come at once it has all."""
+    if touch.miss.turned or kind in ("begin", "tie"):
+        return exchanged(touch), touch
+    if len(at_once(touch)) > 1:
+        found = with_all(touch)
+        if found is None:
+            raise Lost("several events come at once, and no motion with all of them goes on from it")
+        return found, touch
+    try:
+        return other_word(touch), touch
+    except Lost:
+        # at rest against one contact the slip at another one is least at all times, and at none
+        after = exchanged(touch)
+        return after, replace(touch, miss=replace(touch.miss, turned=True))

@@ -24,12 +24,7 @@ def hull_crossings(problem: Problem, without: Vector, with_it: Vector) -> dict[s
 
     def own(q: Vector) -> NDArray[np.complex128]:
         share = q[:, None, None]
-        found = np.linalg.eigvals((1.0 - share) * without + share * with_it).astype(complex)
-        if not problem.autonomous:
-            return found
-        kept = np.ones(found.shape, bool)
-        kept[np.arange(len(q)), np.abs(found - 1.0).argmin(axis=1)] = False
-        return found[kept].reshape(len(q), -1)
+        return problem.own(np.linalg.eigvals((1.0 - share) * without + share * with_it).astype(complex))
 
     def circle(found: NDArray[np.complex128]) -> NDArray[np.complex128]:
         n = found.shape[1]

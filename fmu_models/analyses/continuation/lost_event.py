@@ -16,7 +16,7 @@ from fmu_models.analyses.continuation.discontinuous import (
     speed_border,
 )
 from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, look, solved
-from fmu_models.analyses.continuation.problem import Passing, Vector
+from fmu_models.analyses.continuation.problem import TIE, Passing, Vector
 
 # speeds of an event, in parts of what it is a unit of u away: down to where it is followed, and where the multipliers
 # with it are extrapolated from
@@ -46,7 +46,8 @@ def from_event(start: Node, event: Passing) -> Touch:
     if without is None:
         raise Lost("no run without the event is near")
     u, seen = without
-    misses = [one for one in seen.misses if one.contact == event.contact and one.before == event.before]
+    near = [one for one in seen.misses if not one.begins and one.slot != TIE]
+    misses = [one for one in near if one.contact == event.contact and one.before == event.before]
     miss = min(misses, key=lambda one: abs(one.time - own.time), default=None)
     if miss is None:
         raise Lost("the event leaves no near miss behind")

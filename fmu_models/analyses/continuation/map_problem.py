@@ -29,8 +29,8 @@ class MapProblem(Problem):
         return self.map.states
 
     @property
-    def name(self) -> str:
-        return self.map.name
+    def system(self) -> Iteration:
+        return self.map
 
     @cached_property
     def _by_parameters(self) -> Any:

@@ -103,7 +103,8 @@ def scaled(node: Node) -> Vector:
 def _scaled(seen: Seen, scales: Vector) -> Vector:
     rows = scales[: len(seen.residual)].copy()
     jacobian = seen.jacobian * scales
-    if len(seen.monodromy) < len(rows):  # the equation of the phase has its own size
+    if len(seen.monodromy) < len(rows):  # a step of u along the motion is what the equation of the phase forbids
+        jacobian[-1] = seen.jacobian[-1] / scales
         rows[-1] = np.abs(jacobian[-1]).max() or 1.0
     return jacobian / rows[:, None]
 
@@ -136,7 +137,7 @@ def solved(
     word: Word | None = None,
     halvings: int = 4,
 ) -> Node:
-    """The motion at a guess of u that has the border at zero.
+    """The motion at a guess of u that has the border at zero, of more equations than one too, if they go together.
 
     Args:
         towards: the sense of its tangent.
@@ -169,7 +170,8 @@ def solved(
             break
         last = size
         try:
-            step = np.linalg.solve(matrix, residual)
+            square = matrix.shape[0] == matrix.shape[1]
+            step = np.linalg.solve(matrix, residual) if square else np.linalg.lstsq(matrix, residual)[0]
         except np.linalg.LinAlgError:
             break
         previous, u = u, u - step

@@ -77,6 +77,8 @@ def _coefficient(kind: str, problem: Problem, z: Vector, scales: Vector, width: 
     target: Any = {"flip": -1.0, "pitchfork": 1.0}.get(kind)
     if target is None:
         paired = np.flatnonzero(values.imag > 0.0)
+        if not len(paired):
+            return np.nan
         place = paired[np.abs(np.abs(values[paired]) - 1.0).argmin()]
     else:
         place = np.abs(values - target).argmin()

@@ -4,6 +4,9 @@
                          parameter
     P(x; T, p) - x = 0   and, where nothing forces it,   f(x) . dx = 0   (a step along the motion is none)
 
+A coordinate upon which nothing depends need not come back, as the height of what falls on and on: instead of its
+equation it stays where it is at the strobe.
+
 One run with tangents along x, q and p gives it all: end state, monodromy matrix, the derivative by p. Where p is the
 frequency of the forcing, or the period is unknown, the run's start t0 and length T change too; then
 
@@ -24,8 +27,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmu_models.analyses.section_system import SectionSystem
+
 Vector = NDArray[np.float64]
 Word = tuple[tuple[str, int, int], ...]
+
+
+TIE = 2
 
 
 def cyclic(word: Word) -> Word:
@@ -39,13 +47,15 @@ class Passing:
 
     Attributes:
         contact: its name.
-        slot: 0 the normal indicator, 1 the tangential one; of a miss.
+        slot: 0 the normal indicator, 1 the tangential one, ``TIE`` the time since an event of another contact; of a
+            miss. Of an event -1.
         side: of the margin of what sticks; of a miss.
         before, after: states of the contact; of a miss both are the present one.
         time: s, from the start of the run.
         value: speed at which the indicator falls (per s), or the least value of one that does not.
         gradient: (len(z),) derivative of that.
         turned: of a miss: an event of another contact turns what fell.
+        begins: of a miss: the force, or the acceleration, with which a state begins after an impact without rebound.
     """
 
     contact: str
@@ -57,11 +67,12 @@ class Passing:
     value: float
     gradient: Vector
     turned: bool = False
+    begins: bool = False
 
     @property
-    def key(self) -> tuple[str, int, int, int]:
+    def key(self) -> tuple[str, int, int, int, bool]:
         """What it has in common with the same one of a neighbour, but for its time."""
-        return self.contact, self.slot, self.side, self.before
+        return self.contact, self.slot, self.side, self.before, self.begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +107,15 @@ class Problem(ABC):
         second: name of the second one; "" for a branch.
         size: number of unknowns.
         states: names of the numbers of x.
+        neutral: how many multipliers are 1 of every motion: of a step along one that nothing forces, of a coordinate
+            upon which nothing depends.
     """
 
     over: str
     states: tuple[str, ...]
     second: str = ""
     autonomous: bool = False
+    neutral: int = 0
     phase: float = 0.0
 
     @property
@@ -120,8 +134,18 @@ class Problem(ABC):
 
     @property
     @abstractmethod
+    def system(self) -> SectionSystem:
+        """Whose motions they are."""
+
+    @property
     def name(self) -> str:
         """Of the model."""
+        return self.system.name
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Of states and parameters."""
+        return {name: self.system.unit_of(name) for name in (*self.states, *self.parameters)}
 
     @abstractmethod
     def opened(self, second: str) -> Problem:
@@ -190,5 +214,6 @@ class Problem(ABC):
         return found[np.lexsort((-np.real(found), -np.abs(found)))]
 
     def own(self, multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Those that may change: without the 1 of a motion that nothing forces."""
-        return np.delete(multipliers, np.abs(multipliers - 1.0).argmin()) if self.autonomous else multipliers
+        """(..., n - neutral): those that may change."""
+        kept = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
+        return np.take_along_axis(multipliers, kept, axis=-1)

@@ -34,7 +34,7 @@ from fmu_models.analyses.continuation.discontinuous import (
     with_speed,
 )
 from fmu_models.analyses.continuation.node import Lost, Node, look, tangent_of
-from fmu_models.analyses.continuation.problem import Passing, Seen, Vector
+from fmu_models.analyses.continuation.problem import TIE, Passing, Seen, Vector
 
 # misses are at once that are all so small, in their change by a unit of u
 TOGETHER = 1e-6
@@ -45,16 +45,16 @@ Letters = tuple[tuple[int, ...], ...]
 def at_once(touch: Touch) -> list[Passing]:
     """All near misses that become events at the point, that of the touch first."""
     node = touch.node
+    n = len(node.problem.states)
 
-    def at_point(one: Passing) -> float:
-        return abs(one.value + float(one.gradient @ (touch.z - node.z)))
+    def comes(one: Passing) -> bool:
+        """Whether it becomes an event at the point, and would not at once beside it, wherever that is."""
+        value = one.value + float(one.gradient @ (touch.z - node.z))
+        plain = one.slot != TIE and not one.turned and not one.begins and one.gradient[:n].any()
+        return bool(plain and abs(value) <= TOGETHER * size_of(one, node.scales))
 
-    others = [
-        one
-        for one in node.seen.misses
-        if one is not touch.miss and at_point(one) <= TOGETHER * size_of(one, node.scales)
-    ]
-    return [touch.miss, *others]
+    others = [one for one in node.seen.misses if one is not touch.miss and comes(one)]
+    return [touch.miss, *others] if comes(touch.miss) else [touch.miss]
 
 
 def other_words(touch: Touch, times: int = 1) -> Iterator[Node]:

@@ -12,18 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.analyses.continuation.curve import Curve
-from fmu_models.analyses.continuation.discontinuous import Touch, repeats
-from fmu_models.analyses.continuation.flow_problem import FlowProblem
+from fmu_models.analyses.continuation.discontinuous import Touch, event_kind, is_rigid, repeats
 from fmu_models.analyses.continuation.hull import hull_crossings
 from fmu_models.analyses.continuation.lost_event import with_event
 from fmu_models.analyses.continuation.node import Lost, Node, _scaled, solved
 from fmu_models.analyses.continuation.normal_form import KINDS, coefficient, criticality
-from fmu_models.analyses.continuation.problem import Vector, Word
+from fmu_models.analyses.continuation.problem import TIE, Vector, Word
 from fmu_models.analyses.continuation.trace import curve_of
 from fmu_models.analyses.continuation.way import Found
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
-from fmu_models.codegen.contact_states import AWAY, STICK
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
 ASIDE = (1e-3, 1e-4)
@@ -151,14 +149,33 @@ def special_of(
         words = (before.word if before else node.word, after.word if after else node.word)
         if found.kind != "jump" and touch.miss.turned:
             kind = "sliding exchange"
+        elif touch.miss.slot == TIE:
+            kind, words = "tie", words if found.kind != "jump" else (node.word, ())
+        elif found.kind != "jump" and touch.miss.begins:
+            kind, more = _detachment(found, touch)
+            common |= more
         elif found.kind != "jump":
             kind, more = _discontinuous(found, touch)
             common |= more
         else:
-            kind, words = "grazing, rigid" if _is_rigid(touch) else "jump", (node.word, ())
+            kind, words = "grazing, rigid" if is_rigid(problem, touch.miss.contact) else "jump", (node.word, ())
         common["contact"] = touch.miss.contact
     state = dict(zip(problem.states, state_at(node, 0.0).tolist(), strict=True))
-    return Special(kind=kind, value=value, state=state, words=words, multipliers=node.multipliers, **common)
+    common = {"multipliers": node.multipliers, **common}
+    return Special(kind=kind, value=value, state=state, words=words, **common)
+
+
+def _detachment(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
+    node = touch.node
+    sides = sorted([one for one in (touch, found.other) if one], key=lambda one: len(one.node.word))
+    matrices = [one.node.seen.monodromy if one.monodromy is None else one.monodromy for one in sides]
+    multipliers = [node.problem.multipliers(one) for one in matrices]
+    more: dict[str, Any] = {"multipliers": multipliers[0]}
+    if len(sides) > 1:
+        more |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
+        more["crossings"] = hull_crossings(node.problem, *matrices)
+    return "detachment", more
 
 
 def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
@@ -184,18 +201,7 @@ def _discontinuous(found: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
 
 def kind_of(touch: Touch, first: Node) -> str:
     """By the event that is there on one side."""
-    event = newest(touch, first)
-    if _is_rigid(touch):
-        return "grazing, rigid"
-    if event.before == AWAY:
-        return "grazing, compliant"
-    return "grazing-sliding corner" if event.after == STICK else "touch"
-
-
-def _is_rigid(touch: Touch) -> bool:
-    """Whether what touches is a rigid contact at its wall."""
-    problem = touch.node.problem
-    return isinstance(problem, FlowProblem) and touch.miss.contact in problem.strobe.fmu.impacts
+    return event_kind(touch.node.problem, newest(touch, first))
 
 
 def newest(touch: Touch, first: Node) -> Any:

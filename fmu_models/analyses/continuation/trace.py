@@ -11,49 +11,30 @@ Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 8.1, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
-from fmu_models.analyses.continuation.condition import Condition, Determinant, Miss, pinned
+from fmu_models.analyses.continuation.codimension import REAL, Function, functions, holds
+from fmu_models.analyses.continuation.condition import Condition, Determinant, Miss, Rank, pinned
 from fmu_models.analyses.continuation.curve import Curve, told
-from fmu_models.analyses.continuation.discontinuous import size_of
-from fmu_models.analyses.continuation.node import Border, Lost, Node, _scaled, arclength, look
+from fmu_models.analyses.continuation.meeting import met
+from fmu_models.analyses.continuation.node import Border, Lost, Node, arclength, look
 from fmu_models.analyses.continuation.problem import Vector
 from fmu_models.base.errors import StickslipError
 
 # kinds of branches' specials, and the determinant that vanishes all along their curves
 SMOOTH = {"fold": "fold", "flip": "flip", "Neimark-Sacker": "Neimark-Sacker", "Hopf": "Neimark-Sacker"}
+# those at which two branches cross, or one ends at another
+CROSSING = ("pitchfork", "branch point", "flip of the parent")
 # steps, in u: the first, the longest, the shortest
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-6
 # states beyond so many times their scale, or their begin, are on their way to infinity
 LARGE = 50.0
-# of its change by a unit of u: the least value of a miss, or the speed of an event, that is about to vanish
-NEAR = 1e-5
 # least cosine between tangents of neighbours
 STRAIGHT = 0.95
-# what it is that another multiplier passes
-MEETINGS = {
-    ("fold", "+1"): "1:1 resonance",
-    ("fold", "-1"): "fold-flip",
-    ("fold", "circle"): "fold-Neimark-Sacker",
-    ("flip", "+1"): "fold-flip",
-    ("flip", "-1"): "1:2 resonance",
-    ("flip", "circle"): "flip-Neimark-Sacker",
-    ("Neimark-Sacker", "+1"): "fold-Neimark-Sacker",
-    ("Neimark-Sacker", "-1"): "flip-Neimark-Sacker",
-    ("Neimark-Sacker", "circle"): "double Neimark-Sacker",
-    ("Neimark-Sacker", "1:1"): "1:1 resonance",
-    ("Neimark-Sacker", "1:2"): "1:2 resonance",
-    ("Neimark-Sacker", "1:3"): "1:3 resonance",
-    ("Neimark-Sacker", "1:4"): "1:4 resonance",
-}
-# where the pair of a Neimark-Sacker point becomes real: beyond, its determinant vanishes at saddles
-REAL = ("1:1 resonance", "1:2 resonance")
-PASSES = {"+1": "fold", "-1": "flip", "circle": "Neimark-Sacker"}
 
 
 def curve_of(
@@ -76,11 +57,6 @@ def curve_of(
     Raises:
         StickslipError: a kind that has no curve, no such parameter, a range that does not hold the present value.
     """
-    if miss is None and kind not in SMOOTH:
-        raise StickslipError(
-            f"A {kind} is not followed over a second parameter: folds, flips, Neimark-Sacker and Hopf points are, and "
-            "all where the word changes. A pitchfork goes with a symmetry, or another parameter takes it apart."
-        )
     if second == node.problem.over:
         raise StickslipError(f"The branch is followed over '{second}' already; name another parameter.")
     problem = node.problem.opened(second)
@@ -92,17 +68,24 @@ def curve_of(
         )
     scales, z = np.insert(node.scales, n, high - low), np.insert(node.z, n, value)
     seen = problem.see(z)
-    condition: Condition = Determinant(SMOOTH[kind], node.word) if miss is None else Miss(miss, node.word)
+    condition = _condition(kind, node, miss)
     begin = replace_node(node, problem, scales, z, seen)
     box = {n: (low, high), len(z) - 1: (min(within), max(within))}
     try:
         begin = condition.solved(begin, begin.u, pinned(n, value), 0.0)
-        begin = _directed(condition, begin, None)
+        begin = condition.directed(begin, None)
     except Lost as error:
         raise StickslipError(f"The curve of the {kind} could not be begun: {error}.") from None
-    forward = _Way(condition, begin, box, points).follow()
-    backward = None if forward.end[0] in ("closed", "interrupted") else _Way(condition, begin.turned(), box, points)
+    forward = _Way(kind, condition, begin, box, points).follow()
+    once = forward.end[0] in ("closed", "interrupted")
+    backward = None if once else _Way(kind, condition, begin.turned(), box, points)
     return _made(kind, condition, forward, backward.follow() if backward else None)
+
+
+def _condition(kind: str, node: Node, miss: Any) -> Condition:
+    if miss is not None:
+        return Miss(miss, node.word)
+    return Rank(node.word) if kind in CROSSING else Determinant(SMOOTH[kind], node.word)
 
 
 def replace_node(node: Node, problem: Any, scales: Vector, z: Vector, seen: Any) -> Node:
@@ -110,31 +93,14 @@ def replace_node(node: Node, problem: Any, scales: Vector, z: Vector, seen: Any)
     return Node(problem, scales, z, seen, np.zeros_like(z))
 
 
-def _directed(condition: Condition, node: Node, towards: Vector | None) -> Node:
-    """With the tangent of the curve."""
-    rows = np.vstack([_scaled(node.seen, node.scales), condition.gradient(node) * node.scales])
-    rows /= np.abs(rows).max(axis=1, keepdims=True)
-    tangent = np.linalg.svd(rows)[2][-1]
-    sense = tangent[len(node.problem.states)] if towards is None else tangent @ towards
-    return replace(node, tangent=tangent if sense >= 0.0 else -tangent)
-
-
-def _stuck(node: Node, error: Lost) -> tuple[str, str]:
-    """Why a curve goes no further."""
-    at = ", ".join(f"{name} = {value:.9g}" for name, value in node.problem.values(node.z).items())
-    near = [
-        one for one in (*node.seen.misses, *node.seen.events) if 0.0 <= one.value < NEAR * size_of(one, node.scales)
-    ]
-    if near:
-        return "event", f"an event of '{near[0].contact}' comes or goes at {at}"
-    return "unresolved", f"the curve goes no further at {at}: {error}"
-
-
 class _Way:
     """One direction of a curve."""
 
-    def __init__(self, condition: Condition, begin: Node, box: Mapping[int, tuple[float, float]], points: int) -> None:
-        self.condition, self.begin, self.box, self.points = condition, begin, box, points
+    def __init__(
+        self, kind: str, condition: Condition, begin: Node, box: Mapping[int, tuple[float, float]], points: int
+    ) -> None:
+        self.kind, self.condition, self.begin, self.box, self.points = kind, condition, begin, box, points
+        self.functions = functions(kind, condition)
         self.nodes: list[Node] = [begin]
         self.met: list[tuple[int, str, Node]] = []
         self.end = ("points", f"{points} were followed; ask for more")
@@ -157,9 +123,13 @@ class _Way:
             try:
                 after = self._step(node, step)
             except Lost as error:
+                if self._touches(node, step):
+                    return
                 step /= 2
                 if step < SHORTEST:
-                    self.end = _stuck(node, error)
+                    values = node.problem.values(node.z).items()
+                    at = ", ".join(f"{name} = {value:.9g}" for name, value in values)
+                    self.end = ("unresolved", f"the curve goes no further at {at}: {error}")
                     return
                 continue
             for kind, one in self._meetings(node, after):
@@ -184,17 +154,27 @@ class _Way:
                 bound = min(max(value, low), high)
                 step = (bound / node.scales[place] - node.u[place]) / node.tangent[place]
                 guess, pin = node.u + step * node.tangent, pinned(place, bound)
-        after = _directed(self.condition, self.condition.solved(node, guess, pin, step), node.tangent)
+        after = self.condition.directed(self.condition.solved(node, guess, pin, step), node.tangent)
         if after.tangent @ node.tangent < STRAIGHT:
             raise Lost("it turns too fast")
         return after
 
+    def _touches(self, node: Node, step: float) -> bool:
+        """Whether another event comes or goes within a step; the curve ends there."""
+        found = met(self.kind, self.condition, node, step)
+        if found is None:
+            return False
+        name, contact, last = found
+        self.met.append((len(self.nodes), name, last))
+        self.nodes.append(last)
+        self.end = (name, f"an event of '{contact}' comes or goes")
+        return True
+
     def at(self, node: Node, step: float) -> Node:
         """The point of the curve so far from a node along its tangent."""
         pin = arclength(node.u, node.tangent, node.scales, step)
-        return _directed(
-            self.condition, self.condition.solved(node, node.u + step * node.tangent, pin, step), node.tangent
-        )
+        found = self.condition.solved(node, node.u + step * node.tangent, pin, step)
+        return self.condition.directed(found, node.tangent)
 
     def _outward(self, node: Node) -> int | None:
         """The place of a parameter that is at the end of its range and leaves it."""
@@ -233,7 +213,7 @@ class _Way:
         try:
             placed = replace_node(node, problem, node.scales, z, seen)
             placed = self.condition.solved(placed, placed.u, pinned(n, float(z[n])), 0.0)
-            placed = _directed(self.condition, placed, None)
+            placed = self.condition.directed(placed, None)
         except Lost:
             return node
         return placed if placed.tangent[[n, -1]] @ node.tangent[[n, -1]] >= 0.0 else placed.turned()
@@ -242,39 +222,22 @@ class _Way:
         """Points of codimension 2 between neighbours."""
         found = []
         whole = float(before.tangent @ (after.u - before.u))
-        first, last = self._passing(before), self._passing(after)
-        for name in sorted(first.keys() & last.keys()):
-            if first[name] * last[name] >= 0.0:
+        for name, function in self.functions.items():
+            ends = function(before, before), function(after, before)
+            if not ends[0] * ends[1] < 0.0:
                 continue
 
-            def test(place: float, name: str = name) -> float:
-                return self._passing(self.at(before, place) if place else before)[name]
+            def test(place: float, function: Function = function) -> float:
+                return function(self.at(before, place) if place else before, before)
 
             try:
                 place = float(np.asarray(brentq(test, 0.0, whole, xtol=1e-13)))
-                found.append((name, self.at(before, place)))
-            except (Lost, ValueError, KeyError):
+                node = self.at(before, place)
+                if holds(name, function(node, before), ends, node, before):
+                    found.append((place, name, node))
+            except (Lost, ValueError):
                 continue
-        return found
-
-    def _passing(self, node: Node) -> dict[str, float]:
-        """Functions that change their signs where another multiplier passes +1, -1, the circle, by what it is then."""
-        own: Any = node.problem.own(node.multipliers)
-        kind = self.condition.kind
-        more: dict[str, float] = {}
-        if kind == "Neimark-Sacker":
-            pairs = [(abs(own[i] * own[j] - 1.0), i, j) for i in range(len(own)) for j in range(i)]
-            _, i, j = min(pairs)
-            cosine = float((own[i] + own[j]).real) / 2.0
-            more = {"1:1": cosine - 1.0, "1:2": cosine + 1.0, "1:3": cosine + 0.5, "1:4": cosine}
-            own = np.delete(own, [i, j])
-        elif kind:
-            own = np.delete(own, np.abs(own - (1.0 if kind == "fold" else -1.0)).argmin())
-        pairs = [own[i] * own[j] for i in range(len(own)) for j in range(i)]
-        found = {"+1": float(np.prod(own - 1.0).real), "-1": float(np.prod(own + 1.0).real), **more}
-        if pairs and (np.abs(own.imag) > 1e-9).any():
-            found["circle"] = float(np.prod(np.array(pairs) - 1.0).real)
-        return {MEETINGS[kind, name] if kind else PASSES[name]: value for name, value in found.items()}
+        return [(name, node) for _, name, node in sorted(found, key=lambda one: one[0])]
 
 
 def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None) -> Curve:
@@ -285,7 +248,6 @@ def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None)
         met = list(reversed(backward.met)) + met
     problem = nodes[0].problem
     all_told = [told(kind, node, condition.place(node)) for node in nodes]
-    name: Callable[[str], str] = (lambda one: one) if isinstance(condition, Determinant) else f"{kind} and {{}}".format
     return Curve(
         kind,
         problem.name,
@@ -297,8 +259,9 @@ def _made(kind: str, condition: Condition, forward: _Way, backward: _Way | None)
         np.array([list(one.state.values()) for one in all_told]),
         np.array([one.period for one in all_told]),
         np.array([one.multipliers for one in all_told]),
-        tuple(told(name(one), node, condition.place(node)) for _, one, node in met),
+        tuple(told(one, node, condition.place(node)) for _, one, node in met),
         (ends[0], ends[1]),
+        problem.units,
         tuple(nodes),
         condition,
     )

@@ -11,14 +11,15 @@ from fmu_models.analyses.continuation.node import Node
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Something special on the way: its kind, the motion there, and, where the word changes, the point and the motions
-    on both sides."""
+    """Something special on the way: its kind, the motion there, and, where the word changes, the point, the motions on
+    both sides, and the point as it was found from the other one, if it was."""
 
     kind: str
     node: Node
     touch: Touch | None = None
     before: Node | None = None
     after: Node | None = None
+    other: Touch | None = None
 
 
 @dataclass(eq=False)

@@ -1,8 +1,9 @@
 /*
- * Growth of the differences that tangents carry: Gram and Schmidt's method, twice, so that what is left of a vector
- * beside those before it is at right angles to them to rounding.
+ * Growth of the differences that tangents carry: Gram and Schmidt's method, twice where little is left of a vector beside
+ * those before it, so that this is at right angles to them to rounding.
  *
- * Source: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980).
+ * Sources: Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15 (1980); Daniel, Gragg, Kaufman, Stewart, Mathematics of
+ * Computation 30 (1976) (when twice).
  */
 #include "growth.h"
 
@@ -12,6 +13,8 @@
 static const double NOTHING_LEFT = 1e-13;
 /* and of one that a closed or sticking contact, which takes differences away, may have taken */
 static const double TAKEN = 1e-11;
+/* once is enough for what keeps this share */
+static const double MUCH_LEFT = 0.7;
 
 static double growth_product(const double *a, const double *b, int length)
 {
@@ -22,28 +25,36 @@ static double growth_product(const double *a, const double *b, int length)
     return sum;
 }
 
-void growth_orthonormalize(double *vectors, int n, int length, int losing, double *growth)
+/* take out of v what lies along the k vectors before it, a distance apart; what is left */
+static double growth_beside(double *v, const double *before, int k, int apart, int length)
+{
+    for (int j = 0; j < k; j++) {
+        const double *u = before + (long)j * apart;
+        const double along = growth_product(u, v, length);
+        for (int i = 0; i < length; i++) {
+            v[i] -= along * u[i];
+        }
+    }
+    return sqrt(growth_product(v, v, length));
+}
+
+void growth_orthonormalize(double *vectors, int n, int apart, int length, int losing, double *growth)
 {
     const double least = losing ? TAKEN : NOTHING_LEFT;
     double largest = 1.0; /* they came in as unit vectors */
     for (int k = 0; k < n; k++) {
-        double *v = vectors + (long)k * length;
+        double *v = vectors + (long)k * apart;
         const double whole = sqrt(growth_product(v, v, length));
         largest = fmax(largest, whole);
-        for (int pass = 0; pass < 2; pass++) {
-            for (int j = 0; j < k; j++) {
-                const double *u = vectors + (long)j * length;
-                const double along = growth_product(u, v, length);
-                for (int i = 0; i < length; i++) {
-                    v[i] -= along * u[i];
-                }
-            }
+        double size = growth_beside(v, vectors, k, apart, length);
+        if (size < MUCH_LEFT * whole) {
+            size = growth_beside(v, vectors, k, apart, length);
         }
-        const double size = sqrt(growth_product(v, v, length));
         const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
-        growth[k] += lost ? -INFINITY : log(size);
+        growth[k] *= lost ? 0.0 : size;
+        const double scale = lost ? 0.0 : 1.0 / size;
         for (int i = 0; i < length; i++) {
-            v[i] = lost ? 0.0 : v[i] / size;
+            v[i] = lost ? 0.0 : v[i] * scale;
         }
     }
 }

@@ -15,6 +15,9 @@
 #include "../whole_run/restart.h"
 #include "growth.h"
 
+/* growth beyond which its logarithm is taken */
+static const double FAR = 1e100;
+
 enum { ENSEMBLE_WIDTH = MODEL_NX + MODEL_NC + ENSEMBLE_TIMES };
 
 void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
@@ -58,9 +61,64 @@ static RunStatus journey_flow(Job *job)
     }
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
-    growth_orthonormalize(job->directions[0], n, EXTENDED, 0, growth);
+    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 0, growth);
     job->speed = journey_norm(rates, MODEL_NX);
     return RUN_OK;
+}
+
+/* the growth since this was done last, to that of the present row */
+static void journey_add_growth(Job *job)
+{
+    const Ensemble *e = job->e;
+    const int64_t row = journey_row(job);
+    for (int k = 0; k < e->n_directions; k++) {
+        if (row >= 0 && e->growth) {
+            e->growth[row * e->n_directions + k] += log(job->grown[k]);
+        }
+        job->grown[k] = 1.0;
+    }
+}
+
+void journey_differences(Job *job, double speed)
+{
+    const Ensemble *e = job->e;
+    const int n = (int)e->n_directions;
+    const int64_t row = journey_row(job);
+    double unused[EXTENDED * EXTENDED];
+    if (e->jacobians) {
+        double *jacobian = row < 0 ? unused : e->jacobians + row * EXTENDED * n;
+        for (int k = 0; k < n; k++) {
+            for (int i = 0; i < EXTENDED; i++) {
+                jacobian[i * n + k] = job->directions[k][i];
+            }
+        }
+        journey_unit(job, 0, job->directions);
+        return;
+    }
+    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->walk.losing, job->grown);
+    if (e->flow) {
+        job->grown[0] /= speed / job->speed;
+        job->speed = speed;
+    }
+    int far = 0;
+    for (int k = 0; k < n; k++) {
+        far |= !(job->grown[k] > 1.0 / FAR && job->grown[k] < FAR);
+    }
+    if (far) {
+        journey_add_growth(job);
+    }
+}
+
+void journey_make_tangents(const Job *job)
+{
+    const Ensemble *e = job->e;
+    if (e->n_directions == 0) {
+        return;
+    }
+    tangents_start(e->room, &job->m->core.run, (int)e->n_directions);
+    for (int k = 0; k < e->n_directions; k++) {
+        tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
+    }
 }
 
 static Outcome journey_tangents(Job *job)
@@ -108,12 +166,11 @@ static Outcome journey_place(Job *job, int64_t i)
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
     }
-    if (e->n_directions > 0) {
-        tangents_start(e->room, r, (int)e->n_directions);
-        for (int k = 0; k < e->n_directions; k++) {
-            tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
-        }
+    job->length = EXTENDED;
+    for (int k = 0; k < EXTENDED; k++) {
+        job->grown[k] = 1.0;
     }
+    journey_make_tangents(job);
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
     m->core.phase = PHASE_STEP;
     m->core.settled = 1;
@@ -160,6 +217,7 @@ static void journey_record(Job *job, const Place *at)
     Walk *w = &job->walk;
     const int64_t row = journey_row(job);
     section_step_close_row(at->state, at->time, w);
+    journey_add_growth(job);
     if (row >= 0 && e->points) {
         double *point = e->points + row * ENSEMBLE_WIDTH;
         memcpy(point, at->x, MODEL_NX * sizeof *point);

@@ -16,7 +16,9 @@ typedef struct {
     int64_t batched;      /* steps in the present row */
     double waited;        /* time in it */
     double directions[MODEL_ROOM(MODEL_NX + MODEL_NC + 1)][EXTENDED];
-    double speed; /* of the motion, where the first tangent began */
+    double grown[EXTENDED]; /* of each in the present row, as a factor, beyond what its row has */
+    int length;             /* numbers of a direction that are not always zero */
+    double speed;           /* of the motion, where the first tangent began */
 } Job;
 
 /* where a motion is, on the section */
@@ -30,6 +32,11 @@ typedef struct {
 int64_t journey_row(const Job *job);
 /* choose the contact states of run i at its start, and make the first tangents; memory: arrival_numbers */
 Outcome journey_start(Job *job, int64_t i, double *memory);
+/* room for the tangents of the run whose values the instance has */
+void journey_make_tangents(const Job *job);
+/* the run has stepped with tangents: the derivative of the step, or their growth, into its row; speed: of the motion now,
+   where the first is along it */
+void journey_differences(Job *job, double speed);
 /* the run has made one more step, over a time: rows, repetition and orbits; 1 if it is over, with its outcome */
 int journey_note(Job *job, const Place *at, double time, Outcome *outcome);
 /* it is over */

@@ -12,10 +12,13 @@
 
 #include "../events/run.h"
 #include "../fmi/variables.h"
-#include "journey.h"
 #include "lane_stepper.h"
+#include "series_runs.h"
 
-enum { LANE_RUNS_TOGETHER = 256 };
+enum {
+    LANE_RUNS_TOGETHER = 256,
+    TANGENTS = MODEL_NX * MODEL_NX /* numbers of one motion, at most */
+};
 
 /* what the engine knows of a motion beside its point, from one of its own steps to the next */
 typedef struct {
@@ -40,9 +43,19 @@ static const LaneStepper *stepper_of(const void *stepper)
     return s && s->version == LANE_STEPPER_VERSION && strcmp(s->token, MODEL_TOKEN) == 0 ? s : NULL;
 }
 
+/* whether a difference begins along what is no state */
+static int beside_states(const Ensemble *e)
+{
+    int found = e->n_directions > MODEL_NX;
+    for (int64_t k = 0; k < e->n_directions; k++) {
+        found |= e->along[k] >= MODEL_NX;
+    }
+    return found;
+}
+
 int lane_runs_possible(const Ensemble *e)
 {
-    return stepper_of(e->lanes) && e->kind == SECTION_STROBE && e->n_directions == 0 && e->n_rows + e->transient > 0;
+    return stepper_of(e->lanes) && e->kind == SECTION_STROBE && !beside_states(e) && e->n_rows + e->transient > 0;
 }
 
 int64_t lane_runs_room(const void *stepper, int64_t longest)
@@ -53,7 +66,7 @@ int64_t lane_runs_room(const void *stepper, int64_t longest)
     }
     return in_lines(sizeof(Together))
            + in_lines(LANE_RUNS_TOGETHER * arrival_numbers(longest) * (int64_t)sizeof(double))
-           + s->room(LANE_RUNS_TOGETHER);
+           + in_lines(LANE_RUNS_TOGETHER * TANGENTS * (int64_t)sizeof(double)) + s->room(LANE_RUNS_TOGETHER);
 }
 
 /* the motion of the run, which has just been placed or stepped by series */
@@ -86,6 +99,7 @@ static RunStatus give(Together *t, int slot)
         job->m->core.settled = 1;
         t->loaded = job->run;
         run_parameters_changed(r);
+        journey_make_tangents(job);
     }
     run_touched(r);
     r->at.time = e->origin;
@@ -125,14 +139,37 @@ static Outcome step_by_series(Together *t, int slot)
     if (give(t, slot) == RUN_ERROR) {
         return OUTCOME_BROKEN;
     }
-    const Outcome outcome = section_step(&job->m->core.run, &job->walk);
+    const Outcome outcome = series_step(job);
     take(&job->m->core.run, job, &t->motion[slot], &t->kept[slot]);
     t->series[slot] = 1;
     return outcome;
 }
 
+/* differences of a motion into the room of the stepper, and back after a step that it has made */
+static void give_tangents(const Job *job, double *tangents)
+{
+    for (int64_t k = 0; k < job->e->n_directions; k++) {
+        memcpy(tangents + k * MODEL_NX, job->directions[k], MODEL_NX * sizeof *tangents);
+    }
+}
+
+static void take_tangents(Job *job, const LaneMotion *motion, const double *tangents)
+{
+    if (job->e->n_directions == 0) {
+        return;
+    }
+    for (int64_t k = 0; k < job->e->n_directions; k++) {
+        memcpy(job->directions[k], tangents + k * MODEL_NX, MODEL_NX * sizeof *tangents);
+    }
+    job->walk.losing = 0;
+    for (int c = 0; c < MODEL_NC; c++) {
+        job->walk.losing |= motion->began[c] != job->walk.began[c] && !model_contact_is_stop[c];
+    }
+    journey_differences(job, motion->speed);
+}
+
 /* what comes of the step that a motion has made; 1 if its run is over */
-static int step_made(Together *t, int slot, Outcome *outcome)
+static int step_made(Together *t, int slot, const double *tangents, Outcome *outcome)
 {
     Job *job = &t->job[slot];
     Ensemble *e = job->e;
@@ -149,36 +186,22 @@ static int step_made(Together *t, int slot, Outcome *outcome)
     if (*outcome != OUTCOME_FINISHED) {
         return 1;
     }
+    if (motion->decided) {
+        take_tangents(job, motion, tangents);
+    }
     memcpy(job->walk.held, motion->held, sizeof motion->held);
     memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
     memcpy(job->walk.began, motion->began, sizeof motion->began);
+    if (e->flow && job->left == 1 && give(t, slot) == RUN_ERROR) {
+        *outcome = OUTCOME_BROKEN; /* journey_note may begin differences anew along the motion */
+        return 1;
+    }
     const Place at = {motion->x, motion->memory, motion->state, e->origin};
     const int over = journey_note(job, &at, e->periods[job->run], outcome);
     memcpy(motion->held, job->walk.held, sizeof motion->held);
     memcpy(motion->since, job->walk.contact_since, sizeof motion->since);
     memcpy(motion->began, job->walk.began, sizeof motion->began);
     return over;
-}
-
-/* all of a run by series */
-static Outcome run_by_series(Job *job)
-{
-    const Ensemble *e = job->e;
-    const Run *r = &job->m->core.run;
-    Outcome outcome;
-    do {
-        if (e->stop && *(const volatile int32_t *)e->stop) {
-            return OUTCOME_STOPPED;
-        }
-        outcome = section_step(&job->m->core.run, &job->walk);
-        if (outcome != OUTCOME_FINISHED) {
-            return outcome;
-        }
-        const Place at = {r->at.x, r->at.memory, r->at.state, r->at.time};
-        if (journey_note(job, &at, r->at.time - job->walk.since, &outcome)) {
-            return outcome;
-        }
-    } while (1);
 }
 
 /* the next runs that begin without an error take a place; 0 if there is none left */
@@ -207,8 +230,9 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
         steady &= e->starts[i] == e->origin;
         if (outcome == OUTCOME_FINISHED
             && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->origin, e->periods[i]))) {
-            outcome = run_by_series(job);
+            outcome = series_run(job);
         } else if (outcome == OUTCOME_FINISHED) {
+            job->length = MODEL_NX;
             take(r, job, motion, &t->kept[slot]);
             t->series[slot] = 1;
             motion->wanted = 1;
@@ -228,7 +252,10 @@ Status lane_runs(Instance *m, Ensemble *e)
     const int64_t numbers = arrival_numbers(e->longest);
     const int together = e->follow ? 1 : e->n_runs < LANE_RUNS_TOGETHER ? (int)e->n_runs : LANE_RUNS_TOGETHER;
     double *memory = (double *)(void *)(base + in_lines(sizeof *t));
-    void *room = base + in_lines(sizeof *t) + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double));
+    double *tangents = memory
+                       + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double)) / (int64_t)sizeof(double);
+    void *room = (char *)tangents + in_lines(LANE_RUNS_TOGETHER * TANGENTS * (int64_t)sizeof(double));
+    const int64_t each = e->n_directions * MODEL_NX;
     int going = 0;
     s->open(room, together);
     for (int slot = 0; slot < together; slot++) {
@@ -243,10 +270,13 @@ Status lane_runs(Instance *m, Ensemble *e)
             }
             break;
         }
-        s->step(room, t->motion);
+        for (int slot = 0; slot < together && each > 0; slot++) {
+            give_tangents(&t->job[slot], tangents + slot * each);
+        }
+        s->step(room, t->motion, e->n_directions, tangents);
         for (int slot = 0; slot < together; slot++) {
             Outcome outcome;
-            if (!t->motion[slot].wanted || !step_made(t, slot, &outcome)) {
+            if (!t->motion[slot].wanted || !step_made(t, slot, tangents + slot * each, &outcome)) {
                 continue;
             }
             journey_end(&t->job[slot], outcome);

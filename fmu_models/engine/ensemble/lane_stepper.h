@@ -8,7 +8,7 @@
 #include "../model/model.h"
 
 /* changes with this header */
-enum { LANE_STEPPER_VERSION = 1 };
+enum { LANE_STEPPER_VERSION = 2 };
 
 /* one motion, between two strobes */
 typedef struct {
@@ -20,6 +20,7 @@ typedef struct {
     int32_t began[NC];
     int32_t wanted;  /* to be stepped */
     int32_t decided; /* it was: the motion is at the next strobe, where its time is the same */
+    double speed;    /* of the states there, where tangents are followed */
 } LaneMotion;
 
 typedef struct {
@@ -32,8 +33,8 @@ typedef struct {
     /* motion `slot` has these parameters and inputs, is strobed every `period`, and the forcing is that from `origin`
        on; 0: it is none for lanes */
     int (*place)(void *room, int64_t slot, const double *p, const double *u, double origin, double period);
-    /* step all motions that want it */
-    void (*step)(void *room, LaneMotion *motions);
+    /* step all motions that want it, and differences of neighbours along each, tangents[motion][direction][state] */
+    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents);
 } LaneStepper;
 
 #endif

@@ -4,6 +4,7 @@
  *     its slope at MISS_SAMPLES + 1 places: from below zero to above  -> bracket, halved to rounding
  *     there the indicator's slope vanishes, so that its derivative at a fixed time is that of the minimum
  *     an event of another contact may turn it too: then the time of that event moves the minimum along
+ *     after an impact without rebound the force that holds the contact, or the acceleration at which it leaves its wall
  */
 #include "near_miss.h"
 
@@ -132,6 +133,35 @@ static void settle_pending(const Run *r, Tangents *tangents, NearMisses *misses)
     misses->pending = 0;
 }
 
+/*
+ * What an impact without rebound leaves behind is decided by the force with which the contact would be held: it stays
+ * while that pushes, and leaves its wall otherwise, at an acceleration that is none where the force is none.
+ */
+static void note_beginnings(const Run *r, Tangents *tangents, NearMisses *misses)
+{
+    const int n = tangents->count;
+    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+        const int state = r->at.state[c];
+        const int leaves = state == CONTACT_AWAY && r->at.known[c][SLOT_NORMAL] == 2;
+        if (!model_contact_is_impact[c] || !r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) {
+            continue;
+        }
+        const int order = leaves ? 2 : 0;
+        const double sign = location_indicator(r, c, SLOT_NORMAL) * (leaves ? 2.0 : 1.0);
+        const int64_t row = misses->count++;
+        if (row >= misses->capacity) {
+            continue;
+        }
+        misses->list[row] = (NearMiss){.time = r->segment_start, .contact = c, .state = state, .begins = 1};
+        for (int k = 0; k < n; k++) {
+            IndicatorSeries f;
+            indicator_series(r, variation_of(tangents, k), k % PAIR, c, SLOT_NORMAL, 0, &f);
+            misses->derivatives[row * n + k] = sign * f.derivative[order];
+            misses->list[row].value = sign * f.value[order];
+        }
+    }
+}
+
 typedef void (*OfIndicator)(const Run *r, Tangents *tangents, int c, int slot, int side, double end,
                             NearMisses *misses);
 
@@ -160,6 +190,10 @@ void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses
         return;
     }
     settle_pending(r, tangents, misses);
+    if (misses->events != r->events && !r->segment_rooted) {
+        note_beginnings(r, tangents, misses);
+    }
+    misses->events = r->events;
     each_pending_indicator(r, tangents, end, misses, search_misses);
     if (r->segment_event && length >= r->segment_length) {
         each_pending_indicator(r, tangents, end, misses, keep_falling);

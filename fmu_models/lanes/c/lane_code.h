@@ -15,6 +15,7 @@
  *              go to the earliest root, change the mode; next lane when the point of the grid is reached
  */
 
+#include "lane_tangents.h"
 #include "lane_vectors.h"
 
 #include "lane_roots.h"
@@ -100,10 +101,13 @@ typedef struct {
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
     V tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     M known[LANES_NG];
-    int64_t slot[LANES_W]; /* -1: empty */
-    int goal[LANES_W];     /* the point of the grid to which time is left */
+    V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
+    int64_t slot[LANES_W];             /* -1: empty */
+    int goal[LANES_W];                 /* the point of the grid to which time is left */
     int rounds[LANES_W];
 } NAME(Bench);
+
+#include "lane_variation.h"
 
 static void NAME(load_mode)(NAME(Bench) * b, int l, const LaneMode *m)
 {
@@ -151,6 +155,8 @@ static void NAME(enter)(Pool *pool, NAME(Bench) * b, int l, int64_t slot, int k)
     b->slot[l] = slot;
     b->rounds[l] = 0;
     NAME(load_mode)(b, l, &t->mode[lane->mode]);
+    tangents_bring(pool, slot, k);
+    NAME(load_tangents)(pool, b, l, slot);
 }
 
 /* and leaves it at home at a point of the grid, at the end of the period, or undecided */
@@ -178,6 +184,8 @@ static void NAME(leave)(Pool *pool, NAME(Bench) * b, int l)
     }
     MARK(group->home, column) = home >= 0 ? -1 : 0;
     AT(group->at, column) = b->goal[l];
+    NAME(save_tangents)(pool, b, l, slot);
+    lane->brought = b->goal[l];
 }
 
 /* column l of a vector array */
@@ -194,10 +202,17 @@ static void NAME(happen)(Pool *pool, NAME(Bench) * b, int l, int g)
     Lane *lane = &pool->lanes[b->slot[l]];
     const LaneTable *t = &pool->tables[b->slot[l]];
     const double time = t->h * b->goal[l] - AT(b->left, l);
+    Fall fall = {.mode = lane->mode};
     COLUMN(b->y, LANES_Z, l, z)
+    memcpy(fall.z, z, sizeof z);
     lane_event(t, lane, z, g, time, known);
     for (int i = 0; i < MODEL_NX; i++) {
         AT(b->y[i], l) = z[i];
+    }
+    if (pool->directions > 0) {
+        NAME(save_tangents)(pool, b, l, b->slot[l]);
+        tangents_jump(t, lane, &fall, z, g, pool->directions);
+        NAME(load_tangents)(pool, b, l, b->slot[l]);
     }
     for (int i = 0; i < LANES_GUARDS; i++) {
         MARK(b->known[i], l) = known[i] ? -1 : 0;
@@ -390,6 +405,7 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool, int k, int64_t qu
         for (int j = 0; j < LANES_Z; j++) {
             b.y[j] = NAME(pick)(there, end[j], b.y[j]);
         }
+        NAME(vary)(&b, h * u, pool->directions);
         b.left = NAME(pick)(whole, NAME(fill)(0.0), b.left - h * u);
         b.left = NAME(most)(b.left, NAME(fill)(0.0));
         for (int l = 0; l < LANES_W; l++) {
@@ -423,6 +439,7 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         Lane *lane = &pool->lanes[slot];
         const LaneTable *t = &pool->tables[slot];
         const int home = t->mode[lane->mode].home;
+        tangents_begin(pool, slot);
         for (int i = 0; i < MODEL_NX; i++) {
             AT(g->x[i], l) = lane->x[i];
         }
@@ -460,6 +477,7 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
         Lane *lane = &pool->lanes[slot];
         if (MARK(g->running, l)) {
             COLUMN(g->x, MODEL_NX, l, lane->x)
+            tangents_end(pool, slot);
         }
         if (motions[slot].wanted) {
             lane_end(pool, slot, &motions[slot], MARK(g->running, l) != 0);

@@ -27,7 +27,8 @@ enum {
     LANES_NHOME = MODEL_ROOM(LANES_HOME_ENTRIES),
     LANES_NBOUND = MODEL_ROOM(LANES_BOUND_ENTRIES),
     /* steps of the grid, at most */
-    LANES_GRID = 128
+    LANES_GRID = 128,
+    LANES_POWERS = 8 /* of two, up to that */
 };
 
 enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2 };
@@ -45,6 +46,7 @@ typedef struct {
 
 typedef struct {
     double step[LANES_STEP], forced[LANES_GRID][MODEL_NX];
+    double power[LANES_POWERS][LANES_STEP]; /* 1, 2, 4, ... steps, without what is forced */
     double guard[LANES_NHOME], guard_constant[LANES_GRID + 1][NC];
     double bound[LANES_NBOUND], bound_constant[NC];
 } HomeStep;

@@ -9,6 +9,9 @@ typedef struct {
     double x[MODEL_NX]; /* where it is at the points of the grid away from home, from the origin of its mode */
     int mode, started;
     int failed; /* not decided: the series of the engine make this step */
+    /* differences of neighbours, and up to which point of the grid their steps at home are made */
+    double tangent[MODEL_NX][MODEL_NX];
+    int brought;
     LaneMotion motion;
 } Lane;
 
@@ -18,6 +21,9 @@ typedef struct {
     Lane *lanes;
     int32_t *queue;
     double *columns; /* of the home steps, group by group (lane_code.h) */
+    /* differences that are followed, motion by motion, as the caller has them */
+    int64_t directions;
+    double *tangents;
 } Pool;
 
 /* the offset of a part of the room */

@@ -147,7 +147,13 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
 #define STEPPER(width)                                                                                                 \
     static int64_t room_##width(int64_t motions) { return layout(motions, width, group_bytes_##width()).used; }        \
     static void open_##width(void *room, int64_t motions) { open_pool(room, motions, width, group_bytes_##width()); }  \
-    static void step_##width(void *room, LaneMotion *motions) { period_##width(room, motions); }                       \
+    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents)                    \
+    {                                                                                                                  \
+        Pool *pool = room;                                                                                             \
+        pool->directions = directions;                                                                                 \
+        pool->tangents = tangents;                                                                                     \
+        period_##width(pool, motions);                                                                                 \
+    }                                                                                                                  \
     static const LaneStepper stepper_##width = {LANE_STEPPER_VERSION, MODEL_TOKEN, width,       room_##width,          \
                                                 open_##width,         place,       step_##width};
 

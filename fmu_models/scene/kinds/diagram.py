@@ -34,5 +34,5 @@ KIND = Kind(
     periodic=True,
     anywhere=True,
     sweeps=True,
-    settings=defaults(orbit_diagram, "direction", "transient", "points", "of"),
+    settings=defaults(orbit_diagram, "direction", "transient", "points", "of", "branches"),
 )

@@ -1,0 +1,80 @@
+"""Where an impact without rebound begins to leave its wall at once, or to stay at it.
+
+What comes after such an impact is decided by the force with which the contact would be held. While it pushes, the
+contact stays; where it would pull, the contact leaves at an acceleration a > 0, and lands again after about 3 a / j, j
+its jerk. Both go to zero at the same motion, which so is found from either side, each with its own multipliers.
+
+Motions are smooth in that force, or acceleration, and not always in the parameter: after a release from another wall
+the sleeve of a woodpecker comes to rest at the end of each swing, and where it lands there, both go with the third root
+of the parameter. So polynomials in them, and no tangent, go to zero.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from fmu_models.analyses.continuation.discontinuous import Touch, miss_border, nearest
+from fmu_models.analyses.continuation.node import Lost, Node, extrapolated, solved
+from fmu_models.analyses.continuation.problem import Passing
+
+# steps towards the point, at most; how well limits of polynomials through neighbouring ones agree there, in u
+STEPS, AGREE = 40, 1e-12
+# motions through which a polynomial goes
+LAST = 6
+# how far apart, in u, the point is that is found from both sides
+MEET = 1e-6
+
+
+def from_vanishing(start: Node, miss: Passing) -> Touch:
+    """The point where the force, or the acceleration, that begins a state of a motion is zero, or the time between two of
+    its events.
+
+    Raises:
+        Lost: the way there leaves the word of the motion.
+    """
+    node, own, shrink = start, miss, 0.5
+    passed, limits, matrices = [(miss.value, start)], [], []
+    for _ in range(STEPS):
+        target = own.value * shrink
+        values = np.array([value for value, _ in passed[-LAST:]])
+        if len(passed) > 1:
+            guess = extrapolated(values - target, np.array([one.u for _, one in passed[-LAST:]]))
+        else:
+            guess = node.u + node.tangent * (target - own.value) / (node.along(own.gradient) or np.inf)
+        try:
+            border = miss_border(own, target, [own.time])
+            after = solved(node.problem, node.scales, guess, border, towards=node.tangent, word=start.word)
+        except Lost:
+            if shrink > 0.9:
+                break
+            shrink = shrink**0.5
+            continue
+        found = nearest(after.seen.misses, own, own.time, after.seen.length)
+        if found is None:
+            break
+        node, own, shrink = after, found, max(0.25, shrink * 0.8)
+        passed.append((own.value, node))
+        values = np.array([value for value, _ in passed[-LAST:]])
+        limits.append(extrapolated(values, np.array([one.u for _, one in passed[-LAST:]])))
+        matrices.append(extrapolated(values, np.array([one.seen.monodromy for _, one in passed[-LAST:]])))
+        if len(limits) > 1 and np.abs(limits[-1] - limits[-2]).max() < AGREE:
+            # nearer to the point the matrices of motions lose their digits
+            trail = tuple(one for _, one in passed[1:])
+            changes = [np.abs(after - before).max() for before, after in pairwise(matrices)]
+            return Touch(node, limits[-1] * node.scales, own, (), np.nan, matrices[1 + int(np.argmin(changes))], trail)
+    raise Lost("it does not vanish on the way")
+
+
+def from_other_side(touch: Touch, other: Node) -> Touch | None:
+    """The same point from a motion beyond it, whose tangent leads away; None if it is not found."""
+    begins = [one for one in other.seen.misses if one.begins and one.contact == touch.miss.contact]
+    for miss in sorted(begins, key=lambda one: abs(one.time - touch.miss.time)):
+        try:
+            found = from_vanishing(other.turned(), miss)
+        except Lost:
+            continue
+        if np.abs(found.u - touch.u).max() < MEET:
+            return found
+    return None

@@ -1,0 +1,85 @@
+"""The posterior of a fit: law, disturbances, sensors and constants of the rig together, by Markov chains.
+
+The constants, which a fit takes as given and adds to its deviations to first order, are unknowns here, with what is
+stated of them as priors; so the posterior holds what the intervals of a fit hold (noise, colour of the residuals,
+instruments, constants) without taking any of it as linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.threads import one_blas_thread
+from identification.estimators import ESTIMATORS
+from identification.estimators.base import Options
+from identification.estimators.disturbances import terms_of
+from identification.fit.causes import WIDER
+from identification.fit.result import FrictionFit
+from identification.inference.choice import coloured_covariance
+from identification.inference.posterior import STEPS, Posterior, load_emcee, sample
+from identification.inference.problem import Problem, Solution, identifier, searched
+from identification.laws import find_law
+from identification.laws.joint_law import sought_law
+from identification.measurement.pooled import Pool
+
+ABLE = ("shooting", "whole-cycle")  # estimators that take constants up beside the law
+
+
+@one_blas_thread()
+def posterior(
+    ready: Pool,
+    fit: FrictionFit,
+    *,
+    seed: int = 0,
+    steps: int = STEPS,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Posterior:
+    """Sample what a fit of these logs leaves open. ready: what it was made of; workers: threads of one evaluation;
+    others as in `inference.posterior.sample`.
+
+    Raises:
+        StickslipError: an estimator without a model of the sensors, unknowns that are held, or chains that have not
+            converged.
+    """
+    check_samplable(fit.estimator)
+    loose = tuple(one.name for one in ready.priors if one.standard_uncertainty > 0)
+    first = {identifier(one.name): one.value for one in (*fit.parameters, *fit.nuisance)}
+    options = Options(
+        nuisance=loose,
+        disturbances=terms_of(ready, [cause.name for cause in fit.causes]),
+        given=replace(fit.given, first=first),
+        workers=workers,
+    )
+    law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
+    made = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
+    problem, found = made.problem, made.solution
+    covariance = _coloured(problem, found, WIDER if fit.causes else 1.0)
+    names = [unknown.name for unknown in problem.unknowns]
+    readings = [one for one in ready.readings if set(one.powers) <= set(names)]
+    return sample(problem, found, covariance, readings=readings, seed=seed, steps=steps, progress=progress)
+
+
+def check_samplable(estimator: str) -> None:
+    """Whether there is a posterior of fits by this estimator, here, before the work.
+
+    Raises:
+        StickslipError: it has none, or emcee is not installed.
+    """
+    if estimator not in ABLE:
+        raise StickslipError(
+            f"The estimator '{estimator}' has no likelihood of what the sensors show. A posterior is sampled by "
+            f"{' or '.join(ABLE)}: choose one of them with --estimator."
+        )
+    load_emcee()
+
+
+def _coloured(problem: Problem, found: Solution, wider: float) -> np.ndarray:
+    """Covariance (q, q) of the unknowns without a prior, the others held, that allows for coloured residuals."""
+    held = {u.name: value for u, value in zip(problem.unknowns, found.values, strict=True) if u.prior is not None}
+    rest, seen, _ = searched(problem, replace(found, fixed=tuple(held)))
+    return wider**2 * coloured_covariance(rest, seen, "jackknife")

@@ -1,0 +1,161 @@
+"""Logs of one rig that have been made ready for a fit, and the constants of the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fmu_models.base.shown import Shown
+from identification.inference.adjustment import Reading
+from identification.inference.problem import Prior
+from identification.measurement.disc_motion import (
+    angle_sensor,
+    corrected,
+    nominal_drives,
+    zeroed,
+)
+from identification.measurement.motion import DiscMotion, SensorFit
+from identification.measurement.slip_segments import SlipSegment, long_enough
+from rig_io.logs.arrangement import Arrangement
+
+_ASSUMED: dict[Arrangement, str] = {
+    "together": "both discs touch at every angle",
+    "sequential": "one disc touches at a time: disc 0 below the angle theta_s, disc 1 from there on",
+    "overlapping": "disc 0 touches up to the angle alpha, disc 1 from -alpha on",
+}
+LASER = frozenset({"gain", "laser", "delay"})
+SENSED = LASER | {"zero", "lines"}  # what moves the angle
+SPEED = "w_"  # before the number of a log: speed of its drives over the nominal one
+DRAWS = 24
+
+
+@dataclass(frozen=True)
+class RigValues:
+    """Constants of the rig in one fit, SI: J kg*m^2, k N*m/rad, c N*m*s/rad, R m, r m, forces N (normal force of each
+    driving disc, in the order of the pool's contacts)."""
+
+    J: float
+    k: float
+    c: float
+    R: float
+    r: float
+    forces: tuple[float, ...]
+
+    @property
+    def N(self) -> float:
+        """Normal force of the driving disc, or of the first of two."""
+        return self.forces[0]
+
+    @property
+    def spring(self) -> float:
+        """Friction coefficient that holds the spring where the body has turned by a radian, k/(R N)."""
+        return self.k / (self.R * self.N)
+
+
+@dataclass(frozen=True, eq=False)
+class Pool(Shown):
+    """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
+    ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
+    time; readings: what else is known of the constants in ``priors``; zero: what is known of that of an
+    encoder, where nothing else shows the angle."""
+
+    motions: tuple[DiscMotion, ...]
+    segments: tuple[SlipSegment, ...]
+    sensors: SensorFit
+    priors: tuple[Prior, ...]
+    contacts: tuple[str, ...]
+    materials: tuple[str, ...]
+    arrangement: Arrangement
+    threshold: float
+    warnings: tuple[str, ...]
+    readings: tuple[Reading, ...] = ()
+    zero: Prior | None = None
+
+    @property
+    def values(self) -> RigValues:
+        """Constants at their stated values."""
+        return rig_values({prior.name: prior.value for prior in self.priors})
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """How two discs touch, in words; nothing of one."""
+        return () if len(self.contacts) == 1 else (_ASSUMED[self.arrangement], "each disc has a law of its own")
+
+    @property
+    def natural_period(self) -> float:
+        """2 pi sqrt(J/k), s."""
+        values = self.values
+        return float(2 * np.pi * np.sqrt(values.J / values.k))
+
+    def with_constants(self, values: Mapping[str, float]) -> Pool:
+        """The same logs of a rig with other constants, by name; those that are not named stay."""
+        return replace(self, priors=tuple(replace(one, value=values.get(one.name, one.value)) for one in self.priors))
+
+    def moved(self, moved: Mapping[str, float], window: float) -> tuple[list[SlipSegment], list[int], RigValues]:
+        """Segments that hold ``window`` s, the number of the log of each, and the rig, where what is taken as given is
+        moved: constants by a share of themselves, the laser by "gain" (relative) and "delay" (s), the zero of an
+        encoder by "zero" (rad), its lines as draw number "lines" has them."""
+        known = {prior.name: prior.value * (1 + moved.get(prior.name, 0.0)) for prior in self.priors}
+        segments = self.segments
+        if "R" in moved and self.laser_alone:
+            # a laser alone measures R sin(angle)
+            moved = {**moved, "gain": (1 + moved.get("gain", 0.0)) / (1 + moved["R"]) - 1}
+        if any(name in SENSED or name.startswith(SPEED) for name in moved):
+            segments = self.with_sensors(moved)
+        kept = long_enough(segments, window)
+        return kept, [self.log_number(segment) for segment in kept], rig_values(known)
+
+    def with_sensors(self, moved: Mapping[str, float]) -> tuple[SlipSegment, ...]:
+        """The same segments with the angle moved, see `moved`."""
+        motions = {id(motion): self._sensed(place, motion, moved) for place, motion in enumerate(self.motions)}
+        return tuple(replace(segment, motion=motions[id(segment.motion)]) for segment in self.segments)
+
+    def _sensed(self, place: int, motion: DiscMotion, moved: Mapping[str, float]) -> DiscMotion:
+        if not LASER.isdisjoint(moved):
+            gain = (1 + moved.get("gain", 0.0)) * (1 + moved.get("laser", 0.0)) - 1
+            motion = corrected(motion, gain, moved.get("delay", 0.0))
+        if speed_name(place) in moved:
+            motion = replace(motion, drives=motion.drives * (1 + moved[speed_name(place)]))
+        if "zero" in moved:
+            motion = zeroed(motion, moved["zero"])
+        if "lines" in moved and motion.passes is not None:
+            ruling = np.random.default_rng(int(moved["lines"])).standard_normal(int(motion.passes.line.max()) + 1)
+            passes = motion.passes.turned(self.sensors.rms * ruling[motion.passes.line])
+            motion = replace(motion, passes=passes, angle=passes.between(motion.time))
+        return motion
+
+    @property
+    def laser_alone(self) -> bool:
+        """Whether a laser shows the angle and no encoder its gain."""
+        return self.sensors.lines == 0 and any(angle_sensor(motion.log) == "laser" for motion in self.motions)
+
+    @property
+    def seen_well(self) -> bool:
+        """Whether residuals can tell disturbances of friction from what sensors leave open: from misplaced lines of an
+        encoder that alone shows the angle, and from drives whose unevenness is not recorded."""
+        return not any(motion.passes is not None or nominal_drives(motion.log) for motion in self.motions)
+
+    @property
+    def drawn(self) -> int:
+        """How many draws of the misplacement of an encoder's lines stand for it; 0 where it does not show the angle."""
+        return DRAWS if any(motion.passes is not None for motion in self.motions) else 0
+
+    def log_number(self, segment: SlipSegment) -> int:
+        """Place of the segment's log among ``motions``, whose sensors may have been moved."""
+        return next(i for i, motion in enumerate(self.motions) if motion.log is segment.motion.log)
+
+
+def speed_name(place: int) -> str:
+    """Of the speed of the drives over the nominal one in a log, by its place."""
+    return f"{SPEED}{place + 1}"
+
+
+def rig_values(known: dict[str, float]) -> RigValues:
+    """Constants from priors: k and c as they are, or from k/J and c/J of a free decay and J; N, or N0 and N1."""
+    J = known["J"]
+    k = known["k"] if "k" in known else J * known["k/J"]
+    c = known["c"] if "c" in known else J * known["c/J"]
+    forces = tuple(known[name] for name in ("N", "N0", "N1") if name in known)
+    return RigValues(J, k, c, known["R"], known["r"], forces)

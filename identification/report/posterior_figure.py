@@ -1,0 +1,66 @@
+"""The posterior of a fit as a corner plot: each unknown's density, and every pair's contours.
+
+corner (Foreman-Mackey 2016, JOSS 1, 24) draws it; imported only here, inside the function, as matplotlib is.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fmu_models.base.errors import StickslipError
+from identification.inference.posterior import QUANTILES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from identification.fit.result import FrictionFit
+
+COLOUR = "#0072b2"
+WITHIN = (0.393, 0.864)  # shares of the samples inside one and two deviations of a normal pair
+
+
+def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
+    """A corner plot of the law's parameters, or of the unknowns named; lines: the fit's values, dashed: 95 %.
+
+    Raises:
+        StickslipError: corner is not installed, the fit holds no samples, or a name is not among its unknowns.
+    """
+    from matplotlib.figure import Figure
+
+    try:
+        import corner
+    except ImportError as error:
+        raise StickslipError("corner is not installed. Install it: pip install 'stickslip[posterior]'") from error
+    found = fit.posterior
+    if found is None or found.samples is None:
+        raise StickslipError("The fit holds no samples of a posterior. Fit the logs again with --posterior.")
+    known = [one.name for one in found.marginals]
+    wanted = list(names) or [one.name for one in fit.parameters]
+    if missing := [name for name in wanted if name not in known]:
+        raise StickslipError(f"The posterior has no unknown '{missing[0]}'; it has {', '.join(known)}.")
+    places = [known.index(name) for name in wanted]
+    fitted = {one.name: one.value for one in (*fit.parameters, *fit.nuisance, *fit.constants)}
+    units = [found.marginals[place].unit for place in places]
+    size = 2.4 * len(wanted) + 0.6
+    figure = Figure(figsize=(size, size))
+    options: dict[str, Any] = {
+        "labels": [f"{name} ({unit})" for name, unit in zip(wanted, units, strict=True)],
+        "quantiles": (QUANTILES[0], QUANTILES[-1]),
+        "levels": WITHIN,
+        "color": COLOUR,
+        "smooth": 1.0,
+        "truths": [fitted.get(name) for name in wanted],
+        "truth_color": "black",
+    }
+    corner.corner(np.asarray(found.samples)[:, places], fig=figure, **options)
+    figure.suptitle(
+        f"{fit.law} law of {' and '.join(fit.contacts)}, posterior\n{found.independent:.0f} independent samples\n"
+        "solid: fit; dashed: 95 %\ncontours: 39 and 86 %",
+        x=0.98,
+        ha="right",
+    )
+    return figure

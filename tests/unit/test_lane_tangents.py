@@ -1,0 +1,90 @@
+"""Tangents in lanes: derivatives and growth are those of the series, and what closed forms say."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from test_lanes import FAMILIES, GO, family
+
+from fmu_models.analyses.diagram import orbit_diagram
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.jobs import Jobs
+from fmu_models.analyses.lyapunov import lyapunov
+from fmu_models.fmu.load import load
+from fmu_models.lanes.library import lanes_of
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_derivatives_over_ten_periods_are_those_of_the_series(name):
+    system, jobs = family(name, 40, 10)
+    jobs = dataclasses.replace(jobs, derivatives=True)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.in_lanes.sum() > 0.98 * lanes.steps.sum()
+    sizes = np.abs(series.derivatives).max(axis=(2, 3))
+    errors = np.abs(lanes.derivatives - series.derivatives).max(axis=(2, 3)) / sizes
+    assert np.median(errors) < 1e-13
+    assert errors.max() < 1e-10
+    # the motion itself is the same with tangents as without, to the bit
+    alone = system.run(dataclasses.replace(jobs, derivatives=False), GO)
+    whole = lanes.in_lanes == 10
+    assert np.array_equal(lanes.points[whole], alone.points[whole])
+
+
+def test_each_impact_shrinks_areas_by_the_square_of_its_restitution():
+    system, jobs = family("impact_pair", 200, 5)
+    made = system.run(dataclasses.replace(jobs, derivatives=True), GO)
+    e = float(load("impact_pair").variables["e"].start or 0.0)
+    areas = np.linalg.det(made.derivatives)
+    assert (made.began.sum(axis=-1) == 2).sum() > 500
+    assert np.abs(areas / e ** (2 * made.began.sum(axis=-1)) - 1.0).max() < 1e-13
+
+
+def test_growth_is_the_same_bits_for_any_number_of_lanes_and_that_of_the_series(monkeypatch):
+    system, jobs = family("discontinuous_support", 13, 4)
+    jobs = dataclasses.replace(jobs, transient=3, batch=5, tangents=2)
+    series = system.stepped_by("taylor").run(jobs, GO)
+    made = []
+    for width in (1, 2, 4, 8):
+        stepper = lanes_of(system.fmu).stepper(width)
+        if stepper is not None:
+            monkeypatch.setitem(vars(system), "_lanes", stepper)
+            made.append(system.run(jobs, GO))
+    for one in made:
+        assert np.array_equal(one.growth, made[0].growth)
+    assert made[0].growth == pytest.approx(series.growth, abs=1e-8)
+
+
+def test_a_motion_that_nothing_forces_has_an_exponent_zero_along_itself():
+    system = Strobe(load("planar_hopf"), period=1.0, autonomous=True)
+    start = np.array([[0.3, 0.2]])
+    jobs = Jobs(start, transient=200, rows=1, batch=50, tangents=2, flow=True)
+    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
+    assert lanes.in_lanes.sum() > 0
+    assert lanes.growth == pytest.approx(series.growth, abs=1e-9)
+    assert abs(lanes.growth[0, 0, 0]) < 1e-9
+
+
+def test_a_touch_without_speed_has_no_derivative_and_says_so():
+    # the highest point of a free swing is behind the wall by no more than rounding
+    values = {"f0": 0.0, "c": 0.0, "g": 1.0 - 1e-14}
+    system = Strobe(load("discontinuous_support"), forcing="omega", parameters=values)
+    made = system.run(Jobs(np.array([[0.0, 1.0], [0.0, 2.0]]), rows=1, derivatives=True), GO)
+    series = system.stepped_by("taylor").run(Jobs(np.array([[0.0, 1.0]]), rows=1, derivatives=True), GO)
+    assert "has no derivative" in made.messages[0]
+    assert made.messages[0] == series.messages[0]
+    assert made.filled[1] == made.in_lanes[1] == 1
+
+
+def test_analyses_take_their_tangents_from_lanes_and_say_so():
+    system = Strobe(load("discontinuous_support"), forcing="omega", parameters={"omega": 0.9})
+    start = np.zeros(2)
+    exact, series = (
+        lyapunov(one, start, periods=256, transient=50, motions=2) for one in (system, system.stepped_by("taylor"))
+    )
+    assert exact.how.startswith("exact flow")
+    assert series.how == ""
+    assert exact.values == pytest.approx(series.values, abs=1e-8)
+    found = orbit_diagram(system, "omega", [0.9, 0.95], transient=20, exponents=True)
+    assert found.how.startswith("exact flow") and "by series" not in found.how

@@ -1,0 +1,127 @@
+"""Posteriors against closed forms, on problems where they are known, and on a short bench beside the fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linear_problem import Curve, line, linear
+from made_fit import made_fit
+from typer.testing import CliRunner
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.report.figures import save_figure
+from identification.commands.application import app
+from identification.fit.result import FrictionFit
+from identification.inference.adjustment import Reading
+from identification.inference.posterior import QUANTILES, Marginal, Posterior, sample
+from identification.inference.problem import Prior, Problem, Unknown, solve
+from identification.report.posterior_figure import posterior_figure
+
+
+def posterior(problem: Problem, **how: object) -> np.ndarray:
+    """Samples (n, m)."""
+    found = sample(problem, solve(problem), seed=3, **how)  # type: ignore[reportArgumentType]
+    assert found.samples is not None and found.independent > 1000
+    return found.samples
+
+
+def test_a_linear_problem_has_the_normal_posterior():
+    design, measured = line(1)
+    samples = posterior(linear(design, measured))
+    covariance = np.linalg.inv(design.T @ design)
+    assert np.cov(samples.T) == pytest.approx(covariance, rel=0.12, abs=0.05 * covariance.max())
+    mean = covariance @ design.T @ measured
+    assert samples.mean(axis=0) == pytest.approx(mean, abs=0.08 * float(np.sqrt(covariance.max())))
+
+
+def test_priors_readings_and_colour_are_in_it():
+    """Normal throughout: precisions add up, and the unknown without a prior has the covariance that is given."""
+    design, measured = line(2)
+    prior = Prior("b", 3.0, "1", 0.05, "known")
+    unknowns = (Unknown("a", "1", -10, 10), Unknown("b", "1", 0.1, 10, prior=prior))
+    problem = linear(design, measured, unknowns=unknowns)
+    asked, reading = 0.3, Reading("b again", {"b": 1}, 3.0, 0.02)
+    samples = posterior(problem, covariance=np.array([[asked**2]]), readings=[reading])
+    curvature = design.T @ design
+    # a stretched about its ridge: its deviation at a given b is the one asked for
+    stretched = curvature[1, 1] - curvature[0, 1] ** 2 / curvature[0, 0]
+    b = 1 / np.sqrt(stretched + 0.05**-2 + (0.02 * 3.0) ** -2)
+    ridge = -curvature[0, 1] / curvature[0, 0]
+    assert samples[:, 1].std() == pytest.approx(b, rel=0.06)
+    assert samples[:, 0].std() == pytest.approx(np.hypot(asked, ridge * b), rel=0.06)
+
+
+def test_a_side_that_the_data_leave_open_is_told_and_has_its_shape():
+    """exp(-p t) seen where it has died out: any larger p fits as well, and the density is flat up to the bound."""
+    time = np.linspace(3.0, 6.0, 30)
+    measured = np.zeros(30)
+    problem = Curve(
+        value=lambda x: 10 * np.exp(-x[0] * time),
+        slope=lambda x: (-10 * time * np.exp(-x[0] * time))[:, None],
+        measured=measured,
+        unknowns=(Unknown("p", "1", 0.0, 5.0),),
+        begin=np.array([1.0]),
+        cluster=np.arange(30),
+        log=np.zeros(30, dtype=int),
+    )
+    found = sample(problem, solve(problem), seed=1)
+    (one,) = found.marginals
+    assert (one.open_side, found.samples is not None) == ("above", True)
+    grid = np.linspace(0.0, 5.0, 20001)
+    density = np.exp(-0.5 * np.sum((10 * np.exp(-grid[:, None] * time)) ** 2, axis=1))
+    share = np.cumsum(density) / density.sum()
+    for level, value in zip((0.16, 0.5, 0.84), one.quantiles[1:4], strict=True):
+        assert np.interp(value, grid, share) == pytest.approx(level, abs=0.04)
+
+
+def test_chains_that_have_not_converged_are_refused():
+    problem = linear(*line(1))
+    with pytest.raises(StickslipError, match=r"have not converged: 25 steps .* Allow more steps"):
+        sample(problem, solve(problem), steps=25)
+
+
+def test_unknowns_that_are_held_have_no_posterior():
+    problem = linear(*line(1))
+    with pytest.raises(StickslipError, match=r"held \(a\)"):
+        sample(problem, solve(problem, fixed={"a": 1.0}))
+
+
+def test_an_estimator_without_a_likelihood_is_refused_before_the_work():
+    done = CliRunner().invoke(app, ["fit", "data/rigs/paper_rubber", "--posterior", "--estimator", "weak-form"])
+    assert isinstance(done.exception, StickslipError) and "shooting or whole-cycle" in str(done.exception)
+
+
+def sampled_fit() -> FrictionFit:
+    """A made fit with samples about its parameters."""
+    fit = made_fit()
+    rng = np.random.default_rng(0)
+    samples = np.stack([rng.normal(one.value, one.standard_deviation, 4000) for one in fit.parameters], axis=1)
+    marginals = tuple(
+        Marginal(one.name, one.unit, one.value, one.standard_deviation, tuple(np.quantile(column, QUANTILES)), 1.5)
+        for one, column in zip(fit.parameters, samples.T, strict=True)
+    )
+    return replace(fit, posterior=Posterior(marginals, 40, 100, 0.7, 0, samples))
+
+
+def test_a_fit_carries_its_posterior_but_for_the_samples():
+    fit = sampled_fit()
+    assert fit.posterior is not None
+    assert FrictionFit.from_json(fit.to_json()).posterior == replace(fit.posterior, samples=None)
+    assert "2667 independent samples of 4000" in fit.summary()
+
+
+def test_a_corner_plot_shows_every_pair_and_where_the_fit_is(tmp_path: Path):
+    fit = sampled_fit()
+    figure = posterior_figure(fit)
+    shown = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+    assert {axes.get_xlabel() for axes in shown} >= {"mu_s (1)", "mu_k (1)", "p (s/m)"}
+    for axes, one in zip(figure.axes[::4], fit.parameters, strict=True):
+        assert any(one.value in np.atleast_1d(line.get_xdata()) for line in axes.lines)
+    with pytest.raises(StickslipError, match="no unknown 'J'; it has mu_s, mu_k, p"):
+        posterior_figure(fit, ["J"])
+    with pytest.raises(StickslipError, match="holds no samples"):
+        posterior_figure(made_fit())
+    save_figure(figure, tmp_path / "corner.png")

@@ -49,3 +49,12 @@ def test_an_interrupt_keeps_the_points_so_far(stickslip, monkeypatch):
     assert kept["points"] == 20
     assert {one["kind"] for one in kept["ends"]} == {"interrupted"}
     assert [one["value"] for one in kept["special"]][:1] == pytest.approx([0.9403078158347812], abs=1e-10)
+
+
+def test_a_declared_map(stickslip):
+    """Henon's map, b = 0.3: the fixed point flips at a = 3 (1 - b)^2 / 4, its cycle at a = (1 - b)^2 + (1 + b)^2 / 4."""
+    asked = ("branch", "henon", "--set", "a=0.2", "--settle", "--over", "a=0.1:1", "--switch", "all", "--json")
+    answer = stickslip(*asked)
+    assert answer.code == 0
+    found = [one["value"] for of in json.loads(answer.out)["branches"] for one in of["special"]]
+    assert found == pytest.approx([0.3675, 0.9125], abs=1e-10)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.analyses.continuation.flow_problem import FlowProblem, held_at_start, pauses
+from fmu_models.analyses.continuation.imported_problem import ImportedProblem
 from fmu_models.analyses.continuation.map_problem import MapProblem
 from fmu_models.analyses.continuation.node import Lost, Node, look, parameter, solved
 from fmu_models.analyses.continuation.problem import Problem, Vector
@@ -32,12 +33,13 @@ def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, floa
             "to a value in that range."
         )
     point = system.start(start)
-    if settle and isinstance(problem, FlowProblem) and problem.autonomous:
-        z = _last_cycle(problem, point, value)
+    told = problem if isinstance(problem, FlowProblem) and not isinstance(problem, ImportedProblem) else None
+    if settle and told is not None and told.autonomous:
+        z = _last_cycle(told, point, value)
     else:
         point = _settled(system, point) if settle else point
-        if isinstance(problem, FlowProblem) and (problem.autonomous or point[len(problem.states) :].any()):
-            problem, point = _freed(problem, point, value)
+        if told is not None and (told.autonomous or point[len(told.states) :].any()):
+            problem, point = _freed(told, point, value)
         z = point[: len(problem.states)]
         if isinstance(problem, FlowProblem) and problem.autonomous:
             z = np.append(z, problem.strobe.period or 0.0)
@@ -110,7 +112,7 @@ def problem_of(system: Any, over: str) -> Problem:
     """The family that a section describes.
 
     Raises:
-        StickslipError: another section than a strobe or a map, an FMU of others.
+        StickslipError: another section than a strobe or a map.
     """
     if isinstance(system, Iteration):
         return MapProblem(system, over)
@@ -119,9 +121,4 @@ def problem_of(system: Any, over: str) -> Problem:
             f"A branch of '{system.name}' is followed at a strobe: name what forces it, or say that nothing does and "
             "give about how long its period is (autonomous=True, period=)."
         )
-    if not system.fmu.ours:
-        raise StickslipError(
-            f"'{system.name}' is not of this suite, and its runs carry no derivatives through events: its branches "
-            "cannot be followed. 'find_bifurcations' takes it, by differences."
-        )
-    return FlowProblem(system, over)
+    return FlowProblem(system, over) if system.fmu.ours else ImportedProblem(system, over)

@@ -80,6 +80,7 @@ class Branch(Pictured):
         ends: kind and a sentence, of both ends.
         every: periods of the forcing in one of the motion.
         seconds: CPU time.
+        how: where motions come from, and how near they are, where that is not a matter of course.
         units: of states and of the parameter.
     """
 
@@ -97,6 +98,7 @@ class Branch(Pictured):
     ends: tuple[tuple[str, str], tuple[str, str]]
     every: int = 1
     seconds: float = 0.0
+    how: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Any, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
@@ -257,6 +259,7 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         (ends[0], ends[1]),
         problem.turns,
         seconds,
+        problem.how(nodes[0].z, nodes[0].seen),
         problem.units,
         tuple(nodes),
         between,
@@ -302,6 +305,11 @@ class Branches(Pictured):
     def over(self) -> str:
         """Name of the parameter."""
         return self.branches[0].over
+
+    @property
+    def how(self) -> str:
+        """Where motions come from; see ``Branch``."""
+        return self.branches[0].how
 
     @property
     def frame(self) -> Any:

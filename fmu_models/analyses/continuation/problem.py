@@ -167,6 +167,10 @@ class Problem(ABC):
             StickslipError: there is none, or it has no derivative.
         """
 
+    def how(self, z: Vector, seen: Seen) -> str:
+        """Where motions and derivatives come from, where that is not a matter of course, and how near they are."""
+        return ""
+
     @abstractmethod
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """(len(z),) by which unknowns are measured."""

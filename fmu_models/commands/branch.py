@@ -140,7 +140,7 @@ def _one_range(given: str) -> tuple[str, float, float]:
         low, high = (float(one) for one in values.split(":"))
     except ValueError:
         raise StickslipError(f"A range is given as NAME=FROM:TO, as omega=0.8:1.4; found '{given}'.") from None
-    return name.strip(), min(low, high), max(low, high)
+    return name.strip(), low, high
 
 
 def _orbit(path: Path) -> dict[str, float]:

@@ -11,8 +11,9 @@ Semantics.
                  "parent"      the same, where the word changes
                  "start"       where it branched off another one
                  "jump"        the motion touches something, and what then happens does not go on from it
-                 "chatter"     impacts are added without end
+                 "chatter"     impacts are added without end, or infinitely many no longer come to rest
                  "equilibrium" a cycle has shrunk to nothing
+                 "bounds"      the parameter comes to where there is no such model
                  "points"      as many as were asked for
                  "infinity"    the states grow beyond all bounds
                  "interrupted" by the keyboard

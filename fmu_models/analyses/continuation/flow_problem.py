@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.problem import TIE, Passing, Problem, Seen, Vector
+from fmu_models.analyses.continuation.problem import TIE, Passing, Problem, Seen, Vector, Word
 from fmu_models.analyses.fmu_sections import Strobe
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.contact_states import STICK, TOUCHING
+from fmu_models.codegen.contact_states import CHATTERING, OPEN, STICK, TOUCHING
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.trajectory import Event
@@ -48,6 +48,17 @@ def _ties(events: Sequence[Passing], gradients: Sequence[Vector]) -> tuple[Passi
         for i, j in pairwise(instants)
         if events[i].contact != events[j].contact and np.isfinite(gradients[j] - gradients[i]).all()
     )  # fmt: skip
+
+
+def _counted(word: Word) -> Word:
+    """Without the impacts right before a chatter that is completed: they have no number."""
+    kept: list[tuple[str, int, int]] = []
+    for one in word:
+        if one[2] == CHATTERING:
+            while kept and kept[-1] == (one[0], OPEN, OPEN):
+                kept.pop()
+        kept.append(one)
+    return tuple(kept)
 
 
 def held_at_start(events: Sequence[Passing | Event]) -> bool:
@@ -181,7 +192,7 @@ class FlowProblem(Problem):
             for i, row in enumerate(passage.misses)
         )  # fmt: skip
         ties = _ties(events, [gradient(row) for row in by_times])
-        word = tuple((one.contact, one.before, one.after) for one in events)
+        word = _counted(tuple((one.contact, one.before, one.after) for one in events))
         return Seen(residual, jacobian, monodromy, whole, word, events, misses + ties, one_sided)
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:

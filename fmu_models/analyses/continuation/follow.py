@@ -27,7 +27,8 @@ from fmu_models.analyses.continuation.problem import TIE, Passing
 from fmu_models.analyses.continuation.same_motion import CLOSED, begun_at, between, images
 from fmu_models.analyses.continuation.several import at_once, is_part, with_all
 from fmu_models.analyses.continuation.way import Found, Way
-from fmu_models.codegen.contact_states import AWAY, STICK
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import AWAY, CHATTERING, STICK
 
 # steps, in u: the first, the longest, the shortest but for those that grow from a change of the word; and halvings of
 # one, at most
@@ -46,6 +47,8 @@ CHAIN, TOGETHER = 5, 1e-5
 WARY = 1e-3
 # motions that are kept at once on the disk, at least
 PIECE = 16
+# how far beyond its last motion, in parts of the range, a parameter is tried that may be out of its bounds
+BESIDE = 1e-4
 # so many short steps in a row that were cut by a change of the word that could not be found
 HIDDEN, SHORT = 4, 3e-5
 
@@ -193,12 +196,36 @@ class Follower:
         return None
 
     def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
-        said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
-        self.way.end = (
-            "unresolved",
-            f"no motion of the same events follows at {node.problem.over} = {node.value:.9g}, and no change of them "
-            f"explains it{f' ({said})' if said else ''}",
-        )
+        at = f"{node.problem.over} = {node.value:.9g}"
+        chattering = [contact for contact, _, after in node.word if after == CHATTERING]
+        refused = self._refused(node)
+        if refused:
+            self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
+        elif chattering:
+            self.way.end = (
+                "chatter",
+                f"no motion in which '{chattering[0]}' comes to rest after infinitely many impacts follows at {at}",
+            )
+        else:
+            said = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
+            self.way.end = (
+                "unresolved",
+                f"no motion of the same events follows at {at}, and no change of them explains it"
+                f"{f' ({said})' if said else ''}",
+            )
+
+    def _refused(self, node: Node) -> str:
+        """Why the parameter cannot go on, whatever the motion is; "" if it can."""
+        said = []
+        for one in (node, self.begin):
+            z = one.z.copy()
+            z[-1] = node.value + BESIDE * np.sign(node.tangent[-1]) * node.scales[-1]
+            try:
+                one.problem.see(z)
+                return ""
+            except StickslipError as error:
+                said.append(str(error))
+        return said[0] if said[0] == said[1] else ""
 
     def _corrected(self, node: Node, step: float) -> tuple[Node, float]:
         """The motion a step ahead, or at the end of the range, and how long the step became."""

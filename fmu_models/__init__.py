@@ -21,14 +21,17 @@ if TYPE_CHECKING:
     from fmu_models.analyses.chart import chart as chart
     from fmu_models.analyses.continuation.branch import branch as branch
     from fmu_models.analyses.continuation.branch import branches as branches
+    from fmu_models.analyses.continuation.equilibria import equilibria as equilibria
     from fmu_models.analyses.crossings import find_crossings as find_crossings
     from fmu_models.analyses.cycles import last_cycle as last_cycle
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
     from fmu_models.analyses.fmu_sections import Crossing as Crossing
     from fmu_models.analyses.fmu_sections import Impacts as Impacts
     from fmu_models.analyses.fmu_sections import Strobe as Strobe
+    from fmu_models.analyses.homoclinic import homoclinic as homoclinic
     from fmu_models.analyses.iteration import Iteration as Iteration
     from fmu_models.analyses.lyapunov import lyapunov as lyapunov
+    from fmu_models.analyses.manifolds import manifolds as manifolds
     from fmu_models.analyses.orbits import Orbit as Orbit
     from fmu_models.analyses.orbits import find_orbit as find_orbit
     from fmu_models.analyses.periodic import find_periodic as find_periodic

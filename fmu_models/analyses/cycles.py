@@ -1,8 +1,8 @@
 """The motion that a run ends in, measured to rounding: its period, its extremes, its shares of stick.
 
 A cycle begins where a contact starts to stick (or, where none ever does, at the last kind of event), and ends where
-that happens again in the same state; a coordinate upon which nothing depends need not come back. Extremes lie where the rate
-of a state vanishes, or at an event, just before it or after it.
+that happens again in the same state; a coordinate upon which nothing depends need not come back. Extremes lie where the
+rate of a state vanishes, or at an event, just before it or after it.
 """
 
 from __future__ import annotations

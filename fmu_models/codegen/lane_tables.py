@@ -6,7 +6,7 @@ column stands for 1. Which entries can be other than zero is told here once: the
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import sympy
@@ -127,6 +127,7 @@ class _Tables:
         modes = 1
         for contact in contacts:
             modes *= _digits(contact)
+        degrees = self._degrees()
         sizes = {
             "HARMONICS": len(self.lifted.harmonics),
             "FLOW": len(self.places),
@@ -137,8 +138,13 @@ class _Tables:
             "BOUND_ENTRIES": sum(map(len, bounds)),
             "MODES": modes,
             "HOMES": homes,
+            "IMPACTS": sum(contact.kind == "impact" for contact in contacts),
+            "SWITCHES": sum(contact.kind == "switch" for contact in contacts),
+            "LOW": max((degree for degree in degrees if degree is not None), default=0),
         }
+        endless = {j for j, degree in enumerate(degrees) if degree is None}
         tables = {
+            "endless": [int(j in endless) for j in range(len(degrees))],
             "flow_row": [i for i, _ in self.places],
             "flow_column": [j for _, j in self.places],
             "step_row": [i for i, _ in self.step],
@@ -167,10 +173,12 @@ class _Tables:
                     for name, values in tables.items()
                 ),
                 "",
-                self._sums("FLOW", "A, y, d", self._flow_sums(self.places)),
-                self._sums("VARIATION", "A, y, d", self._flow_sums([one for one in self.places if one[1] < self.n])),
+                self._sums("FLOW", "A, y, d", self._flow_sums()),
+                self._sums("FLOW_HIGH", "A, y, d", self._flow_sums(endless)),
+                self._sums("VARIATION", "A, y, d", self._flow_sums(range(self.n))),
                 self._sums("STEP_SUMS", "P, x, n", self._step_sums()),
                 self._sums("GUARD_SUMS", "R, y, g", _row_sums("g", "R", "y", guard_columns)),
+                self._sums("GUARD_SUMS_HIGH", "R, y, g", _row_sums("g", "R", "y", guard_columns, endless)),
                 self._sums("HOME_SUMS", "R, x, g", _row_sums("g", "R", "x", home_rows)),
                 self._sums("BOUND_SUMS", "B, x, b", _row_sums("b", "B", "x", bounds)),
                 "",
@@ -186,13 +194,34 @@ class _Tables:
     def _guard_states(self, c: int) -> list[int]:
         return [j for j in self._guard_columns(c) if j < self.n]
 
-    def _flow_sums(self, places: Sequence[Place]) -> list[str]:
+    def _degrees(self) -> list[int | None]:
+        """Of the states and phasors as polynomials of the time in every mode; None: a series without an end."""
+        nq, nz = len(self.system.coordinates), self.n + len(self.lifted.phasors)
+        reads = {i: {nq + i} for i in range(nq)}
+        reads |= {i: {j for row, j in self.places if row == i} for i in self.flow}
+        degrees: list[int | None] = [None] * nz
+        while True:
+            found = [
+                1 + max((degrees[j] or 0 for j in reads[i]), default=0)
+                if i < self.n and all(degrees[j] is not None for j in reads[i])
+                else None
+                for i in range(nz)
+            ]
+            if found == degrees:
+                return degrees
+            degrees = found
+
+    def _flow_sums(self, only: Collection[int] | None = None) -> list[str]:
+        """Rates of the states; of these alone, from these alone."""
         nq = len(self.system.coordinates)
-        lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq)]
+        lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq) if only is None or i in only]
         for i in self.flow:
-            parts = [f"A[{self.places.index(one)}] * y[{one[1]}]" for one in places if one[0] == i]
-            lines.append(f"d[{i}] = {' + '.join(parts) or '0.0 * y[0]'};")
-        return lines
+            parts = [
+                f"A[{e}] * y[{j}]" for e, (row, j) in enumerate(self.places) if row == i and (only is None or j in only)
+            ]
+            if only is None or i in only:
+                lines.append(f"d[{i}] = {' + '.join(parts) or '0.0 * y[0]'};")
+        return lines or ["(void)d;"]
 
     def _step_sums(self) -> list[str]:
         lines = []
@@ -263,10 +292,12 @@ def _firsts(rows: Sequence[Sequence[int]]) -> list[int]:
     return [sum(len(row) for row in rows[:i]) for i in range(len(rows) + 1)]
 
 
-def _row_sums(result: str, factors: str, vector: str, rows: Sequence[Sequence[int]]) -> list[str]:
+def _row_sums(
+    result: str, factors: str, vector: str, rows: Sequence[Sequence[int]], only: Collection[int] | None = None
+) -> list[str]:
     lines, e = [], 0
     for i, row in enumerate(rows):
-        parts = [f"{factors}[{e + k}] * {vector}[{j}]" for k, j in enumerate(row)]
+        parts = [f"{factors}[{e + k}] * {vector}[{j}]" for k, j in enumerate(row) if only is None or j in only]
         e += len(row)
         lines.append(f"{result}[{i}] += {' + '.join(parts)};" if parts else f"(void){result};")
     return lines

@@ -46,10 +46,9 @@ def branch(
     from fmu_models.analyses.continuation.curve import Curves
 
     files.check()
-    if switch not in SWITCHES:
-        raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
-    name, low, high = _range(section, over)
-    second = _one_range(curve) if curve else None
+    checked_switch(switch)
+    name, low, high = range_of(section, "branch", over)
+    second = one_range(curve) if curve else None
     system = section.system()
     start = {**section.starts(), **(_orbit(begin) if begin else {})}
     with console.progress("following") as advance:
@@ -80,15 +79,17 @@ def content(found: Any) -> dict[str, Any]:
     return {
         "model": found.model,
         "over": found.over,
-        "branches": [
-            {
-                "every": one.every,
-                "ends": [{"kind": kind, "why": why} for kind, why in one.ends],
-                "points": len(one.values),
-                "special": [_special(special) for special in one.special],
-            }
-            for one in found.branches
-        ],
+        "branches": [branch_content(one) for one in found.branches],
+    }
+
+
+def branch_content(one: Any) -> dict[str, Any]:
+    """One branch for JSON."""
+    return {
+        "every": one.every,
+        "ends": [{"kind": kind, "why": why} for kind, why in one.ends],
+        "points": len(one.values),
+        "special": [_special(special) for special in one.special],
     }
 
 
@@ -123,18 +124,29 @@ def _curve(curve: Any) -> dict[str, Any]:
     }
 
 
-def _range(section: f.Section, over: Sequence[str] | None) -> tuple[str, float, float]:
-    """Name, least and largest value of the parameter."""
+def checked_switch(switch: str) -> None:
+    """Raises StickslipError: none of ``SWITCHES``."""
+    if switch not in SWITCHES:
+        raise StickslipError(f"--switch takes {' or '.join(SWITCHES)}, found '{switch}'.")
+
+
+def range_of(section: f.Section, kind: str, over: Sequence[str] | None) -> tuple[str, float, float]:
+    """Name, least and largest value of the parameter; those of a scene of this kind where none are given."""
     if not over:
-        axes = section.axes("branch", ())
+        axes = section.axes(kind, ())
         ((name, values),) = axes.items()
         return name, float(values.min()), float(values.max())
     if len(over) > 1:
         raise StickslipError(f"A branch is followed over one parameter, found {len(over)} ranges.")
-    return _one_range(over[0])
+    return one_range(over[0])
 
 
-def _one_range(given: str) -> tuple[str, float, float]:
+def one_range(given: str) -> tuple[str, float, float]:
+    """Name, least and largest value of NAME=FROM:TO.
+
+    Raises:
+        StickslipError: not of that form.
+    """
     name, _, values = given.partition("=")
     try:
         low, high = (float(one) for one in values.split(":"))

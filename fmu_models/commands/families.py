@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from fmu_models.analyses.section_system import SectionSystem
     from fmu_models.base.shown import Pictured
+    from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.scene import Compute, Scene
 
 Ranges = Annotated[
@@ -132,6 +133,30 @@ class Section:
         given = arguments(scene, None, parameters=free, inputs=drives)
         found = section_of(changed, Fmu.open(built_scene(scene)), given["parameters"], given["inputs"])
         return found.stepped_by(self.stepper)
+
+    def oscillator(self) -> tuple[Fmu, dict[str, float]]:
+        """The model itself, without a section, and values of its parameters and inputs.
+
+        Raises:
+            StickslipError: a map, a drive of a scene that moves, or as loading does.
+        """
+        from fmu_models.fmu.fmu import Fmu
+        from fmu_models.fmu.load import load
+        from fmu_models.scene.compute import arguments
+        from fmu_models.scene.kinds.kind import constants_of
+        from fmu_models.scene.reduce import built_scene
+
+        values = console.assignments(self.settings, "parameter")
+        scene = self._scene
+        if scene is not None:
+            drives = {name: value for name, value in values.items() if name in scene.drives}
+            free = {name: value for name, value in values.items() if name not in drives}
+            return Fmu.open(built_scene(scene)), constants_of(scene, arguments(scene, parameters=free, inputs=drives))
+        if self.model in MAPS.members():
+            raise StickslipError(
+                f"'{self.model}' is a map: it has no rates. Its fixed points are followed by 'branch'."
+            )
+        return load(self.model, contacts=console.chosen(self.contacts)), values
 
     def starts(self) -> dict[str, float]:
         """Start values that are given, and what a scene says beside them."""

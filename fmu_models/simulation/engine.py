@@ -11,7 +11,7 @@ import struct
 import threading
 import weakref
 from collections.abc import Mapping
-from ctypes import POINTER, addressof, c_char, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
+from ctypes import POINTER, addressof, byref, c_char, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from functools import cache, cached_property
 from typing import Any
 
@@ -78,11 +78,24 @@ class Engine:
         self.ensemble_room = _bound(dll.stickslip_ensemble_room, c_int64, c_int64)
         self.lane_room = _bound(dll.stickslip_lane_room, c_int64, c_void_p, c_int64)
         self.ensemble_memory = _bound(dll.stickslip_ensemble_memory, c_int64, c_int64)
-        if fmu.fmi == 3:
-            references, numbers = POINTER(c_uint32), POINTER(c_double)
-            sizes = (references, c_size_t, references, c_size_t, numbers, c_size_t, numbers, c_size_t)
-            self.directional = _bound(dll.fmi3GetDirectionalDerivative, c_int, c_void_p, *sizes)
+        references, numbers = (c_void_p, c_size_t), (c_void_p, c_size_t) if fmu.fmi == 3 else (c_void_p,)
+        directional = dll[f"fmi{fmu.fmi}GetDirectionalDerivative"]
+        self._directional = _bound(directional, c_int, c_void_p, *references, *references, *numbers, *numbers)
+        self._counted = fmu.fmi == 3
         weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
+
+    def derivative(self, instance: Instance, of: NDArray[np.uint32], by: int) -> NDArray[np.float64]:
+        """(n,) derivatives of rates or outputs by one variable, all by reference, where the instance is.
+
+        Raises:
+            StickslipError: one of them has none there.
+        """
+        found, known, one = np.empty(len(of)), c_uint32(by), c_double(1.0)
+        values = [(byref(one), 1), (found.ctypes.data, len(of))]
+        numbers = [part for value in values for part in (value if self._counted else value[:1])]
+        if self._directional(instance.handle, of.ctypes.data, len(of), byref(known), 1, *numbers) != 0:
+            raise instance.failure()
+        return found
 
     def take(self) -> Instance:
         """An instance for one user, in whatever state the last one left it; give it back."""

@@ -15,9 +15,11 @@ from fmu_models.commands.chart import chart
 from fmu_models.commands.couple import couple
 from fmu_models.commands.data import app as data_commands
 from fmu_models.commands.diagram import diagram
+from fmu_models.commands.equilibria import equilibria
 from fmu_models.commands.export import export
 from fmu_models.commands.inspect import inspect
 from fmu_models.commands.lyapunov import lyapunov
+from fmu_models.commands.manifolds import manifolds
 from fmu_models.commands.map import show_map
 from fmu_models.commands.maps import maps
 from fmu_models.commands.models import models
@@ -44,7 +46,7 @@ from rig_io.commands.emulate import emulate
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
 app = console.app(HELP, completion=True)
 MODELS = (models, show, export, simulate, inspect, couple, scene, bench, stress, maps)
-FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch)
+FAMILIES = (diagram, basins, lyapunov, chart, section, spectrum, branch, equilibria, manifolds)
 FRICTION = (describe, emulate, fit, demo, laws, design, compare, report, apply, inverse, slips, watch)
 for command in (*MODELS, *FAMILIES):
     app.command()(command)

@@ -8,6 +8,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from benchmark_scripts import benchmark_script
 
 from fmu_models.analyses.basins import basins
 from fmu_models.analyses.fmu_sections import Strobe
@@ -29,14 +30,7 @@ LINEAR = {
     *("two_domain_oscillator", "woodpecker", "planar_hopf", "planar_multiple_crossing", "drive_motor"),
 }
 # what a family of each varies, and its default otherwise
-FAMILIES = {
-    "discontinuous_support": ("omega", {"ks": 300.0, "cs": 0.6, "g": 1.6}, "omega", (0.8, 1.0)),
-    "bouncing_ball": ("omega", {}, "A", (2.7e-3, 3.7e-3)),
-    "impact_pair": ("omega", {}, "D", (4.0, 9.0)),
-    "impact_damper": ("omega", {}, "f0", (0.05, 0.2)),
-    "fermi_accelerator": ("omega", {}, "L", (50.0, 110.0)),
-    "two_domain_oscillator": ("W", {}, "w2", (1.2, 1.9)),
-}
+FAMILIES = benchmark_script("bench_lanes").FAMILIES
 
 
 def family(name: str, count: int, rows: int) -> tuple[Strobe, Jobs]:

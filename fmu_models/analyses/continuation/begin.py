@@ -107,8 +107,8 @@ def _settled(system: SectionSystem, point: Vector) -> Vector:
 
 
 def _freed(problem: FlowProblem, point: Vector, value: float) -> tuple[FlowProblem, Vector]:
-    """The problem at a phase where nothing holds, sticks or remembers, and the state there of a motion that begins where
-    something does."""
+    """The problem at a phase where nothing holds, sticks or remembers, and the state there of a motion that begins
+    where something does."""
     strobe = problem.strobe.at(**{problem.over: value})
     length = strobe.every * float(strobe.periods({}, 1)[0])
     events = strobe.trajectory(point, np.array([length])).events

@@ -50,7 +50,7 @@ from fmu_models.analyses.continuation.node import Node
 from fmu_models.analyses.continuation.problem import Problem, Vector, Word
 from fmu_models.analyses.continuation.same_motion import passes
 from fmu_models.analyses.continuation.special import Special, special_of, state_at
-from fmu_models.analyses.continuation.way import Way
+from fmu_models.analyses.continuation.way import Found, Way
 from fmu_models.analyses.execution import Execution
 from fmu_models.analyses.section_system import SectionSystem
 from fmu_models.base.errors import StickslipError, nearest
@@ -221,10 +221,10 @@ def all_branches(
             progress((node.value - low) / (high - low))
 
         begin = first_piece.known[0]
-        forward = Follower(begin, (low, high), points, keeper.pieces(), tell).follow()
+        forward = Follower(begin, (low, high), points, tell, keeper.pieces()).follow()
         backward = None
         if forward.end[0] not in ("closed", "interrupted"):
-            backward = Follower(begin.turned(), (low, high), points, keeper.pieces(), tell).follow()
+            backward = Follower(begin.turned(), (low, high), points, tell, keeper.pieces()).follow()
         first = made(begin.problem, forward, backward, (low, high), time.process_time() - clock)
         found = _with_others(first, longest, points, of, switch, keeper)
         if not found.interrupted:
@@ -232,17 +232,26 @@ def all_branches(
     return found
 
 
+def joined(
+    forward: Way, backward: Way | None
+) -> tuple[list[Node], list[tuple[int, Found, bool]], tuple[tuple[str, str], tuple[str, str]]]:
+    """One way, or two from the same begin, as a whole: motions, what was found (number of motions before it, whether it
+    was met the other way round), both ends."""
+    nodes = list(forward.nodes)
+    found = [(place, one, False) for place, one in forward.found]
+    both = forward.end[0] in ("closed", "interrupted")
+    first = forward.end if both else ("start", "where it leaves another branch")
+    if backward is not None:
+        first, k = backward.end, len(backward.nodes)
+        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
+        turned = [(k - place, replace(one, before=one.after, after=one.before), True) for place, one in backward.found]
+        found = list(reversed(turned)) + [(place + k - 1, one, False) for place, one, _ in found]
+    return nodes, found, (first, forward.end)
+
+
 def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[float, float], seconds: float) -> Branch:
     """The branch of one way, or of two from the same begin."""
-    nodes, found = list(forward.nodes), list(forward.found)
-    both = forward.end[0] in ("closed", "interrupted")
-    ends = [forward.end if both else ("start", "where it leaves another branch"), forward.end]
-    if backward is not None:
-        ends[0] = backward.end
-        k = len(backward.nodes)
-        nodes = [node.turned() for node in reversed(backward.nodes[1:])] + nodes
-        turned = [(k - place, replace(one, before=one.after, after=one.before)) for place, one in backward.found]
-        found = list(reversed(turned)) + [(place + k - 1, one) for place, one in found]
+    nodes, found, ends = joined(forward, backward)
     autonomous = problem.autonomous
     states = np.array([_shown(node, autonomous) for node in nodes])
     return Branch(
@@ -255,9 +264,9 @@ def made(problem: Problem, forward: Way, backward: Way | None, between: tuple[fl
         np.array([node.multipliers for node in nodes]),
         np.array([node.stable for node in nodes]),
         tuple(node.word for node in nodes),
-        tuple(special_of(one, between, _switched) for _, one in found),
-        tuple(place for place, _ in found),
-        (ends[0], ends[1]),
+        tuple(special_of(one, between, _switched) for _, one, _ in found),
+        tuple(place for place, *_ in found),
+        ends,
         problem.turns,
         seconds,
         problem.how(nodes[0].z, nodes[0].seen),
@@ -272,14 +281,13 @@ def _shown(node: Node, autonomous: bool) -> Vector:
 
 
 def _switched(special: Special, points: int) -> tuple[Branch, ...]:
-    beginnings = leaving(special)
-    return tuple(_from(one, special.between, points, Keeper(None, one.problem)) for one in beginnings)
+    return tuple(followed_from(begin, special.between, points) for begin in leaving(special))
 
 
-def _from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper) -> Branch:
+def followed_from(begin: Node, between: tuple[float, float], points: int, keeper: Keeper | None = None) -> Branch:
     """The branch that begins beside another one."""
     clock = time.process_time()
-    way = Follower(begin, between, points, keeper.pieces()).follow()
+    way = Follower(begin, between, points, pieces=keeper.pieces() if keeper else None).follow()
     return made(begin.problem, way, None, between, time.process_time() - clock)
 
 
@@ -379,7 +387,7 @@ def branches(
         StickslipError: no such state.
     """
     _check_shown(of, first.states, first.model)
-    return _with_others(first, longest, points, of, switch, Keeper(None, first.nodes[0].problem))
+    return _with_others(first, longest, points, of, switch)
 
 
 def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
@@ -387,7 +395,9 @@ def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
         raise StickslipError(f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' is drawn, too.")
 
 
-def _with_others(first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper) -> Branches:
+def _with_others(
+    first: Branch, longest: int, points: int, of: str | None, switch: bool, keeper: Keeper | None = None
+) -> Branches:
     known = [first]
     interrupted = spread(known, longest, points, keeper) if switch else _interrupted(first)
     return Branches(of or first.states[0], tuple(known), interrupted)
@@ -398,7 +408,7 @@ def spread(known: list[Branch], longest: int, points: int = 2000, keeper: Keeper
     if _interrupted(known[-1]):
         return True
     try:
-        for one in _switched_at(known, longest, points, keeper or Keeper(None, known[-1].nodes[0].problem)):
+        for one in _switched_at(known, longest, points, keeper):
             known.append(one)
             if _interrupted(one):
                 return True
@@ -411,7 +421,7 @@ def _interrupted(one: Branch) -> bool:
     return any(kind == "interrupted" for kind, _ in one.ends)
 
 
-def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper) -> Iterator[Branch]:
+def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper | None) -> Iterator[Branch]:
     """What leaves the last of the branches that are known, and is not; the list may grow meanwhile."""
     for one in islice(known, len(known) - 1, None):
         for special in one.special:
@@ -421,4 +431,4 @@ def _switched_at(known: list[Branch], longest: int, points: int, keeper: Keeper)
                 if begin.problem.turns <= longest and not any(
                     other.every == begin.problem.turns and passes(other.nodes, begin) for other in known
                 ):
-                    yield _from(begin, one.between, points, keeper)
+                    yield followed_from(begin, one.between, points, keeper)

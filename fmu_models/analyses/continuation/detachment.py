@@ -28,8 +28,8 @@ MEET = 1e-6
 
 
 def from_vanishing(start: Node, miss: Passing) -> Touch:
-    """The point where the force, or the acceleration, that begins a state of a motion is zero, or the time between two of
-    its events.
+    """The point where the force, or the acceleration, that begins a state of a motion is zero, or the time between two
+    of its events.
 
     Raises:
         Lost: the way there leaves the word of the motion.

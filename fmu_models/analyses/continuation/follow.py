@@ -13,13 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from fmu_models.analyses.continuation import smooth
 from fmu_models.analyses.continuation.detachment import from_other_side, from_vanishing
 from fmu_models.analyses.continuation.discontinuous import SAME, Touch, exchanged, from_miss, other_word, repeats
-from fmu_models.analyses.continuation.equilibrium import hopf_of
+from fmu_models.analyses.continuation.equilibrium import amplitude, hopf_of
 from fmu_models.analyses.continuation.kept import Pieces
 from fmu_models.analyses.continuation.lost_event import from_event
 from fmu_models.analyses.continuation.node import Lost, Node, arclength, look, parameter, solved, tangent_of
@@ -55,11 +56,11 @@ HIDDEN, SHORT = 4, 3e-5
 
 @dataclass(frozen=True, eq=False)
 class Ahead:
-    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a state
-    or a "tie" of two events."""
+    """A change of the word that lies ahead: of what the present motion has, a "miss", an "event", the "begin" of a
+    state or a "tie" of two events, with its ``Touch``; of an equilibrium a "surface", with its ``Boundary``."""
 
     kind: str
-    touch: Touch
+    touch: Any
 
 
 # how the point is located where one vanishes
@@ -73,8 +74,8 @@ class Follower:
         between: range of the parameter.
         begin: the motion that it begins at; its tangent says in which direction.
         points: at most.
-        pieces: where it is kept, and what is there already.
         tell: called with every motion.
+        pieces: where it is kept, if it is, and what is there already.
     """
 
     def __init__(
@@ -82,10 +83,16 @@ class Follower:
         begin: Node,
         between: tuple[float, float],
         points: int,
-        pieces: Pieces,
         tell: Callable[[Node], None] = lambda node: None,
+        pieces: Pieces | None = None,
     ) -> None:
-        self.begin, self.between, self.points, self.pieces, self.tell = begin, sorted(between), points, pieces, tell
+        self.begin, self.between, self.points, self.pieces, self.tell = (
+            begin,
+            sorted(between),
+            points,
+            pieces or Pieces(),
+            tell,
+        )
         self.way = Way()
         self.hidden = 0
         self.whole = not repeats(begin, SAME)
@@ -284,7 +291,9 @@ class Follower:
 
     def _shrunk(self, node: Node) -> bool:
         """Whether the cycle is about to become an equilibrium."""
-        hopf = hopf_of(node)
+        before = self.way.nodes[-2]
+        grows = before.problem is node.problem and amplitude(node) >= amplitude(before)
+        hopf = None if grows else hopf_of(node)
         if hopf is None:
             return False
         self.way.found.append((len(self.way.nodes), Found("Hopf", hopf)))

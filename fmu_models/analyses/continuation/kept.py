@@ -36,7 +36,7 @@ class Keeper:
 
     def pieces(self) -> Pieces:
         """Where the next branch is kept, or is already."""
-        return Pieces(self, self.store.chain() if self.store is not None else None)
+        return Pieces() if self.store is None else Pieces(self, self.store.chain())
 
     def told(self, value: Any) -> Any:
         """As JSON."""
@@ -91,9 +91,9 @@ class Pieces:
         known: those that are there.
     """
 
-    def __init__(self, keeper: Keeper, chain: Chain | None) -> None:
+    def __init__(self, keeper: Keeper | None = None, chain: Chain | None = None) -> None:
         self._keeper, self._chain = keeper, chain
-        self.known = [keeper.made(json.loads(text)) for text in chain.texts] if chain else []
+        self.known = [keeper.made(json.loads(text)) for text in chain.texts] if keeper and chain else []
 
     @property
     def where(self) -> str:
@@ -102,6 +102,6 @@ class Pieces:
 
     def put(self, piece: Any) -> None:
         """Keep the next one."""
-        if self._chain is not None:
+        if self._keeper and self._chain:
             self._chain.put(json.dumps(self._keeper.told(piece)))
         self.known.append(piece)

@@ -20,8 +20,7 @@ def leaving(special: Special) -> list[Node]:
     if special.kind == "flip":
         return _doubled(node)[:1]
     if special.kind in ("pitchfork", "branch point"):
-        direction = other_direction(node)
-        return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
+        return beside_branch_point(node)
     return _at_touch(special) if special.touch is not None else []
 
 
@@ -36,6 +35,12 @@ def _at_touch(special: Special) -> list[Node]:
         if rigid or crossing in special.crossings:
             found += other_words(special.touch, times)
     return found
+
+
+def beside_branch_point(node: Node) -> list[Node]:
+    """Motions on both sides of the branch that crosses at a branch point."""
+    direction = other_direction(node)
+    return [one for one in (_aside(node, direction), _aside(node, -direction)) if one is not None]
 
 
 def _doubled(node: Node) -> list[Node]:

@@ -77,7 +77,7 @@ class MapProblem(Problem):
             x = self.map.at(**self.values(z)).step(x, derivative=False).points
         return np.append(x[0], z[n:])
 
-    def told(self) -> dict[str, float]:
+    def told(self) -> dict[str, Any]:
         return {"period": self.period}
 
     def like(self, told: Mapping[str, Any]) -> Problem:

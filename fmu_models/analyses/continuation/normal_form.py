@@ -8,13 +8,18 @@ A' p = conj(mu) p, |q| = 1, <p, q> = 1, <.,.> conjugating its first argument:
     Neimark-Sacker l1 = 1/2 Re(conj(mu) (<p, C(q, q, q*)> + 2 <p, B(q, (1 - A)^-1 B(q, q*))>
                         + <p, B(q*, (mu^2 - A)^-1 B(q, q))>))                      supercritical l1 < 0
 
-A run gives A exactly; B and C are central differences of it, of two widths, extrapolated.
+A run gives A exactly; B and C are central differences of it, of two widths, extrapolated. Of an equilibrium, with A the
+derivative of the rates, A q = i omega q:
 
-Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 5.4.
+    Hopf           l1 = 1/(2 omega) Re(<p, C(q, q, q*)> - 2 <p, B(q, A^-1 B(q, q*))>
+                        + <p, B(q*, (2 i omega - A)^-1 B(q, q))>)               supercritical l1 < 0
+
+Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 3.5, 5.4.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -41,9 +46,21 @@ def coefficient(kind: str, node: Node) -> float:
     problem, z = _at_zero(node)
     if problem.autonomous:
         return np.nan
+    return _settled(problem, z, node.scales, lambda a, b, c: _coefficient(kind, a, b, c))
+
+
+def lyapunov_coefficient(node: Node) -> float:
+    """The first one of an equilibrium at a Hopf point, its Jacobian the ``monodromy`` of what is seen there; nan where
+    it is not known."""
+    return _settled(node.problem, node.z, node.scales, _first_lyapunov)
+
+
+def _settled(problem: Problem, z: Vector, scales: Vector, of: Callable[[Vector, Vector, Vector], float]) -> float:
+    """A function of the derivatives, of the first differences of two widths that agree."""
+    n = len(problem.states)
     for width in WIDTHS:
         try:
-            values = [_coefficient(kind, problem, z, node.scales, share * width) for share in (1.0, 2.0)]
+            values = [of(*_derivatives(problem, z, share * width * scales[:n])) for share in (1.0, 2.0)]
         except Lost:
             continue
         if abs(values[1] - values[0]) <= AGREE * abs(values[0]):
@@ -69,9 +86,21 @@ def _at_zero(node: Node) -> tuple[Problem, Vector]:
     return problem, node.z
 
 
-def _coefficient(kind: str, problem: Problem, z: Vector, scales: Vector, width: float) -> float:
-    n = len(problem.states)
-    a, b, c = _derivatives(problem, z, width * scales[:n])
+def _first_lyapunov(a: Vector, b: Vector, c: Vector) -> float:
+    eigen: Any = np.linalg.eig(a)
+    values, rights = eigen
+    place = np.flatnonzero(values.imag > 0.0)[np.abs(values.real[values.imag > 0.0]).argmin()]
+    omega, q, p = values[place].imag, rights[:, place], np.linalg.inv(rights)[place]
+    second, third = _forms(b, c)
+    q = q / np.linalg.norm(q)
+    p, other = p / (p @ q), q.conj()
+    whole = third(q, q, other) - 2.0 * second(q, np.linalg.solve(a, second(q, other)))
+    whole += second(other, np.linalg.solve(2j * omega * np.eye(len(a)) - a, second(q, q)))
+    return float(np.real(p @ whole)) / (2.0 * omega)
+
+
+def _coefficient(kind: str, a: Vector, b: Vector, c: Vector) -> float:
+    n = len(a)
     eigen: Any = np.linalg.eig(a)
     values, rights = eigen
     target: Any = {"flip": -1.0, "pitchfork": 1.0}.get(kind)
@@ -86,13 +115,7 @@ def _coefficient(kind: str, problem: Problem, z: Vector, scales: Vector, width: 
     p = np.linalg.inv(rights)[place]  # a row, <p, .> with its conjugate taken already
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
-
-    def second(u: NDArray[Any], v: NDArray[Any]) -> NDArray[Any]:
-        return np.einsum("ijk,j,k->i", b, u, v)
-
-    def third(u: NDArray[Any], v: NDArray[Any], w: NDArray[Any]) -> NDArray[Any]:
-        return np.einsum("ijkl,j,k,l->i", c, u, v, w)
-
+    second, third = _forms(b, c)
     one = np.eye(n)
     if kind == "Neimark-Sacker":
         other = q.conj()
@@ -106,6 +129,18 @@ def _coefficient(kind: str, problem: Problem, z: Vector, scales: Vector, width: 
     else:
         slow = np.linalg.solve(one - a, second(q, q))
     return float(np.real(p @ (third(q, q, q) / 6.0 + second(q, slow) / 2.0)))
+
+
+def _forms(b: Vector, c: Vector) -> tuple[Callable[..., NDArray[Any]], Callable[..., NDArray[Any]]]:
+    """The second and the third derivative along vectors."""
+
+    def second(u: NDArray[Any], v: NDArray[Any]) -> NDArray[Any]:
+        return np.einsum("ijk,j,k->i", b, u, v)
+
+    def third(u: NDArray[Any], v: NDArray[Any], w: NDArray[Any]) -> NDArray[Any]:
+        return np.einsum("ijkl,j,k,l->i", c, u, v, w)
+
+    return second, third
 
 
 def _derivatives(problem: Problem, z: Vector, widths: Vector) -> tuple[Vector, Vector, Vector]:

@@ -179,13 +179,13 @@ class Problem(ABC):
     def folded(self, times: int) -> Problem:
         """The same, of a period that is so many times as long."""
 
-    @abstractmethod
-    def told(self) -> dict[str, float]:
-        """What tells this one from others of the same family."""
+    def told(self) -> dict[str, Any]:
+        """What tells this one from others of the same family, if there are others."""
+        return {}
 
-    @abstractmethod
     def like(self, told: Mapping[str, Any]) -> Problem:
         """The one of the family that was told."""
+        return self
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
         """The problem at another phase, and z there, where an event is too near to the strobe; None if none is."""

@@ -11,13 +11,6 @@
  */
 #include "lane_event.h"
 
-/* of the fastest impact: the engine completes a chatter from here on (Tolerances.chatter) */
-static const double CHATTER = 1e-8;
-/* of the terms of a gap: nearer is at the wall; with room for the rounding of both */
-static const double AT_WALL = 1e-12;
-/* of the terms of its rate: a switch that is crossed more slowly may slide along it to rounding */
-static const double ALONG = 1e-9;
-
 static double row_value(const double *row, const double *z)
 {
     double sum = row[LANES_Z];
@@ -41,7 +34,7 @@ static int is_shared(const LaneTable *t, const Lane *lane, const double *z, int 
 {
     for (int e = 0; e < MODEL_NC; e++) {
         if (e != c && lanes_kind[e] == KIND_IMPACT && lane->motion.state[e] == CONTACT_AWAY
-            && fabs(row_value(t->depth[e], z)) <= AT_WALL * row_size(t->depth[e], z)) {
+            && fabs(row_value(t->depth[e], z)) <= LANES_AT_WALL * row_size(t->depth[e], z)) {
             return 1;
         }
     }
@@ -55,7 +48,7 @@ static void impact(const LaneTable *t, Lane *lane, double *z, int c)
     const double e = t->restitution[c];
     double *fastest = &lane->motion.memory[c];
     *fastest = fmax(*fastest, -y);
-    if (!(y < 0.0) || !(-e * y > 2.0 * CHATTER * *fastest) || is_shared(t, lane, z, c)) {
+    if (!(y < 0.0) || !(-e * y > 2.0 * LANES_CHATTER * *fastest) || is_shared(t, lane, z, c)) {
         lane->failed = 1;
         return;
     }
@@ -95,10 +88,11 @@ static void change_mode(const LaneTable *t, Lane *lane, double *z, int c)
     }
 }
 
-static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time)
 {
     const int c = lanes_guard_contact[g];
     LaneMotion *m = &lane->motion;
+    int64_t *known = lane->known;
     const int before = m->state[c];
     double plain[LANES_Z];
     memcpy(plain, z, sizeof plain);
@@ -131,12 +125,13 @@ static void stop(const LaneTable *t, Lane *lane, double *z, int g, double time, 
     change_mode(t, lane, z, entered ? c : 0);
 }
 
-void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time, signed char *known)
+void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time)
 {
     const int c = lanes_guard_contact[g];
-    memset(known, 0, LANES_NG);
+    int64_t *known = lane->known;
+    memset(known, 0, sizeof lane->known);
     if (lanes_kind[c] == KIND_STOP) {
-        stop(t, lane, z, g, time, known);
+        stop(t, lane, z, g, time);
         return;
     }
     known[g] = 1;
@@ -164,7 +159,7 @@ void lane_event(const LaneTable *t, Lane *lane, double *z, int g, double time, s
         }
         rate += m->guard[e] * flow;
     }
-    if (!(-rate > ALONG * size)) {
+    if (!(-rate > LANES_ALONG * size)) {
         lane->failed = 1;
         return;
     }
@@ -187,7 +182,7 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     lane->mode = mode;
     lane->failed = 0;
     for (int i = 0; i < MODEL_NX; i++) {
-        lane->x[i] = motion->x[i] - t->mode[mode].shift[i];
+        lane->z[i] = motion->x[i] - t->mode[mode].shift[i];
     }
     return 1;
 }
@@ -202,7 +197,7 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
     }
     *motion = lane->motion;
     for (int i = 0; i < MODEL_NX; i++) {
-        motion->x[i] = lane->x[i] + t->mode[lane->mode].shift[i];
+        motion->x[i] = lane->z[i] + t->mode[lane->mode].shift[i];
     }
     for (int c = 0; c < MODEL_NC; c++) {
         motion->since[c] -= t->period;

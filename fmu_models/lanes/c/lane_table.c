@@ -1,10 +1,8 @@
 /* The numbers of one motion's flow. */
 #include "lane_table.h"
 
-/* rate times length: of a step of the grid, whose test for events is of second order, and of a sub-step, whose series of
-   LANES_ORDER terms leaves rounding */
-static const double GRID_REACH = 0.42;
-static const double SERIES_REACH = 0.7;
+/* rate times length of a step, over which a series of LANES_ORDER terms leaves rounding */
+static const double REACH = 0.42;
 /* modes whose rate is so many times that of the slowest still have a step of the grid */
 static const double AS_SLOW = 3.0;
 
@@ -179,7 +177,7 @@ static double flow_rate(const Full *f)
    magnitudes are at most 1, as the sum that is returned */
 static double row_bound(const LaneTable *t, const Full *f, const double *row, int n, double h, double *bound)
 {
-    enum { TERMS = 24 };
+    enum { TERMS = 14 };
     double now[LANES_Z + 1], next[LANES_Z + 1], sum[LANES_Z + 1];
     for (int j = 0; j <= LANES_Z; j++) {
         now[j] = fabs(row[j]);
@@ -206,7 +204,7 @@ static double row_bound(const LaneTable *t, const Full *f, const double *row, in
     }
     double constant = 0.0;
     for (int j = 0; j <= LANES_Z; j++) {
-        const double safe = sum[j] * (1.0 + 1e-9);
+        const double safe = sum[j] * (1.0 + 1e-6);
         if (j < MODEL_NX) {
             bound[j] = safe;
         } else {
@@ -245,7 +243,7 @@ static void mode_make(LaneTable *t, int mode, Full *f)
     for (int k = 0; k < LANES_HARMONICS; k++) {
         m->rate = fmax(m->rate, fabs(t->wave[k]));
     }
-    m->longest = fmin(SERIES_REACH / m->rate, t->period);
+    m->longest = fmin(REACH / m->rate, t->period);
     m->home = -1;
     for (int g = 0; g < LANES_GUARDS; g++) {
         m->tail_constant[g] = row_bound(t, f, f->guard[g], 4, m->longest, m->tail[g]) / 24.0;
@@ -255,16 +253,15 @@ static void mode_make(LaneTable *t, int mode, Full *f)
     }
 }
 
-/* exp(A h) and what the harmonics and constants add */
-static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
+/* rows of exp(A h) of the states, over z and 1 */
+static void flow_over(const LaneTable *t, const Full *f, double h, double (*whole)[LANES_Z + 1])
 {
-    double whole[MODEL_NX][LANES_Z + 1];
     for (int column = 0; column <= LANES_Z; column++) {
         double now[LANES_Z + 1] = {0.0}, next[LANES_Z + 1];
         double sum[MODEL_NX] = {0.0};
         now[column] = 1.0;
-        for (int n = 0; n < 20; n++) {
-            const double factor = t->h / (n + 1);
+        for (int n = 0; n < 15; n++) {
+            const double factor = h / (n + 1);
             for (int i = 0; i < MODEL_NX; i++) {
                 sum[i] += now[i];
                 next[i] = 0.0;
@@ -284,6 +281,22 @@ static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
             whole[i][column] = sum[i];
         }
     }
+}
+
+static void stride_make(const LaneTable *t, const Full *f, LaneMode *m)
+{
+    flow_over(t, f, m->longest, m->stride);
+    for (int k = 0; k < LANES_HARMONICS; k++) {
+        m->turn[2 * k] = cos(t->wave[k] * m->longest);
+        m->turn[2 * k + 1] = sin(t->wave[k] * m->longest);
+    }
+}
+
+/* exp(A h) and what the harmonics and constants add */
+static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
+{
+    double whole[MODEL_NX][LANES_Z + 1];
+    flow_over(t, f, t->h, whole);
     for (int e = 0; e < LANES_STEP; e++) {
         s->step[e] = whole[lanes_step_row[e]][lanes_step_column[e]];
     }
@@ -401,7 +414,21 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
         mode->home = mode->home >= 0 && mode->rate <= AS_SLOW * slowest ? mode->home : -1;
         fastest = mode->home >= 0 ? fmax(fastest, mode->rate) : fastest;
     }
-    const double steps = ceil(period * fastest / GRID_REACH);
+    for (int m = 0; m < LANES_MODES; m++) {
+        signed char free[NC];
+        for (int c = 0; c < MODEL_NC; c++) {
+            const int state = t->mode[m].state[c];
+            free[c] = (signed char)(state == CONTACT_RELEASED ? CONTACT_AWAY : state);
+        }
+        t->mode[m].on_grid = t->mode[table_mode(free)].home >= 0;
+        for (int c = 0; c < MODEL_NC; c++) {
+            signed char other[NC];
+            memcpy(other, t->mode[m].state, sizeof other);
+            other[c] = (signed char)(lanes_kind[c] == KIND_SWITCH ? -other[c] : other[c]);
+            t->mode[m].crossed[c] = table_mode(other);
+        }
+    }
+    const double steps = ceil(period * fastest / REACH);
     if (!(period > 0.0) || !(steps <= LANES_GRID)) {
         return 0;
     }
@@ -411,6 +438,8 @@ int table_make(LaneTable *t, const double *p, const double *u, double origin, do
     for (int m = 0; m < LANES_MODES; m++) {
         if (t->mode[m].home >= 0) {
             home_make(t, &full[m], &t->home[t->mode[m].home]);
+        } else if (!t->mode[m].on_grid) {
+            stride_make(t, &full[m], &t->mode[m]);
         }
     }
     t->usable = 1;

@@ -35,13 +35,17 @@ enum { KIND_STOP = 0, KIND_IMPACT = 1, KIND_SWITCH = 2 };
 
 typedef struct {
     signed char state[NC];
-    int home; /* which home step is its own; -1: none */
+    int home;    /* which home step is its own; -1: none */
+    int on_grid; /* its flow is that of a home mode */
+    int crossed[NC]; /* the mode on the other side of a switch */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
     double guard[LANES_NR], guard_constant[LANES_NG];
     /* what a guard is beyond its terms of third order is at most h^4 (tail |x| + tail_constant), over a sub-step of h */
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
+    /* away from home: states and harmonics after the longest sub-step */
+    double stride[MODEL_NX][LANES_Z + 1], turn[2 * LANES_NH];
 } LaneMode;
 
 typedef struct {

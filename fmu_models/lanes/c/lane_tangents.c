@@ -75,7 +75,7 @@ void tangents_end(const Pool *pool, int64_t slot)
     for (int n = 0; n < pool->directions; n++) {
         memcpy(wanted + n * MODEL_NX, lane->tangent[n], sizeof lane->tangent[n]);
     }
-    memcpy(z, lane->x, sizeof lane->x);
+    memcpy(z, lane->z, MODEL_NX * sizeof *z);
     memcpy(z + MODEL_NX, t->phasor[t->steps], 2 * LANES_HARMONICS * sizeof *z);
     rates(t, &t->mode[lane->mode], z, f);
     for (int i = 0; i < MODEL_NX; i++) {

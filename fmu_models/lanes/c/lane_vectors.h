@@ -1,48 +1,33 @@
-/* Vectors of LANES_W numbers, and masks of them; included once per target, like lane_code.h, which undefines their names. */
-#define LANES_BYTES (8 * LANES_W)
-
-typedef double NAME(V) __attribute__((vector_size(LANES_BYTES), aligned(LANES_BYTES)));
-typedef int64_t NAME(M) __attribute__((vector_size(LANES_BYTES), aligned(LANES_BYTES)));
+/* Vectors of LANES_W numbers, and masks of them; included once per target by lane_code.h, which undefines their names. */
+typedef double NAME(V) __attribute__((ext_vector_type(LANES_W)));
+typedef int64_t NAME(M) __attribute__((ext_vector_type(LANES_W)));
 #define V NAME(V)
 #define M NAME(M)
 #define INLINE inline __attribute__((always_inline))
+/* every lane l of a vector from a value of its own */
+#define EACH(vector, value)                                                                                            \
+    {                                                                                                                  \
+        V each_ = NAME(fill)(0.0);                                                                                     \
+        for (int l = 0; l < LANES_W; l++) {                                                                            \
+            each_[l] = (value);                                                                                        \
+        }                                                                                                              \
+        (vector) = each_;                                                                                              \
+    }
 /* lane l of a vector in memory */
 #define AT(v, l) (((NAME(Number) *)(void *)&(v))[l])
-#define MARK(m, l) (((NAME(Sign) *)(void *)&(m))[l])
 
 typedef double NAME(Number) __attribute__((may_alias));
-typedef int64_t NAME(Sign) __attribute__((may_alias));
 
-static INLINE V NAME(fill)(double a)
-{
-    V v;
-    for (int l = 0; l < LANES_W; l++) {
-        v[l] = a;
-    }
-    return v;
-}
+static INLINE V NAME(fill)(double a) { return (V)a; }
 
-static INLINE V NAME(pick)(M m, V a, V b) { return (V)(((M)a & m) | ((M)b & ~m)); }
+static INLINE V NAME(pick)(M m, V a, V b) { return m ? a : b; }
 
-static INLINE V NAME(size)(V a)
-{
-    const V zero = NAME(fill)(-0.0);
-    return (V)((M)a & ~(M)zero);
-}
+static INLINE V NAME(size)(V a) { return __builtin_elementwise_abs(a); }
 
-static INLINE V NAME(least)(V a, V b) { return NAME(pick)(a < b, a, b); }
+static INLINE V NAME(least)(V a, V b) { return a < b ? a : b; }
 
-static INLINE V NAME(most)(V a, V b) { return NAME(pick)(a > b, a, b); }
+static INLINE V NAME(most)(V a, V b) { return a > b ? a : b; }
 
-static INLINE int NAME(any)(M m)
-{
-#if LANES_REDUCE
-    return __builtin_reduce_or(m) != 0;
-#else
-    int64_t found = 0;
-    for (int l = 0; l < LANES_W; l++) {
-        found |= m[l];
-    }
-    return found != 0;
-#endif
-}
+static INLINE int NAME(any)(M m) { return __builtin_reduce_or(m) != 0; }
+
+static INLINE M NAME(none)(void) { return (M)(int64_t)0; }

@@ -6,25 +6,43 @@
 
 /* what one motion has on its way over a period */
 typedef struct {
-    double x[MODEL_NX]; /* where it is at the points of the grid away from home, from the origin of its mode */
-    int mode, started;
-    int failed; /* not decided: the series of the engine make this step */
+    double z[LANES_Z]; /* states, from the origin of its mode, and harmonics, away from the groups */
+    double left;       /* time to the point of the grid that it goes to */
+    int64_t known[LANES_NG]; /* not 0: of guards that are zero now without falling */
+    int goal, rounds;        /* that point; sub-steps in this period */
+    int mode;
+    unsigned settled; /* a bit for each home mode whose numbers its group has */
+    int failed;       /* not decided: the series of the engine make this step */
     /* differences of neighbours, and up to which point of the grid their steps at home are made */
     double tangent[MODEL_NX][MODEL_NX];
     int brought;
     LaneMotion motion;
 } Lane;
 
+/* what motions away from the groups wait for (lane_code.h) */
+enum { QUEUE_EVENT, QUEUE_SERIES, QUEUE_STRIDE, QUEUES };
+
+typedef struct {
+    int64_t count;
+    int32_t *slot;
+} Queue;
+
 typedef struct {
     int64_t motions;
     LaneTable *tables;
     Lane *lanes;
-    int32_t *queue;
-    double *columns; /* of the home steps, group by group (lane_code.h) */
+    Queue queue[QUEUES];
+    double *columns; /* of the home steps, group by group (lane_home.h) */
     /* differences that are followed, motion by motion, as the caller has them */
     int64_t directions;
     double *tangents;
 } Pool;
+
+static inline void pool_queue(Pool *pool, int64_t slot, int which)
+{
+    Queue *q = &pool->queue[which];
+    q->slot[q->count++] = (int32_t)slot;
+}
 
 /* the offset of a part of the room */
 static inline int64_t pool_reserve(int64_t *used, int64_t bytes)

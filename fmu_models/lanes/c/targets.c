@@ -11,17 +11,7 @@
 #define LANES_X86 0
 #endif
 
-#if defined(__clang__) && defined(__has_builtin)
-#define LANES_REDUCE __has_builtin(__builtin_reduce_or)
-#else
-#define LANES_REDUCE 0
-#endif
-
-#if defined(__clang__)
 #define LANES_UNROLL _Pragma("unroll")
-#else
-#define LANES_UNROLL _Pragma("GCC unroll 16")
-#endif
 
 #define LANES_W 1
 #define NAME(x) x##_1
@@ -36,35 +26,20 @@
 #undef NAME
 
 #if LANES_X86
-#if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2")
-#endif
 #define LANES_W 4
 #define NAME(x) x##_4
 #include "lane_code.h"
 #undef LANES_W
 #undef NAME
-#if defined(__clang__)
 #pragma clang attribute pop
 #pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512vl"))), apply_to = function)
-#else
-#pragma GCC pop_options
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512vl")
-#endif
 #define LANES_W 8
 #define NAME(x) x##_8
 #include "lane_code.h"
 #undef LANES_W
 #undef NAME
-#if defined(__clang__)
 #pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
 #endif
 
 /* lanes of the widest vectors that processor and system have */
@@ -88,7 +63,7 @@ static int widest(void)
 }
 
 typedef struct {
-    int64_t tables, lanes, queue, columns, used;
+    int64_t tables, lanes, queue[QUEUES], columns, used;
 } Layout;
 
 static Layout layout(int64_t motions, int64_t width, int64_t group)
@@ -98,7 +73,9 @@ static Layout layout(int64_t motions, int64_t width, int64_t group)
     l.used = ((int64_t)sizeof(Pool) + 63) / 64 * 64;
     l.tables = pool_reserve(&l.used, motions * (int64_t)sizeof(LaneTable));
     l.lanes = pool_reserve(&l.used, motions * (int64_t)sizeof(Lane));
-    l.queue = pool_reserve(&l.used, groups * width * (int64_t)sizeof(int32_t));
+    for (int q = 0; q < QUEUES; q++) {
+        l.queue[q] = pool_reserve(&l.used, groups * width * (int64_t)sizeof(int32_t));
+    }
     l.columns = pool_reserve(&l.used, groups * group);
     return l;
 }
@@ -111,12 +88,14 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
     pool->motions = motions;
     pool->tables = (LaneTable *)(void *)(base + l.tables);
     pool->lanes = (Lane *)(void *)(base + l.lanes);
-    pool->queue = (int32_t *)(void *)(base + l.queue);
+    for (int q = 0; q < QUEUES; q++) {
+        pool->queue[q] = (Queue){0, (int32_t *)(void *)(base + l.queue[q])};
+    }
     pool->columns = (double *)(void *)(base + l.columns);
     for (int64_t i = 0; i < motions; i++) {
         pool->tables[i].usable = 0;
         pool->tables[i].steps = 0;
-        pool->lanes[i].started = -1;
+        pool->lanes[i].settled = 0;
     }
     memset(pool->columns, 0, (size_t)((motions + width - 1) / width * group));
 }
@@ -135,7 +114,7 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
     if (is_table_of(t, p, u, origin, period)) {
         return t->usable;
     }
-    pool->lanes[slot].started = -1;
+    pool->lanes[slot].settled = 0;
     t->steps = 0;
     if (slot > 0 && is_table_of(t - 1, p, u, origin, period)) {
         memcpy(t, t - 1, sizeof *t);

@@ -3,11 +3,12 @@ there are, and how many stable ones. The first has what is special too, "fold_1"
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from fmu_models.analyses.continuation.branch import Branches, all_branches
+from fmu_models.analyses.continuation.branch import all_branches
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, section_of
 from fmu_models.scene.scene import Scene
@@ -27,10 +28,10 @@ def _branch(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> tuple[Row, ...]:
         of=how.settings.get("of"),
         switch=bool(how.settings.get("switch", 0)),
     )
-    special = _special(found)
+    special = special_values(found.special)
     rows = []
     for i, value in enumerate(how.values):
-        motions, stable = _at(found, value)
+        motions, stable = counted(found.branches, value)
         rows.append(Row(value, {"motions": motions, "stable": stable} | (special if i == 0 else {}), family=found))
     return tuple(rows)
 
@@ -42,25 +43,26 @@ def _inside(system: Any, over: str, low: float, high: float) -> dict[str, float]
     return {over: min(max(value, low), high)}
 
 
-def _special(found: Branches) -> dict[str, float]:
-    counted: dict[str, int] = {}
+def special_values(specials: Sequence[Any]) -> dict[str, float]:
+    """Values of the parameter by kind and number."""
+    numbers: dict[str, int] = {}
     values = {}
-    for special in found.special:
+    for special in specials:
         kind = special.kind.replace(", ", "_").replace(" ", "_")
-        counted[kind] = counted.get(kind, 0) + 1
-        values[f"{kind}_{counted[kind]}"] = special.value
+        numbers[kind] = numbers.get(kind, 0) + 1
+        values[f"{kind}_{numbers[kind]}"] = special.value
     return values
 
 
-def _at(found: Branches, value: float) -> tuple[float, float]:
-    """Motions, and stable ones, at a value."""
-    motions = stable = 0
-    for one in found.branches:
+def counted(branches: Sequence[Any], value: float) -> tuple[float, float]:
+    """Points of branches at a value, and stable ones."""
+    found = stable = 0
+    for one in branches:
         before, after = one.values[:-1] - value, one.values[1:] - value
         for i in np.flatnonzero((before <= 0.0) != (after <= 0.0)):
-            motions += 1
+            found += 1
             stable += bool(one.stable[i] and one.stable[i + 1])
-    return float(motions), float(stable)
+    return float(found), float(stable)
 
 
 KIND = Kind(_branch, periodic=True, sweeps=True, settings={"settle": 1, "switch": 0, "of": None})

@@ -73,6 +73,18 @@ def period(scene: Scene, parameters: Mapping[str, float]) -> float:
     return how.periods * (2.0 * math.pi if how.angular else 1.0) / value
 
 
+def constants_of(scene: Scene, run: Mapping[str, Any]) -> dict[str, float]:
+    """Parameters and drives of the arguments of ``simulate``.
+
+    Raises:
+        StickslipError: a drive that moves.
+    """
+    moving = [name for name, value in run["inputs"].items() if not isinstance(value, int | float)]
+    if moving:
+        raise StickslipError(f"'{moving[0]}' of scene '{scene.name}' moves; a family of motions takes constant drives.")
+    return {**run["parameters"], **run["inputs"]}
+
+
 def section_of(
     scene: Scene, fmu: Fmu, parameters: Mapping[str, float], inputs: Mapping[str, Any]
 ) -> Strobe | Crossing | Impacts:
@@ -81,13 +93,11 @@ def section_of(
     Raises:
         StickslipError: a drive that moves, or as the section does.
     """
-    moving = [name for name, value in inputs.items() if not isinstance(value, int | float)]
-    if moving:
-        raise StickslipError(f"'{moving[0]}' of scene '{scene.name}' moves; a family of motions takes constant drives.")
+    constants = constants_of(scene, {"parameters": parameters, "inputs": inputs})
     how = scene.compute
     forcing = None if how.forcing in scene.fixed else how.forcing
     length = None if forcing or not (how.forcing or how.period) else period(scene, parameters) / how.periods
-    common: dict[str, Any] = {"forcing": forcing, "period": length, "parameters": {**parameters, **inputs}}
+    common: dict[str, Any] = {"forcing": forcing, "period": length, "parameters": constants}
     if how.impacts is not None:
         return Impacts(fmu, how.impacts, **common)
     if how.level:

@@ -1,0 +1,167 @@
+"""What a branch of equilibria is followed of: the rates of an oscillator, in the contact states that hold at a point.
+
+    f(x, p) = 0,    J = df/dx
+
+The problem is that of periodic motions whose map is one of a short time: f times that, and exp(lambda t) for the
+multipliers, so that a branch of equilibria is followed like one of motions. A fold is that of both; a Hopf point is a
+Neimark-Sacker point. The word is the states of all contacts.
+
+Where a contact sticks the states stay on a surface, across which J is without meaning: lT J = 0 for its normal l. What
+leaves the surface comes back at once, and counts as an eigenvalue of minus infinity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.analyses.continuation.node import Node
+from fmu_models.analyses.continuation.problem import Problem, Seen, Vector
+from fmu_models.analyses.fmu_sections import Strobe
+from fmu_models.analyses.section_system import SectionSystem
+from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.contact_states import STICK
+from fmu_models.simulation.field import Field
+from fmu_models.simulation.run import check_names, check_value
+
+# of the eigenvalue of a direction that leaves what sticks, over the rest: exp(-this) is zero
+AT_ONCE = 1e4
+# singular values below this share of the largest are zero
+ZERO = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class EquilibriumProblem(Problem):
+    """Equilibria of an FMU of this suite.
+
+    Args:
+        field: its rates.
+        strobe: the oscillator, with values of parameters and inputs that are not at their default.
+        over: the parameter.
+        share: s, the short time.
+        anchor: (n,) a point on the surfaces of what sticks.
+        sizes: (n,) of the states.
+    """
+
+    field: Field
+    strobe: Strobe
+    over: str
+    share: float
+    anchor: Vector
+    sizes: Vector
+    second: str = ""
+
+    @property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override] # a field of others
+        return tuple(self.field.fmu.states)
+
+    @property
+    def system(self) -> SectionSystem:
+        return self.strobe
+
+    def opened(self, second: str) -> Problem:
+        fmu = self.field.fmu
+        check_names(fmu, "parameter or input", {second: None}, [*fmu.parameters, *fmu.inputs])
+        return replace(self, second=second)
+
+    def present(self, name: str) -> float:
+        known = self.strobe.values.get(name)
+        value = float(self.field.fmu.variables[name].start or 0.0) if known is None else known
+        check_value(self.field.fmu, name, value)
+        return value
+
+    def see(self, z: Vector) -> Seen:
+        n, given = len(self.states), self.values(z)
+        there = self.field.at(z[:n], given)
+        slopes = self.field.slopes(z[:n], self.parameters, given)
+        j, residual, jacobian = slopes[:, :n].copy(), self.share * there.rates, self.share * slopes
+        normals = _normals(j, there.contacts.count(STICK))
+        if len(normals):
+            residual += normals.T @ (normals @ (z[:n] - self.anchor))
+            jacobian[:, :n] += normals.T @ normals
+            j -= AT_ONCE / self.share * normals.T @ normals
+        word = tuple((name, s, s) for name, s in zip(self.field.fmu.contacts, there.contacts, strict=True))
+        return Seen(residual, jacobian, j, self.share, word)
+
+    def indicators(self, z: Vector) -> Vector:
+        """Those of all events, positive while contacts keep their states."""
+        return self.field.at(z[: len(self.states)], self.values(z)).indicators
+
+    def along_surfaces(self, z: Vector) -> Vector:
+        """(n + 1, n + 1) symmetric: from directions of z to their parts along the surfaces of what sticks."""
+        n, given = len(self.states), self.values(z)
+        found = np.eye(len(z))
+        sticks = self.field.at(z[:n], given).contacts.count(STICK)
+        if sticks:
+            normals = _normals(self.field.slopes(z[:n], (), given), sticks)
+            found[:n, :n] -= normals.T @ normals
+        return found
+
+    def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
+        return np.append(np.maximum(np.abs(z[: len(self.states)]), self.sizes), abs(between[1] - between[0]))
+
+    def folded(self, times: int) -> Problem:
+        return self
+
+    @property
+    def turns(self) -> int:
+        return 1
+
+    def multipliers(self, monodromy: Vector) -> NDArray[np.complex128]:
+        """exp(lambda t) of the eigenvalues."""
+        return np.exp(self.share * ordered(monodromy))
+
+    def eigenvalues(self, j: Vector) -> NDArray[np.complex128]:
+        """(n,) by falling real part; minus infinity across what sticks."""
+        found = ordered(j)
+        found[np.real(found) < -0.5 * AT_ONCE / self.share] = -np.inf
+        return found
+
+
+def ordered(j: Vector) -> NDArray[np.complex128]:
+    """(n,) eigenvalues by falling real part, of a pair the one above the axis first."""
+    found: NDArray[np.complex128] = np.linalg.eigvals(j).astype(complex)
+    return found[np.lexsort((-np.imag(found), -np.round(np.real(found), 12)))]
+
+
+def eigenvalues_of(node: Node) -> NDArray[np.complex128]:
+    """(n,) those at an equilibrium."""
+    assert isinstance(node.problem, EquilibriumProblem)
+    return node.problem.eigenvalues(node.seen.monodromy)
+
+
+def _normals(j: Vector, sticks: int) -> Vector:
+    """(sticks, n) unit normals of the surfaces that the states stay on."""
+    if not sticks:
+        return np.empty((0, len(j)))
+    u, _, _ = np.linalg.svd(j)
+    return u[:, -sticks:].T
+
+
+def problem_at(
+    field: Field, over: str, constants: dict[str, float], point: Vector, between: tuple[float, float]
+) -> EquilibriumProblem:
+    """The problem of a model near a point.
+
+    Raises:
+        StickslipError: no such parameter, one of the values is none that it can have, something forces the motion.
+    """
+    fmu = field.fmu
+    check_names(fmu, "parameter or input", {over: None}, [*fmu.parameters, *fmu.inputs])
+    for value in between:
+        check_value(fmu, over, value)
+    # times at which no harmonic force is the same by chance
+    rates = [field.at(point, time=time).rates for time in (0.0, 0.7310585786, 2.391046)]
+    if any((one != rates[0]).any() for one in rates):
+        raise StickslipError(
+            f"'{fmu.description.modelName}' is forced: its rates depend on time, and it has no equilibrium. Set the "
+            "amplitude of the force to zero, or follow its periodic motion with 'branch'."
+        )
+    sizes = np.array([float(getattr(fmu.variables[name], "nominal", None) or 1.0) for name in fmu.states])
+    eigenvalues = np.linalg.eigvals(field.slopes(point, ()))
+    fastest = float(np.abs(eigenvalues).max(initial=0.0))
+    share = 1.0 / (fastest or 1.0)
+    strobe = Strobe(fmu, period=share, autonomous=True, parameters=constants)
+    return EquilibriumProblem(field, strobe, over, share, point, sizes)

@@ -1,0 +1,155 @@
+/* Exact steps of motions at home, group by group; included once per target by lane_code.h. */
+/* where the motions of a group are: points of the grid are counted so that all end at LANES_GRID */
+typedef struct {
+    V x[MODEL_NX];
+    V at[LANES_HOMES]; /* the point where it is at home in this mode; -1: in another, or away */
+} NAME(Group);
+
+/* numbers of the steps of a group in one home mode, a column per motion */
+typedef struct {
+    V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[NC];
+    struct {
+        V forced[MODEL_NX], guard_constant[NC];
+    } at[LANES_GRID + 1];
+} NAME(HomeColumns);
+
+/* a group and its home modes in memory */
+typedef struct {
+    NAME(Group) group;
+    NAME(HomeColumns) columns[LANES_HOMES];
+} NAME(Home);
+
+static int64_t NAME(group_bytes)(void) { return (int64_t)sizeof(NAME(Home)); }
+
+static INLINE NAME(Home) * NAME(home)(Pool *pool, int64_t group) { return (NAME(Home) *)(void *)pool->columns + group; }
+
+static INLINE NAME(Group) * NAME(group)(Pool *pool, int64_t slot) { return &NAME(home)(pool, slot / LANES_W)->group; }
+
+/* the home step of a lane into its column */
+static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int home)
+{
+    NAME(HomeColumns) *to = &NAME(home)(pool, slot / LANES_W)->columns[home];
+    const LaneTable *t = &pool->tables[slot];
+    const HomeStep *s = &t->home[home];
+    const int l = (int)(slot % LANES_W);
+    for (int e = 0; e < LANES_STEP; e++) {
+        AT(to->step[e], l) = s->step[e];
+    }
+    for (int e = 0; e < LANES_HOME_ENTRIES; e++) {
+        AT(to->guard[e], l) = s->guard[e];
+    }
+    for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
+        AT(to->bound[e], l) = s->bound[e];
+    }
+    for (int c = 0; c < MODEL_NC; c++) {
+        AT(to->bound_constant[c], l) = s->bound_constant[c];
+    }
+    for (int k = 0; k <= t->steps; k++) {
+        const int at = LANES_GRID - t->steps + k;
+        for (int i = 0; i < MODEL_NX && k < t->steps; i++) {
+            AT(to->at[at].forced[i], l) = s->forced[k][i];
+        }
+        for (int c = 0; c < MODEL_NC; c++) {
+            AT(to->at[at].guard_constant[c], l) = s->guard_constant[k][c];
+        }
+    }
+}
+
+/* a lane is at its goal, at home or at the end of the period */
+static void NAME(to_group)(Pool *pool, int64_t slot)
+{
+    NAME(Group) *g = NAME(group)(pool, slot);
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
+    const int l = (int)(slot % LANES_W);
+    const int home = t->mode[lane->mode].home;
+    for (int i = 0; i < MODEL_NX; i++) {
+        AT(g->x[i], l) = lane->z[i];
+    }
+    lane->brought = lane->goal;
+    if (home < 0) {
+        return;
+    }
+    if (!(lane->settled & 1u << home)) {
+        NAME(settle)(pool, slot, home);
+        lane->settled |= 1u << home;
+    }
+    AT(g->at[home], l) = LANES_GRID - t->steps + lane->goal;
+}
+
+/* a lane goes on by itself from point k of its grid */
+static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
+{
+    const LaneTable *t = &pool->tables[slot];
+    Lane *lane = &pool->lanes[slot];
+    const LaneMode *mode = &t->mode[lane->mode];
+    for (int j = 0; j < 2 * LANES_HARMONICS; j++) {
+        lane->z[MODEL_NX + j] = t->phasor[k][j];
+    }
+    memset(lane->known, 0, sizeof lane->known);
+    tangents_bring(pool, slot, k);
+    lane->goal = mode->on_grid ? k + 1 : t->steps;
+    lane->left = t->h * (lane->goal - k);
+    pool_queue(pool, slot, mode->home >= 0 ? QUEUE_EVENT : mode->on_grid ? QUEUE_SERIES : QUEUE_STRIDE);
+}
+
+/* of a group that has come to a point of the grid: lanes that some guard stops */
+static __attribute__((noinline)) void NAME(from_group)(Pool *pool, int64_t group, M stopped, int at)
+{
+    NAME(Group) *g = NAME(group)(pool, group * LANES_W);
+    for (int l = 0; l < LANES_W; l++) {
+        if (!stopped[l]) {
+            continue;
+        }
+        const int64_t slot = group * LANES_W + l;
+        Lane *lane = &pool->lanes[slot];
+        for (int i = 0; i < MODEL_NX; i++) {
+            lane->z[i] = AT(g->x[i], l);
+        }
+        for (int h = 0; h < LANES_HOMES; h++) {
+            AT(g->at[h], l) = -1.0;
+        }
+        NAME(go_alone)(pool, slot, at - (LANES_GRID - pool->tables[slot].steps));
+    }
+}
+
+/* one step of the grid of a group */
+static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
+{
+    NAME(Home) *all = NAME(home)(pool, group);
+    NAME(Group) *g = &all->group;
+    M stopped = NAME(none)();
+    for (int home = 0; home < LANES_HOMES; home++) {
+        const NAME(HomeColumns) *s = &all->columns[home];
+        V next[MODEL_NX], g0[NC], g1[NC], bound[NC], size[MODEL_NX];
+        const M here = g->at[home] == NAME(fill)((double)at);
+        M clear = here;
+        if (!NAME(any)(here)) {
+            continue;
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            next[i] = s->at[at].forced[i];
+            size[i] = NAME(size)(g->x[i]);
+        }
+        LANES_STEP_SUMS(s->step, g->x, next);
+        for (int c = 0; c < MODEL_NC; c++) {
+            g0[c] = s->at[at].guard_constant[c];
+            g1[c] = s->at[at + 1].guard_constant[c];
+            bound[c] = s->bound_constant[c];
+        }
+        LANES_HOME_SUMS(s->guard, g->x, g0);
+        LANES_HOME_SUMS(s->guard, next, g1);
+        LANES_BOUND_SUMS(s->bound, size, bound);
+        for (int c = 0; c < MODEL_NC; c++) {
+            clear &= NAME(least)(g0[c], g1[c]) > bound[c];
+        }
+        for (int i = 0; i < MODEL_NX; i++) {
+            g->x[i] = NAME(pick)(clear, next[i], g->x[i]);
+        }
+        g->at[home] = NAME(pick)(clear, NAME(fill)((double)(at + 1)), g->at[home]);
+        stopped |= here & ~clear;
+    }
+    if (NAME(any)(stopped)) {
+        NAME(from_group)(pool, group, stopped, at);
+    }
+}

@@ -1,0 +1,111 @@
+"""The rates of a model at a point, in the contact states that hold there, and their exact derivatives.
+
+    x' = f(x, p),    df/dx, df/dp
+
+No step is made: the engine is started at the point, which chooses the contact states (and brings a point that sticks or
+lies on a wall onto it), and is asked for its rates there.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation import whole_run
+from fmu_models.simulation.engine import engine_of
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """What is seen at a point, of n states.
+
+    Attributes:
+        states: (n,) where it is, after what a start does to it.
+        rates: (n,) per second.
+        contacts: state of each contact.
+        indicators: of their events, positive while they keep their states.
+    """
+
+    states: Vector
+    rates: Vector
+    contacts: tuple[int, ...]
+    indicators: Vector
+
+
+class Field:
+    """The rates of an FMU of this suite, with one instance of it.
+
+    Args:
+        fmu: that was opened.
+        constants: parameters and inputs that are not at their default.
+        tolerance: of the engine.
+
+    Raises:
+        StickslipError: as ``engine_of``.
+    """
+
+    def __init__(self, fmu: Fmu, constants: Mapping[str, float], tolerance: float = 1e-14) -> None:
+        self.fmu, self.tolerance = fmu, tolerance
+        self._constants = {self._reference(name): float(value) for name, value in constants.items()}
+        self._engine = engine_of(fmu)
+        self._instance = self._engine.take()
+        weakref.finalize(self, self._engine.give, self._instance)
+        self._states = [self._reference(name) for name in fmu.states]
+        self._rates = [self._reference(f"der({name})") for name in fmu.states]
+        contacts = [self._reference(f"{name}_state") for name in fmu.contacts]
+        # indicators come right behind the contacts
+        count = int(fmu.description.numberOfEventIndicators or 0) if contacts else 0
+        indicators = [contacts[-1] + 1 + i for i in range(count)]
+        self._read = np.array([*self._states, *self._rates, *contacts, *indicators], dtype=np.uint32)
+        self._ends = np.cumsum([len(self._states), len(self._rates), len(contacts)])
+
+    def _reference(self, name: str) -> int:
+        return int(self.fmu.variables[name].valueReference)
+
+    def at(
+        self, states: Sequence[float] | Vector, given: Mapping[str, float] | None = None, time: float = 0.0
+    ) -> Rates:
+        """The rates at states (n,), with other values of parameters or inputs.
+
+        Raises:
+            StickslipError: the engine refuses the point.
+        """
+        self._start(states, given, time)
+        request = whole_run.Request(np.array([time]), self._read)
+        row = whole_run.run(self._engine, self._instance, request).values[0]
+        states, rates, contacts, indicators = np.split(row, self._ends)
+        return Rates(states, rates, tuple(int(one) for one in contacts), indicators)
+
+    def slopes(
+        self,
+        states: Sequence[float] | Vector,
+        by: Sequence[str],
+        given: Mapping[str, float] | None = None,
+        time: float = 0.0,
+    ) -> Vector:
+        """(n, n + len(by)) derivatives of the rates by the states and by parameters or inputs, contact states held.
+
+        Raises:
+            StickslipError: the engine refuses the point, or a rate has no derivative there.
+        """
+        self._start(states, given, time)
+        known = [*self._states, *(self._reference(name) for name in by)]
+        of = np.array(self._rates, dtype=np.uint32)
+        return np.column_stack([self._engine.derivative(self._instance, of, one) for one in known])
+
+    def _start(self, states: Sequence[float] | Vector, given: Mapping[str, float] | None, time: float) -> None:
+        values = {self._reference(name): float(value) for name, value in (given or {}).items()}
+        there = dict(zip(self._states, np.asarray(states, dtype=float).tolist(), strict=True))
+        if not np.isfinite([*values.values(), *there.values()]).all():
+            raise StickslipError(
+                f"'{self.fmu.description.modelName}' has no rates at {states}: a number is not finite."
+            )
+        self._instance.restart({**self._constants, **values, **there}, time, self.tolerance)

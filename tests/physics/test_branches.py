@@ -195,9 +195,11 @@ def test_the_impact_pair():
         speed = min(event.value for event in leaving.nodes[0].seen.events)
         assert (leaving.values[0] - both.value) / speed == pytest.approx(1.3972, abs=5e-4)
     assert one.values[0] == pytest.approx(other.values[0], abs=1e-8)
-    # a twin that comes from afar comes to that point too, with the same slope
-    (arrived,) = [one for twin in twins for one in twin.special if one.value == pytest.approx(both.value, abs=1e-10)]
-    assert arrived.slope == pytest.approx(1.3972, abs=5e-4) and "parent" in [twin.ends[1][0] for twin in twins]
+    # the twins come there too, their weakest impact ever weaker, with the same slope
+    for twin in twins:
+        near = twin.nodes[np.abs(twin.values - both.value - 0.002).argmin()]
+        speed = min(event.value for event in near.seen.events)
+        assert len(near.word) == 3 and (near.value - both.value) / speed == pytest.approx(1.3972, abs=2e-3)
 
 
 PAPER = {"N0": 5.0, "mu_s0": 0.65, "mu_k0": 0.35, "p0": 15.0}

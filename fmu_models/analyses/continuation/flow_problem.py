@@ -37,7 +37,7 @@ def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool,
     return [(held, begin, -negative) for held, negative, begin in sorted(gaps)]
 
 
-def _ties(events: Sequence[Passing], gradients: Sequence[Vector]) -> tuple[Passing, ...]:
+def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
     """Times between an event and the next one, of another contact, with their derivatives."""
     instants = [i for i, one in enumerate(events) if i == 0 or one.time > events[i - 1].time]
     return tuple(
@@ -155,45 +155,60 @@ class FlowProblem(Problem):
         monodromy = by[:, :n]
         # by how much start and length change with a parameter, where that is the frequency
         rates = np.array([-1.0 / one if name == self.strobe.forcing else 0.0 for name, one in self.values(z).items()])
-        by_values = by[:, n:] + np.outer(f1, rates * (start + whole)) - np.outer(monodromy @ f0, rates * start)
-        residual, jacobian = result.values[1] - z[:n], monodromy - np.eye(n)
-        residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic] = 0.0, 0.0, np.eye(n)[self.cyclic]
+        by_values = by[:, n:] + f1[:, None] * (rates * (start + whole)) - (monodromy @ f0)[:, None] * (rates * start)
+        residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
+        jacobian[:n, :n] = monodromy
+        jacobian.flat[: n * self.size : self.size + 1] -= 1.0
+        if self.cyclic:
+            residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic, :n] = 0.0, 0.0, np.eye(n)[self.cyclic]
+        jacobian[:n, n : n + len(rates) - 1], jacobian[:n, -1] = by_values[:, :-1], by_values[:, -1]
         if self.autonomous:
             f0[self.cyclic] = f1[self.cyclic] = 0.0
-            jacobian = np.column_stack([jacobian, by_values[:, :-1], f1, by_values[:, -1]])
-            jacobian = np.vstack([jacobian, np.append(f0, np.zeros(self.size - n))])
+            jacobian[:n, -2], jacobian[n, :n] = f1, f0
             residual = np.append(residual, 0.0)
-        else:
-            jacobian = np.column_stack([jacobian, by_values])
 
-        def gradient(row: Vector) -> Vector:
-            whole_row = np.zeros(self.size)
-            whole_row[:n] = row[:n]
-            by_parameters = row[n:] - row[:n] @ f0 * rates * start
-            whole_row[-1] = by_parameters[-1]
+        names, columns = self.strobe.contacts, (result.events[name].tolist() for name in ("contact", "before", "after"))
+        word = _counted(tuple((names[contact], before, after) for contact, before, after in zip(*columns, strict=True)))
+
+        def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+            return self._passings(result.events, by_times, passage, start, (f0, rates))
+
+        return Seen(residual, jacobian, monodromy, whole, word, passings, one_sided)
+
+    def _passings(
+        self, rows: Any, by_times: Vector, passage: Any, start: float, moving: tuple[Vector, Vector]
+    ) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        """Events and misses of a run that starts at a time, the start moved by parameters so: rates there, and by how
+        much."""
+        n, names = len(self.states), self.strobe.contacts
+        f0, rates = moving
+
+        def gradients(found: Vector) -> Vector:
+            whole = np.zeros((len(found), self.size))
+            whole[:, :n] = found[:, :n]
+            by_parameters = found[:, n:] - (found[:, :n] @ f0)[:, None] * rates * start
+            whole[:, -1] = by_parameters[:, -1]
             if self.second:
-                whole_row[n] = by_parameters[0]
-            return whole_row
+                whole[:, n] = by_parameters[:, 0]
+            return whole
 
-        names, rows = self.strobe.contacts, result.events
+        begun = zip(rows, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
         events = tuple(
             Passing(
                 names[row["contact"]], -1, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
-                float(passage.speeds[i]), gradient(passage.speed_derivatives[i]),
+                speed, gradient,
             )
-            for i, row in enumerate(rows)
+            for row, speed, gradient in begun
         )  # fmt: skip
         misses = tuple(
             Passing(
                 names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
-                float(row["time"]) - start, float(row["value"]), gradient(passage.miss_derivatives[i]),
+                float(row["time"]) - start, float(row["value"]), gradient,
                 bool(row["slope"] != 0.0), bool(row["begins"]),
             )
-            for i, row in enumerate(passage.misses)
+            for row, gradient in zip(passage.misses, gradients(passage.miss_derivatives), strict=True)
         )  # fmt: skip
-        ties = _ties(events, [gradient(row) for row in by_times])
-        word = _counted(tuple((one.contact, one.before, one.after) for one in events))
-        return Seen(residual, jacobian, monodromy, whole, word, events, misses + ties, one_sided)
+        return events, misses + _ties(events, gradients(by_times))
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """What the states do over a period."""

@@ -20,8 +20,9 @@ the indicator of each event falls, and the least value of every pending indicato
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,7 @@ class Seen:
         monodromy: (n, n) derivative of the end by the start.
         length: s, of the run.
         word: events on the way, one after the other.
-        events, misses: with their derivatives.
+        passings: gives events and misses, with their derivatives.
         one_sided: events at one instant: the derivatives hold on one side.
     """
 
@@ -94,9 +95,22 @@ class Seen:
     monodromy: Vector
     length: float
     word: Word = ()
-    events: tuple[Passing, ...] = ()
-    misses: tuple[Passing, ...] = ()
+    passings: Callable[[], tuple[tuple[Passing, ...], tuple[Passing, ...]]] = lambda: ((), ())
     one_sided: bool = False
+
+    @cached_property
+    def _told(self) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        return self.passings()  # most runs of Newton's method are not asked for them
+
+    @property
+    def events(self) -> tuple[Passing, ...]:
+        """In order of time."""
+        return self._told[0]
+
+    @property
+    def misses(self) -> tuple[Passing, ...]:
+        """Least values of pending indicators, and what else may become an event."""
+        return self._told[1]
 
 
 class Problem(ABC):
@@ -130,7 +144,8 @@ class Problem(ABC):
 
     def values(self, z: Vector) -> dict[str, float]:
         """Of the parameters."""
-        return dict(zip(self.parameters, z[[len(self.states), -1][-len(self.parameters) :]].tolist(), strict=True))
+        last = {self.over: float(z[-1])}
+        return {self.second: float(z[len(self.states)]), **last} if self.second else last
 
     @property
     @abstractmethod
